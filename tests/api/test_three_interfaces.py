@@ -24,7 +24,7 @@ from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE
-from vomstudio.registration.surface_points import known_resolution, some_points
+from vomstudio.registration.surface_points import known_resolution, sample_points
 from vomstudio.studio.headless_project import HeadlessProject
 from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest
 from vomstudio.studio.models import placed_model
@@ -112,7 +112,7 @@ def by_window(study: Path, folder: Path) -> None:
         session.apply(edits.add_features(records, patches))
         pairs = read_pairs(study / "pairs.csv")
         placement = place_by_points(
-            pairs, data.bounds, model, CRS, some_points(data), resolution=known_resolution(data)
+            pairs, data.bounds, model, CRS, sample_points(data), resolution=known_resolution(data)
         )
         registration = create_registration(placement, pairs, model, CRS)
         session.apply(edits.set_registration(session.records, registration, [model.id]))

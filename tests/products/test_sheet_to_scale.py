@@ -144,7 +144,7 @@ def test_no_label_covers_another_and_those_apart_are_led_to() -> None:
     for (x, y), (u, v) in combinations(boxes, 2):
         assert abs(x - u) >= wide or abs(y - v) >= tall - 1e-9
     for p in placed:
-        near = abs(p.y - p.named[1]) < 0.001 * 100.0 * 5.0
+        near = abs(p.y - p.anchor[1]) < 0.001 * 100.0 * 5.0
         assert p.is_separate != near
 
 

@@ -226,7 +226,7 @@ def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() ->
     named, side = cut_into_blocks(found.places, spread.blocks, 4 * 0.5)
     assert (int(named.max()) + 1, side) == (spread.blocks, pytest.approx(spread.side_m))
     columns = [0, 2, 5]
-    moves, fits = found.moves[:, columns], []
+    moves, fits = found.design[:, columns], []
     for block in range(spread.blocks):
         rest = named != block
         fits.append(np.linalg.lstsq(moves[rest], found.miss[rest], rcond=None)[0])
@@ -284,7 +284,7 @@ def test_its_derivatives_are_those_of_its_misses() -> None:
             grow * turn @ (given.start.translation - centre) + centre + step[4:],
         )
         change = given.rows(moved, centre).residuals - rows.residuals
-        assert change / 1e-4 == pytest.approx(rows.moves[:, column], abs=2e-2)
+        assert change / 1e-4 == pytest.approx(rows.design[:, column], abs=2e-2)
 
 
 def test_points_and_the_observation_add_their_information() -> None:

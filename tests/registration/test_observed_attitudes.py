@@ -43,7 +43,7 @@ def test_misses_follow_a_turn(kind: str) -> None:
     for axis in np.eye(3):
         turned = replace(FIT, rotation=Rotation.from_rotvec(1e-5 * axis).as_matrix() @ TURN)
         change = observed(kind).rows(turned, np.zeros(3)).residuals / 1e-5
-        np.testing.assert_allclose(change, rows.moves[:, :3] @ axis, atol=1e-4)
+        np.testing.assert_allclose(change, rows.design[:, :3] @ axis, atol=1e-4)
 
 
 def test_a_wrong_north_is_one_error_of_all() -> None:

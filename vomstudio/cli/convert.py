@@ -140,7 +140,7 @@ def _may_be_cameras(path: Path) -> bool:
 def _convert_cameras(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.photogrammetry.inspect.camera_export import export_cameras
 
-    first_given = frame_options(args).first_given
+    first_given = frame_options(args).first_option
     if first_given is not None:
         finding = Finding("option.conflict", option=first_given, other=tr("cameras"))
         raise UsageError(finding, field=first_given)

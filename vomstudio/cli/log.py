@@ -154,7 +154,7 @@ def _check_options(args: argparse.Namespace, is_project: bool) -> None:
     if not is_project and args.line is not None:
         raise UsageError(Finding("log.not-a-project", table=args.table), field="--line")
     if is_project and frame_options(args).is_given:
-        raise UsageError(Finding("option.not-with-project"), field=frame_options(args).first_given)
+        raise UsageError(Finding("option.not-with-project"), field=frame_options(args).first_option)
     if not is_project and args.bed is None:
         raise UsageError(Finding("log.no-bed"), field="--bed")
     if is_project and args.bed is None and args.bed_error_deg is not None:

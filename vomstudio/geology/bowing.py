@@ -322,15 +322,15 @@ def fit_bowing_to_turns(
     bend_rotation = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(
         v, np.cross(axes[2], axes[1])
     )
-    bend_turns = -2.0 * bend_rotation[:, :2]
-    size = float(np.sqrt((bend_turns**2).mean()))
+    bend_rotations = -2.0 * bend_rotation[:, :2]
+    size = float(np.sqrt((bend_rotations**2).mean()))
     if not size > 0.0:
         return None
     equations = np.zeros((n, 2, 6))
     # A registration absorbs rotations that are common to all photos.
     equations[:, 0, 0] = equations[:, 1, 1] = 1.0
     equations[:, :, 2:5] = cameras[:, :2, :]
-    equations[:, :, 5] = bend_turns / size
+    equations[:, :, 5] = bend_rotations / size
     rows = equations.reshape(-1, 6)
     bend_column = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
     if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 5] @ rows[:, 5]):

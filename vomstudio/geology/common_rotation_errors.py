@@ -344,10 +344,10 @@ def region_of_line(
     """
     if largest_deg is None or smallest_deg is None:
         return None
-    own_region = (
+    line_region = (
         cone(vector, largest_deg) if direction is None else (largest_deg, smallest_deg, direction)
     )
-    return region(vector, covariance, own_region)
+    return region(vector, covariance, line_region)
 
 
 def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, FloatArray]:

@@ -301,9 +301,9 @@ def _ascend_from_grid(
     peaks = np.argwhere((grid >= neighbours.max(axis=(2, 3))) & (grid >= PEAK_SHARE * grid.max()))
     highest = peaks[np.argsort(-grid[tuple(peaks.T)], kind="stable")][:MAX_PEAKS]
     _, positions = hemisphere_grid(len(grid))
-    tops = np.array([_ascend_density(vectors, positions[i, j], kernel) for i, j in highest])
-    densities = density(vectors, tops, method, sigma)
-    best = tops[int(np.argmax(densities))]
+    maxima = np.array([_ascend_density(vectors, positions[i, j], kernel) for i, j in highest])
+    densities = density(vectors, maxima, method, sigma)
+    best = maxima[int(np.argmax(densities))]
     return (-best if best[2] > 0 else best), float(densities.max())
 
 

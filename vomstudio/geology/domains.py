@@ -251,22 +251,22 @@ def _test_one_axis(
     separate_squares: float,
     parameters: int,
     n: int,
-    apart_deg: float | None,
+    axes_angle_deg: float | None,
     beds_off_deg: float | None,
 ) -> OneAxisFigures:
     extra_parameters, dof = parameters - 2, n - parameters
     if extra_parameters <= 0 or dof <= 0:
         reason = Finding("fold.one-dip-domains")
-        return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
+        return OneAxisFigures(True, None, None, axes_angle_deg, beds_off_deg, (reason,))
     variance = max(separate_squares / dof, 1e-12)
     ratio = max(pooled_squares - separate_squares, 0.0) / extra_parameters / variance
     p = f_tail(extra_parameters, dof, ratio)
     are_different = (
-        p < AXES_DIFFER_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
+        p < AXES_DIFFER_P and max(axes_angle_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
     )
     reasons = [Finding("fold.domains-differ" if are_different else "fold.one-axis", p=p)]
-    if apart_deg is not None:
-        reasons.append(Finding("fold.axes-apart", angle_deg=apart_deg))
+    if axes_angle_deg is not None:
+        reasons.append(Finding("fold.axes-apart", angle_deg=axes_angle_deg))
     if beds_off_deg is not None:
         reasons.append(Finding("fold.beds-off-axis", angle_deg=beds_off_deg))
-    return OneAxisFigures(not are_different, ratio, p, apart_deg, beds_off_deg, tuple(reasons))
+    return OneAxisFigures(not are_different, ratio, p, axes_angle_deg, beds_off_deg, tuple(reasons))

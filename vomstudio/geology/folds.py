@@ -229,12 +229,15 @@ def fold_axis(
     is_outlier, fold_without_outliers = find_outliers(poles, axes), None
     if is_outlier.any():
         is_used = ~is_outlier
-        azimuths, dips = np.atleast_1d(dip_direction_deg)[is_used], np.atleast_1d(dip_deg)[is_used]
+        azimuths_deg, dips_deg = (
+            np.atleast_1d(dip_direction_deg)[is_used],
+            np.atleast_1d(dip_deg)[is_used],
+        )
         used_turns = None if turns is None else turns.of(is_used)
         used_flags = None if flags is None else flags[is_used]
         used_labels = [labels[row] for row in np.flatnonzero(is_used).tolist()]
         fold_without_outliers = fold_axis(
-            azimuths, dips, used_turns, bowed_deg, waviness_deg, used_labels, used_flags
+            azimuths_deg, dips_deg, used_turns, bowed_deg, waviness_deg, used_labels, used_flags
         )
         if fold_without_outliers.valid == "no" or fold_without_outliers.strays:
             fold_without_outliers = None
@@ -432,14 +435,14 @@ def build_axis(
         registration_findings = [_registration_finding(registration, total_region)]
     direction = None if semi_axes is None else Line.from_vector(larger_direction)
     verdict = judge(None if total_region is None else total_region.largest_deg)
-    off_deg = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
+    deviations_deg = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
     error_findings = [] if semi_axes is None else [error_finding(semi_axes)]
     return FoldAxis(
         n=len(poles),
         beta=beta,
         pi_plane=pi_plane,
         eigenvalues=(float(values[0]), float(values[1]), float(values[2])),
-        rms_deg=rms(off_deg),
+        rms_deg=rms(deviations_deg),
         arc_deg=arc_deg(poles, axes),
         max_confidence95_deg=None if semi_axes is None else semi_axes[0],
         min_confidence95_deg=None if semi_axes is None else semi_axes[1],
@@ -472,7 +475,7 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
     if cone is None:
         return None
     width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
-    line, cone_by_nearer_ends, nearer_figures = cone.axis, cone.by_nearer_ends, None
+    line, cone_by_nearer_ends, nearer_figures = cone.axis, cone.nearer_ends_circle, None
     if cone_by_nearer_ends is not None:
         nearer_figures = SmallCircleFigures(
             cone_by_nearer_ends.axis.trend_deg,

@@ -409,15 +409,15 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
         raise InputError(Finding("notation.empty"))
     raw_items: list[_Token] = []
     follows_mark = True
-    clean = text.translate(_CHARACTER_REPLACEMENTS).upper()
-    for match in _TOKEN.finditer(clean):
+    clean_text = text.translate(_CHARACTER_REPLACEMENTS).upper()
+    for match in _TOKEN.finditer(clean_text):
         kind = str(match.lastgroup)
         matched_group = match.group(0)
         if match.group("number") is not None:
             token = _number(match)
             if raw_items and raw_items[-1].kind == "mark" and raw_items[-1].text == "-":
-                is_negative = match.start() > 0 and clean[match.start() - 1] == "-"
-                prefix = clean[: match.start() - 1] if is_negative else ""
+                is_negative = match.start() > 0 and clean_text[match.start() - 1] == "-"
+                prefix = clean_text[: match.start() - 1] if is_negative else ""
                 if is_negative and follows_mark:
                     raw_items.pop()
                     token = _Token("number", "-" + token.text, -token.value, is_signed=True)

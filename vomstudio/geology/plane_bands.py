@@ -114,11 +114,11 @@ class PlaneBand:
         """Return the smallest and largest dip in the band, degrees."""
         angle = np.linspace(-self.turn_rad, self.turn_rad, 721)
         width = self.widths_at_rad(angle)
-        dips = []
+        edge_dips = []
         for side in (-1.0, 0.0, 1.0):
             up = np.abs(self.normals(angle, side * width)[:, 2])
-            dips.append(np.degrees(np.arccos(np.clip(up, 0.0, 1.0))))
-        return float(np.min(dips)), float(np.max(dips))
+            edge_dips.append(np.degrees(np.arccos(np.clip(up, 0.0, 1.0))))
+        return float(np.min(edge_dips)), float(np.max(edge_dips))
 
     def outline(self, count: int = 181) -> tuple[FloatArray, FloatArray]:
         """Return the two edges (count, 3) of the band of normals."""
@@ -271,7 +271,7 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
     normals, weights = _band_grid(band)
     likelihood = band.likelihood(normals) * weights
     n_planes = sum(prior.n for prior in sets) + 1.0
-    evidence_none = float(likelihood.sum()) / (4.0 * np.pi) / n_planes
+    no_set_evidence = float(likelihood.sum()) / (4.0 * np.pi) / n_planes
     candidates = []
     for prior in sets:
         posterior = likelihood * _fisher_density(
@@ -279,7 +279,7 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
         )
         evidence = float(posterior.sum()) * prior.n / n_planes
         candidates.append((evidence, prior, posterior))
-    total_evidence = evidence_none + sum(evidence for evidence, *_ in candidates)
+    total_evidence = no_set_evidence + sum(evidence for evidence, *_ in candidates)
     band_sets = []
     for evidence, prior, posterior in candidates:
         p = _p_value(band, prior)
@@ -301,7 +301,7 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
             )
         )
     band_sets.sort(key=lambda prior: -prior.probability)
-    return tuple(band_sets), evidence_none / total_evidence
+    return tuple(band_sets), no_set_evidence / total_evidence
 
 
 @dataclass(frozen=True)

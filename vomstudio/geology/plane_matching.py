@@ -89,10 +89,12 @@ def _compare_planes(
             np.array([plane.error95_deg or 0.0 for plane in planes]),
         )
 
-    normal, position, extent, error = columns(first_planes)
-    its_normal, its_place, its_extent, its_error = columns(second_planes)
-    angle = np.degrees(np.arccos(np.minimum(np.abs(normal @ its_normal.T), 1.0)))
-    distance = np.linalg.norm(position[:, None] - its_place[None], axis=2)
-    max_distance = np.maximum(extent[:, None], its_extent[None]) / 2.0
-    allowed_angles = np.maximum(np.hypot(error[:, None], its_error[None]), MIN_TOLERANCE_DEG)
+    first_normals, first_positions, first_extents, first_errors = columns(first_planes)
+    second_normals, second_positions, second_extents, second_errors = columns(second_planes)
+    angle = np.degrees(np.arccos(np.minimum(np.abs(first_normals @ second_normals.T), 1.0)))
+    distance = np.linalg.norm(first_positions[:, None] - second_positions[None], axis=2)
+    max_distance = np.maximum(first_extents[:, None], second_extents[None]) / 2.0
+    allowed_angles = np.maximum(
+        np.hypot(first_errors[:, None], second_errors[None]), MIN_TOLERANCE_DEG
+    )
     return distance <= max_distance, angle <= allowed_angles, angle

@@ -43,15 +43,21 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
     n = len(residuals)
     if n < MIN_ERRORS or not np.abs(residuals).max() > MAX_ROUNDING:
         return 0.0
-    gain = {float(rho): _restricted_likelihood(derivatives, residuals, rho) for rho in RHO_GRID}
-    best_rho = max(gain, key=lambda rho: gain[rho])
+    likelihood_by_rho = {
+        float(rho): _restricted_likelihood(derivatives, residuals, rho) for rho in RHO_GRID
+    }
+    best_rho = max(likelihood_by_rho, key=lambda rho: likelihood_by_rho[rho])
     if best_rho == 0.0:
         return 0.0
     for step in RHO_STEPS:
         for rho in (best_rho - step, min(best_rho + step, MAX_RHO)):
-            gain[rho] = _restricted_likelihood(derivatives, residuals, rho)
-        best_rho = max(gain, key=lambda rho: gain[rho])
-    return best_rho if 2.0 * (gain[best_rho] - gain[0.0]) > MIN_LIKELIHOOD_GAIN else 0.0
+            likelihood_by_rho[rho] = _restricted_likelihood(derivatives, residuals, rho)
+        best_rho = max(likelihood_by_rho, key=lambda rho: likelihood_by_rho[rho])
+    return (
+        best_rho
+        if 2.0 * (likelihood_by_rho[best_rho] - likelihood_by_rho[0.0]) > MIN_LIKELIHOOD_GAIN
+        else 0.0
+    )
 
 
 def whiten(values: FloatArray, rho: float) -> FloatArray:

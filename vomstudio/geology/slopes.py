@@ -378,13 +378,14 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
         sin_d, cos_d = sin_cos_deg(np.array([face.plane.dip_deg for face in block]))
         normals = np.column_stack([out[:, :2] * sin_d[:, None], cos_d])
         counts[rows, 0] = (wedges @ normals.T >= -MAX_ROUNDING_SINE).sum(axis=0)
-        tops = lines[plunge_sines >= cos_d.min() - MAX_ROUNDING_SINE]
-        sines_into_slope = -(tops @ out.T)
-        is_level = -tops[:, 2] < MIN_ANGLE_RAD
+        steep_lines = lines[plunge_sines >= cos_d.min() - MAX_ROUNDING_SINE]
+        sines_into_slope = -(steep_lines @ out.T)
+        is_level = -steep_lines[:, 2] < MIN_ANGLE_RAD
         sines_into_slope[is_level] = np.abs(sines_into_slope[is_level])
-        is_inside = -tops[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
+        is_inside = -steep_lines[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
         is_within = (
-            sines_into_slope * sin_l - np.abs(tops @ strike_axes.T) * cos_l >= -MAX_ROUNDING_SINE
+            sines_into_slope * sin_l - np.abs(steep_lines @ strike_axes.T) * cos_l
+            >= -MAX_ROUNDING_SINE
         )
         counts[rows, 1] = (is_inside & is_within).sum(axis=0)
     return counts

@@ -229,7 +229,7 @@ def table_slope(
             bases,
         ),
         with_error=n_known,
-        draws=expected_counts.draws,
+        draws=expected_counts.draw_counts,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
         warnings=(
@@ -325,7 +325,7 @@ class _Expected:
 
     planes: tuple[float | None, float | None, float | None] = (None, None, None)
     pairs: tuple[float | None, float | None] = (None, None)
-    draws: tuple[int, int] | None = None
+    draw_counts: tuple[int, int] | None = None
 
 
 def _expected(
@@ -341,20 +341,20 @@ def _expected(
     if not planes.known.any():
         return _Expected()
     n = len(planes.normals)
-    draws = _n_draws(MAX_DRAWN_PLANES, n)
+    draw_count = _n_draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
     critical_counts = np.zeros(3)
-    progress.stage(tr("Estimating probabilities of planes"), draws)
-    for done_count, portion in _split_draws(draws, n):
+    progress.stage(tr("Estimating probabilities of planes"), draw_count)
+    for done_count, portion in _split_draws(draw_count, n):
         progress.step(done_count)
         normals = to_face_frame(face, planes.draw(portion, generator))
         critical_counts += [zone.critical.sum() for zone in _plane_zones(face, normals)]
-    a, b, c = (critical_counts / (draws * n)).tolist()
+    a, b, c = (critical_counts / (draw_count * n)).tolist()
     if n < 2:
-        return _Expected((a, b, c), draws=(draws, 0))
+        return _Expected((a, b, c), draw_counts=(draw_count, 0))
     pairs = count_pairs_between_sets(n, sets)
     if not pairs:
-        return _Expected((a, b, c), draws=(draws, 0))
+        return _Expected((a, b, c), draw_counts=(draw_count, 0))
     pair_draws = _n_draws(MAX_DRAWN_PAIRS, pairs)
     n_expected = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
@@ -367,7 +367,7 @@ def _expected(
     return _Expected(
         (a, b, c),
         (_critical_share(wedge, n_expected), _critical_share(topple, n_expected)),
-        (draws, pair_draws),
+        (draw_count, pair_draws),
     )
 
 
@@ -375,10 +375,12 @@ def _n_draws(max_draws: int, count: int) -> int:
     return int(np.clip(max_draws // count, MIN_DRAWS, MAX_DRAWS))
 
 
-def _split_draws(draws: int, n: int) -> list[tuple[int, int]]:
+def _split_draws(draw_count: int, n: int) -> list[tuple[int, int]]:
     """Return the number of draws before each block, and the number within it."""
     max_draws = max(1, PLANES_PER_PORTION // n)
-    return [(start, min(max_draws, draws - start)) for start in range(0, draws, max_draws)]
+    return [
+        (start, min(max_draws, draw_count - start)) for start in range(0, draw_count, max_draws)
+    ]
 
 
 def _messages(

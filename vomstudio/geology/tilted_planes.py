@@ -48,16 +48,16 @@ class TiltedPlanes:
         has_own_error = np.asarray(self.axes.any(axis=(1, 2)))
         return has_own_error if self.turns is None else has_own_error | (self.turns.group >= 0)
 
-    def draw(self, draws: int, generator: np.random.Generator) -> FloatArray:
+    def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
         """Draw random upward unit normals (draws, n, 3)."""
         n = len(self.normals)
         displacement = np.einsum(
-            "knj,njc->knc", generator.standard_normal((draws, n, 2)), self.axes
+            "knj,njc->knc", generator.standard_normal((count, n, 2)), self.axes
         )
         if self.turns is not None and self.turns.known:
             group = self.turns.group
             halves = np.array([_root(covariance) for covariance in self.turns.rotations])
-            gauss = generator.standard_normal((draws, len(halves), 3))
+            gauss = generator.standard_normal((count, len(halves), 3))
             rotations = np.einsum("gij,kgj->kgi", halves, gauss)
             rotated_normals = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
             displacement += np.where((group >= 0)[:, None], rotated_normals, 0.0)

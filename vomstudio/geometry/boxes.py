@@ -60,19 +60,19 @@ class ClipBox(Result):
     def move_face(self, axis: int, side: int, value: float) -> ClipBox:
         """Move one face; it stays at a small distance from the opposite face."""
         low, high = list(self.low), list(self.high)
-        hair = max(1e-3, 1e-3 * (high[axis] - low[axis]))
+        min_thickness = max(1e-3, 1e-3 * (high[axis] - low[axis]))
         if side:
-            high[axis] = max(value, low[axis] + hair)
+            high[axis] = max(value, low[axis] + min_thickness)
         else:
-            low[axis] = min(value, high[axis] - hair)
+            low[axis] = min(value, high[axis] - min_thickness)
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
     def meets_box(self, other_box: ClipBox) -> bool:
         """Return whether the boxes have a point in common."""
-        own_ends, other_ends = (self.low, self.high), (other_box.low, other_box.high)
+        own_corners, other_corners = (self.low, self.high), (other_box.low, other_box.high)
         return bool(
-            (np.array(own_ends[0]) <= other_ends[1]).all()
-            and (np.array(other_ends[0]) <= own_ends[1]).all()
+            (np.array(own_corners[0]) <= other_corners[1]).all()
+            and (np.array(other_corners[0]) <= own_corners[1]).all()
         )
 
     def holds(self, points: FloatArray) -> BoolArray:

@@ -120,8 +120,8 @@ class Intrinsics:
             normalized_points = np.where(
                 np.hypot(*normalized_points.T)[:, None] <= self._edge, normalized_points, np.nan
             )
-            bent_bend = self._bend(normalized_points)
-        return bent_bend * self.focal + self.centre
+            distorted_points = self._bend(normalized_points)
+        return distorted_points * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
         """Return the directions (n, 3) of pixels (n, 2) in the camera frame, with z = 1.

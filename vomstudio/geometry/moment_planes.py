@@ -71,7 +71,7 @@ def fit_moments(
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
     floor = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
-    azimuth, dip, flat = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
+    azimuth, dip, is_horizontal = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
 
     is_known = n > 3
     rows = values[None]
@@ -80,7 +80,7 @@ def fit_moments(
     h_max, h_min, overflow = plane_errors.hyperbolic(np.array([max(n, 4)]), rows)
     major_rad, minor_rad = plane_errors.confidence_axes_rad(rows, q, q)
     dip_error, azimuth_error, rake = plane_errors.split_rad(
-        axes[None, 0], axes[None, 1], azimuth, dip, flat, major_rad, minor_rad
+        axes[None, 0], axes[None, 1], azimuth, dip, is_horizontal, major_rad, minor_rad
     )
     l1, l2, l3 = (float(x) for x in values)
     return FittedPlane(
@@ -112,7 +112,7 @@ def fit_moments(
         bow_tilt_deg=0.0 if is_known else None,
         dip_direction_deg=float(azimuth[0]),
         dip_deg=float(dip[0]),
-        undefined=bool(flat[0]),
+        undefined=bool(is_horizontal[0]),
         error=None,
         method="pca",
         ordered=False,

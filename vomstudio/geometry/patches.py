@@ -135,13 +135,13 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     cells_per_side = min(2 * CELLS_PER_SIDE, 2 * int(np.sqrt(n / POINTS_PER_CELL) / 2))
     if cells_per_side < 6:
         return float(n)
-    white = float((r * r).mean()) * n / (n - 3.0)
-    if white <= 0.0:
+    white_variance = float((r * r).mean()) * n / (n - 3.0)
+    if white_variance <= 0.0:
         return float(n)
     # Richardson extrapolation: the scatter of the means misses correlated neighbours on the other
     # side of a cell border. Small cells miss more, so sqrt(excess) increases with the cell width.
     fine_root, coarse_root = (
-        np.sqrt(x / white) for x in _excess_variances(u, v, r, cells_per_side)
+        np.sqrt(x / white_variance) for x in _excess_variances(u, v, r, cells_per_side)
     )
     variance_ratio = max(float(2.0 * coarse_root - fine_root), 1.0) ** 2
     degrees_of_freedom = cells_per_side * cells_per_side / 4.0 - 3.0
@@ -155,7 +155,9 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
     # patch share an attitude that differs from that of the whole.
     sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))
-    q = max(q, _leaning_variance(u[sample], v[sample], r[sample], cells_per_side // 2) / white)
+    q = max(
+        q, _leaning_variance(u[sample], v[sample], r[sample], cells_per_side // 2) / white_variance
+    )
     return float(min(3.0 - 2.0 * np.log(SIGNIFICANCE) / np.log1p(q), n))
 
 

@@ -135,15 +135,17 @@ def quantiles(
     long : (m,) ndarray of bool
         Whether the roughness is as long as the trace.
     """
-    white = joint_quantile(degrees_of_freedom)
+    white_quantiles = joint_quantile(degrees_of_freedom)
     if not is_ordered:
         return (
-            white,
-            white.copy(),
+            white_quantiles,
+            white_quantiles.copy(),
             degrees_of_freedom + 3.0,
             np.zeros(len(degrees_of_freedom), bool),
         )
-    return residual_correlation.inflate(u, v, r, starts, counts, degrees_of_freedom, white)
+    return residual_correlation.inflate(
+        u, v, r, starts, counts, degrees_of_freedom, white_quantiles
+    )
 
 
 def regression_axes_rad(

@@ -76,23 +76,23 @@ def figures(
     residual = rms
     leverage = None
     if method == "regression":
-        normal, residual, parallel, leverage = _regress(covariance, axis, rounding)
-        parallel |= _is_parallel_within_scatter(axes[:, 2, axis], values)
+        normal, residual, is_parallel, leverage = _regress(covariance, axis, rounding)
+        is_parallel |= _is_parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
-        for i in np.flatnonzero(parallel & ~is_identical & ~is_collinear).tolist():
+        for i in np.flatnonzero(is_parallel & ~is_identical & ~is_collinear).tolist():
             errors[i] = Finding("plane.parallel-to-axis", axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
         min_tilt = np.maximum(MIN_TILT, rounding / np.sqrt(values[:, 1]))
         min_tilt = np.where(np.isfinite(min_tilt), np.minimum(min_tilt, 1e-3), MIN_TILT)
-    dip_direction, dip, flat = dip_of_normals(normal, min_tilt)
+    dip_direction, dip, is_horizontal = dip_of_normals(normal, min_tilt)
     error_figures = _errors(
         (u, v, r),
         starts,
         counts,
         values,
         axes,
-        (normal, dip_direction, dip, flat),
+        (normal, dip_direction, dip, is_horizontal),
         _distinct(xyz, starts, counts),
         is_ordered,
         None if leverage is None else leverage * (residual**2)[:, None, None],
@@ -115,7 +115,7 @@ def figures(
         **_indices(values.T / trace),
         "dip_direction_deg": dip_direction,
         "dip_deg": dip,
-        "undefined": flat,
+        "undefined": is_horizontal,
         **error_figures,
     }, errors
 
@@ -162,8 +162,8 @@ def _centre_and_scale(
     # Divide by a common length, so that squares of tiny and huge coordinates do not overflow.
     size = np.maximum.reduceat(np.maximum.reduce([np.abs(x) for x in local_points]), starts)
     unit = np.where(size > 1.0 / MAX_COORDINATE, size, 1.0)
-    per_unit = spread(1.0 / unit)
-    local_points = [x * per_unit for x in local_points]
+    inverse_units = spread(1.0 / unit)
+    local_points = [x * inverse_units for x in local_points]
     rounding = MIN_EXTENT_ROUNDINGS * np.finfo(np.float64).eps * max_coordinate / unit
     return local_points, _GroupScale(centroid, size, unit, max_coordinate, rounding)
 
@@ -312,7 +312,7 @@ def _errors(
     `along_component` contains the coordinates along the axes. `attitude` contains the normal, the
     dip direction, the dip and whether the plane is horizontal.
     """
-    normal, dip_direction, dip, flat = attitude
+    normal, dip_direction, dip, is_horizontal = attitude
     is_known = distinct_indices > 3
     n = np.where(is_known, counts, 4)
     dof = np.where(is_known, distinct_indices - 3.0, 1.0)
@@ -331,7 +331,7 @@ def _errors(
             regression, normal, np.maximum(q1, q2)
         )
     dip_error, azimuth_error, rake = plane_errors.split_rad(
-        e1, e2, dip_direction, dip, flat, major_rad, minor_rad
+        e1, e2, dip_direction, dip, is_horizontal, major_rad, minor_rad
     )
     nan_factors = np.where(is_known, 1.0, np.nan)
     return {

@@ -120,7 +120,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         keys = keys.take(order)
         row_dtype = np.int32 if row_bits < 32 else np.int64
         rows: IntegerArray = (keys & np.uint64((1 << row_bits) - 1)).astype(row_dtype)
-        starts, level_of, parents = _cut_into_nodes(keys, np.bincount(levels, minlength=1))
+        starts, node_levels, parents = _cut_into_nodes(keys, np.bincount(levels, minlength=1))
         bounds = np.empty((len(parents), 2, 3))
 
         def bound(node: int) -> None:
@@ -130,7 +130,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
                 bounds[node, :, axis] = node_points[:, axis].min(), node_points[:, axis].max()
 
         list(pool.map(bound, range(len(parents))))
-    return ProgressiveOrder(rows, starts, bounds, spacing[level_of], parents)
+    return ProgressiveOrder(rows, starts, bounds, spacing[node_levels], parents)
 
 
 def _depth(row_bits: int) -> int:
@@ -244,7 +244,7 @@ def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, 
     Returns the start, the level and the parent of each node.
     """
     starts: list[int] = []
-    level_of: list[int] = []
+    node_levels: list[int] = []
     parents: list[int] = []
     parent_nodes = [-1]
     position = 0
@@ -262,13 +262,13 @@ def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, 
             for piece in range(pieces):
                 new_nodes.append(len(starts))
                 starts.append(position + length * piece // pieces)
-                level_of.append(level)
+                node_levels.append(level)
                 parents.append(node)
             position += length
         parent_nodes = new_nodes or parent_nodes
     starts.append(position)
     return (
         np.array(starts, np.int64),
-        np.array(level_of, np.int64),
+        np.array(node_levels, np.int64),
         np.array(parents, np.int64),
     )

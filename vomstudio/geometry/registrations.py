@@ -196,13 +196,13 @@ class Registration:
             for corner_index in np.ndindex(2, 2, 2):
                 x, y, z = np.where(corner_index, bounds[1], bounds[0]) - self.centre
                 # A rotation w moves the corner by w x p, a change of scale along p.
-                moves = np.hstack(
+                derivatives = np.hstack(
                     [
                         [[0, z, -y, x], [-z, 0, x, y], [y, -x, 0, z]],
                         np.eye(3),
                     ]
                 )
-                variance += float(np.trace(moves @ covariance_matrix @ moves.T))
+                variance += float(np.trace(derivatives @ covariance_matrix @ derivatives.T))
             return float(np.sqrt(max(variance, 0.0) / 8.0 / 3.0))
         rms = self.rms_check_m or self.rms_control_m
         return None if rms is None else float(rms / np.sqrt(3.0))

@@ -84,8 +84,10 @@ def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
             (x, white_share, False, mixed_weight * (10.0 * x) ** MIXED_WEIGHT_SLOPE)
             for x in SHORT_LENGTHS[::2]
         ]
-    length, white, smoothness, weight = (np.array(column) for column in zip(*rows, strict=True))
-    return length, white, smoothness, weight
+    length, white_shares, smoothness, weight = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
+    return length, white_shares, smoothness, weight
 
 
 MODEL_LENGTHS, MODEL_WHITE_SHARES, IS_SMOOTH_MODEL, MODEL_WEIGHTS = _models()
@@ -112,8 +114,10 @@ def _correlations(n: int, points_per_piece: int) -> tuple[FloatArray, FloatArray
     )
     rough_correlations *= (1.0 - MODEL_WHITE_SHARES)[:, None]
     variance = rough_correlations[:, :1] + (MODEL_WHITE_SHARES / points_per_piece)[:, None]
-    white = (MODEL_WHITE_SHARES / points_per_piece) / variance[:, 0]
-    return np.vstack([np.zeros(n), rough_correlations / variance]), np.concatenate([[1.0], white])
+    white_shares = (MODEL_WHITE_SHARES / points_per_piece) / variance[:, 0]
+    return np.vstack([np.zeros(n), rough_correlations / variance]), np.concatenate(
+        [[1.0], white_shares]
+    )
 
 
 class _ModelLibrary:
@@ -170,8 +174,8 @@ class _ModelLibrary:
         # A correlation below 1/e at the next point is equivalent to white noise.
         decay_length = np.where(IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0) * MODEL_LENGTHS
         is_resolved = decay_length * (n * points_per_piece - 1.0) > points_per_piece
-        white = max((WHITE_POINTS / n) ** WHITE_POWER, MIN_WHITE_WEIGHT)
-        weight = np.concatenate([[white], np.where(is_resolved, MODEL_WEIGHTS, 0.0)])
+        white_weight = max((WHITE_POINTS / n) ** WHITE_POWER, MIN_WHITE_WEIGHT)
+        weight = np.concatenate([[white_weight], np.where(is_resolved, MODEL_WEIGHTS, 0.0)])
         self.log_weight = np.log(np.maximum(weight, MIN_FLOAT))
 
 
@@ -377,9 +381,9 @@ def _mixture_quantile(
     for _ in range(100):
         exponential = np.exp(x)[:, None]
         base = 1.0 + rate * (exponential - 1.0)
-        tail = weight * np.exp(-shape * np.log(base))
-        value = tail.sum(axis=-1)
-        slope = (tail * shape * rate * exponential / base).sum(axis=-1) / value
+        tail_probabilities = weight * np.exp(-shape * np.log(base))
+        value = tail_probabilities.sum(axis=-1)
+        slope = (tail_probabilities * shape * rate * exponential / base).sum(axis=-1) / value
         log_excess = np.log(value) - LOG_LEVEL
         low, high = np.where(log_excess > 0.0, x, low), np.where(log_excess > 0.0, high, x)
         step = x + log_excess / slope

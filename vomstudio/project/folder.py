@@ -271,7 +271,7 @@ class ProjectFolder:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
             seq_map = self._copy_journal(part / JOURNAL_NAME)
-            moves = self._copy_files(part) if owns_folder else False
+            is_moved = self._copy_files(part) if owns_folder else False
             self.assets.write(part)
             if folder.exists():
                 folder.rmdir()
@@ -283,9 +283,9 @@ class ProjectFolder:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(cause_of(error), file=folder) from error
         lock, journal = _open_saved(folder)
-        was_dirty = self.session.dirty
+        was_modified = self.session.dirty
         old_use_journal = self.session.use_journal(journal, seq_map)
-        if was_dirty and not untitled and self.write_failure is None:
+        if was_modified and not untitled and self.write_failure is None:
             old_session = Session(old_use_journal)
             old_session.discard_unsaved()
         old_use_journal.close()
@@ -296,7 +296,7 @@ class ProjectFolder:
         self.session.mark_saved()
         if self._report_failure is not None and is_failed:
             self._report_failure(None)
-        if moves:
+        if is_moved:
             move_reconstructions(old_folder, folder)
         if untitled and owns_folder:
             shutil.rmtree(old_folder, ignore_errors=True)
@@ -448,12 +448,12 @@ def untitled_folder() -> Path:
 
 def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> ProjectFolder:
     """Create a project without a name in the folder of untitled projects."""
-    stamp = time.strftime("%Y%m%d-%H%M%S")
-    folder = untitled_folder() / f"{stamp}{PROJECT_SUFFIX}"
+    time_text = time.strftime("%Y%m%d-%H%M%S")
+    folder = untitled_folder() / f"{time_text}{PROJECT_SUFFIX}"
     suffix = 1
     while folder.exists():
         suffix += 1
-        folder = untitled_folder() / f"{stamp}-{suffix}{PROJECT_SUFFIX}"
+        folder = untitled_folder() / f"{time_text}-{suffix}{PROJECT_SUFFIX}"
     return ProjectFolder.create(folder, settings=settings)
 
 

@@ -21,12 +21,12 @@ def pause_collection(*, is_long_lived: bool = False) -> Iterator[None]:
         which would stop every thread for 30 ms if there are thousands of records. They are still
         freed when their last reference is removed.
     """
-    was_on = gc.isenabled()
+    was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if is_long_lived:
             gc.freeze()
-        if was_on:
+        if was_enabled:
             gc.enable()

@@ -55,9 +55,9 @@ class RecordMap(Mapping[str, Record]):
                     members[id_] = new_record
                 else:
                     members.pop(id_, None)
-            for key_of, counts in self._counts.items():
+            for get_key, counts in self._counts.items():
                 for record, step in ((old_record, -1), (new_record, 1)):
-                    key = None if record is None else key_of(record)
+                    key = None if record is None else get_key(record)
                     if key is not None:
                         counts[key] += step
                         if not counts[key]:
@@ -90,12 +90,12 @@ class RecordMap(Mapping[str, Record]):
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
 
-    def count_by(self, key_of: Callable[[Record], K | None]) -> Mapping[K, int]:
+    def count_by(self, get_key: Callable[[Record], K | None]) -> Mapping[K, int]:
         """Return the number of records per key, excluding records with the key None."""
-        if key_of not in self._counts:
-            keys = map(key_of, self._records.values())
-            self._counts[key_of] = Counter(key for key in keys if key is not None)
-        return MappingProxyType(self._counts[key_of])
+        if get_key not in self._counts:
+            keys = map(get_key, self._records.values())
+            self._counts[get_key] = Counter(key for key in keys if key is not None)
+        return MappingProxyType(self._counts[get_key])
 
     def cached(self, compute: Callable[[RecordMap], T]) -> T:
         """Return the result of a function of the records, which is computed once per revision."""

@@ -34,16 +34,16 @@ class Session:
         self.history_changed: Signal[None] = Signal()
         self._journal = journal
         self._settings = settings
-        played = replay(journal.rows())
-        self._records = RecordMap(played.records)
-        self._done = played.done
-        self._undone = played.undone
-        self._saved = played.saved
-        self._saved_top = played.saved_top
-        self.problems: tuple[Finding, ...] = tuple(played.problems)
-        self.draft: Draft | None = played.draft
+        replayed = replay(journal.rows())
+        self._records = RecordMap(replayed.records)
+        self._done = replayed.done
+        self._undone = replayed.undone
+        self._saved = replayed.saved
+        self._saved_top = replayed.saved_top
+        self.problems: tuple[Finding, ...] = tuple(replayed.problems)
+        self.draft: Draft | None = replayed.draft
         self.recovered = self.dirty and bool(self._done)
-        if not played.done and not played.undone and not played.records:
+        if not replayed.done and not replayed.undone and not replayed.records:
             self._begin()
         elif not self.of(FeatureType):
             # The first row of the journal is damaged. Without feature types nothing can be picked.

@@ -40,10 +40,10 @@ def verify(folder: Path) -> Verification:
 
     Raises InputError if the folder is not a project or was written by a newer version.
     """
-    schema, played = read_schema_and_replay(folder)
-    records = played.records.values()
-    assets_by_name = named_assets(played)
-    problems = [*played.problems]
+    schema, replayed = read_schema_and_replay(folder)
+    records = replayed.records.values()
+    assets_by_name = named_assets(replayed)
+    problems = [*replayed.problems]
     for asset in assets_by_name:
         try:
             path = asset_path(folder, asset)
@@ -55,7 +55,7 @@ def verify(folder: Path) -> Verification:
             problems.append(Finding("asset.unreadable", path=asset.path, reason=error))
     return Verification(
         schema,
-        len(played.done),
+        len(replayed.done),
         sum(isinstance(record, Model) for record in records),
         sum(isinstance(record, Feature) for record in records),
         len(assets_by_name),
@@ -63,10 +63,10 @@ def verify(folder: Path) -> Verification:
     )
 
 
-def named_assets(played: Replay) -> list[Asset]:
+def named_assets(replayed: Replay) -> list[Asset]:
     """Return all files that undo, redo or discard may need."""
-    steps = [edit for _, edit in (*played.done, *played.undone)]
-    return assets_of(played.records.values(), played.saved.values(), steps)
+    steps = [edit for _, edit in (*replayed.done, *replayed.undone)]
+    return assets_of(replayed.records.values(), replayed.saved.values(), steps)
 
 
 def assets_of(

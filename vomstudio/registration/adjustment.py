@@ -209,9 +209,9 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
             error = max(error, kind.scale_error)
     if not error > 0:
         return result
-    moves, _, units = weighted_system(result.rows, result.sigma, result.size)
-    inverse, _ = invert_determined(moves.T @ moves)
-    step = -inverse @ (moves[: len(change)].T @ (change / result.sigma))
+    design, _, units = weighted_system(result.rows, result.sigma, result.size)
+    inverse, _ = invert_determined(design.T @ design)
+    step = -inverse @ (design[: len(change)].T @ (change / result.sigma))
     response = error * (step * units)[:7]
     added_covariance = np.outer(response, response)
     return replace(
@@ -378,12 +378,15 @@ def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> flo
 # --- one start --------------------------------------------------------------------------------
 def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
     """Return the minimum-norm parameter change (7,) that minimises the squares."""
-    moves, residuals, units = weighted_system(rows, sigma, size)
-    inverse, null = invert_determined(moves.T @ moves)
-    step = -inverse @ (moves.T @ residuals)
-    if null.shape[1]:
-        weighted_null_space = turn_first[:, None] * null
-        step = step - null @ np.linalg.lstsq(weighted_null_space, turn_first * step, rcond=None)[0]
+    design, residuals, units = weighted_system(rows, sigma, size)
+    inverse, null_space = invert_determined(design.T @ design)
+    step = -inverse @ (design.T @ residuals)
+    if null_space.shape[1]:
+        weighted_null_space = turn_first[:, None] * null_space
+        step = (
+            step
+            - null_space @ np.linalg.lstsq(weighted_null_space, turn_first * step, rcond=None)[0]
+        )
     return np.asarray((step * units)[:7], np.float64)
 
 
@@ -401,10 +404,10 @@ def apply_step(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similar
     from scipy.spatial.transform import Rotation
 
     rotation_matrix = Rotation.from_rotvec(step[:3]).as_matrix()
-    grow = float(np.exp(np.clip(step[3], -1.0, 1.0)))
+    scale_factor = float(np.exp(np.clip(step[3], -1.0, 1.0)))
     rotation = rotation_matrix @ fit.rotation
-    translation = grow * rotation_matrix @ (fit.translation - centre) + centre + step[4:]
-    return Similarity(fit.scale * grow, rotation, translation)
+    translation = scale_factor * rotation_matrix @ (fit.translation - centre) + centre + step[4:]
+    return Similarity(fit.scale * scale_factor, rotation, translation)
 
 
 def _iterate(
@@ -429,9 +432,9 @@ def _iterate(
 
 def _preference(rows: Rows) -> FloatArray:
     """Return the cost of undetermined changes; tilts cost more than rotations about vertical."""
-    dear = np.ones(7 + rows.shared.shape[1])
-    dear[:2] = 1e3
-    return dear
+    weights = np.ones(7 + rows.shared.shape[1])
+    weights[:2] = 1e3
+    return weights
 
 
 # --- errors -----------------------------------------------------------------------------------
@@ -444,13 +447,13 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     groups = np.array(rows.groups)
     unstated = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     redundancy_of: dict[str, float] = {}
-    groups_kept_alone: set[str] = set()
+    separate_groups: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
         rows, starts, position = problem.at(fit)
         previous_sigma = sigma.copy()
         if unstated:
             sigma, redundancy_of = estimate_errors(
-                rows, sigma, size * fit.scale, unstated, separate_variances, groups_kept_alone
+                rows, sigma, size * fit.scale, unstated, separate_variances, separate_groups
             )
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
         fit = apply_step(fit, step, position)
@@ -460,15 +463,15 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
             break
     rows, starts, position = problem.at(fit)
     length = size * fit.scale
-    moves, residuals, units = weighted_system(rows, sigma, length)
-    information = moves.T @ moves
-    inverse, null = invert_determined(information)
-    shared_shifts = -(inverse @ (moves.T @ residuals) * units)[7:]
-    residuals = remove_shared_errors(moves, residuals, inverse, len(rows.residuals))
+    design, residuals, units = weighted_system(rows, sigma, length)
+    information = design.T @ design
+    inverse, null_space = invert_determined(information)
+    shared_shifts = -(inverse @ (design.T @ residuals) * units)[7:]
+    residuals = remove_shared_errors(design, residuals, inverse, len(rows.residuals))
     rows = replace(rows, residuals=residuals[: len(rows.residuals)] * sigma)
-    redundancy = float(len(rows.residuals) - (7 - null.shape[1]))
-    drift = estimate_drift(rows, moves, residuals)
-    fraction, spread, factor = estimate_covariance(rows, moves, residuals, inverse, drift)
+    redundancy = float(len(rows.residuals) - (7 - null_space.shape[1]))
+    drift = estimate_drift(rows, design, residuals)
+    fraction, spread, factor = estimate_covariance(rows, design, residuals, inverse, drift)
     misfit_factor = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
         squares = float((residuals**2).sum())
@@ -482,7 +485,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         position,
         covariance[:7, :7],
         covariance_diagonal[:7, :7],
-        null[:7],
+        null_space[:7],
         rows,
         sigma,
         sigma * fraction,
@@ -510,9 +513,9 @@ def weighted_rows(result: Adjustment) -> tuple[FloatArray, FloatArray]:
     covariance : (7 + k, 7 + k) array
         Covariance without widening by Student's t; zero for undetermined parameters.
     """
-    moves, _, _ = weighted_system(result.rows, result.sigma, result.size)
-    inverse, _ = invert_determined(moves.T @ moves)
-    return moves[: len(result.sigma)], inverse
+    design, _, _ = weighted_system(result.rows, result.sigma, result.size)
+    inverse, _ = invert_determined(design.T @ design)
+    return design[: len(result.sigma)], inverse
 
 
 def _tilt_angle(rotation: FloatArray) -> float:

@@ -93,17 +93,17 @@ class _TestResult:
 
     Attributes
     ----------
-    chance : float
+    p_value : float
         p-value of the residual.
-    strength : float
+    statistic : float
         F ratio.
     of : int
         Number of tested observations.
     """
 
     single: Single
-    chance: float
-    strength: float
+    p_value: float
+    statistic: float
     of: int
     blunder: Blunder
 
@@ -139,7 +139,7 @@ class LeaveOneOut:
 
 
 def find_blunders(
-    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
+    kinds: Sequence[Observed], overall_fit: Adjustment, centre: FloatArray, size: float
 ) -> list[Blunder]:
     """Find observations that are inconsistent with the others, worst first.
 
@@ -150,7 +150,7 @@ def find_blunders(
     Parameters
     ----------
     kinds : sequence of Observed
-    fit_of_all : Adjustment
+    overall_fit : Adjustment
         Adjustment of `kinds`.
     centre, size
         See `adjust`.
@@ -159,21 +159,21 @@ def find_blunders(
     -------
     list of Blunder
     """
-    blunders = _find_blunders(kinds, fit_of_all, centre, size, use_stated_errors=True)
-    if not np.isfinite(fit_of_all.rows.sigma).any():
+    blunders = _find_blunders(kinds, overall_fit, centre, size, use_stated_errors=True)
+    if not np.isfinite(overall_fit.rows.sigma).any():
         return blunders or []
     if blunders is None or (
-        blunders and not _explain_misfit(kinds, blunders, fit_of_all, centre, size)
+        blunders and not _explain_misfit(kinds, blunders, overall_fit, centre, size)
     ):
         # The stated accuracies are too small; that is not a blunder.
-        blunders = _find_blunders(kinds, fit_of_all, centre, size, use_stated_errors=False)
+        blunders = _find_blunders(kinds, overall_fit, centre, size, use_stated_errors=False)
     return blunders or []
 
 
 def _explain_misfit(
     kinds: Sequence[Observed],
     known_blunders: Sequence[Blunder],
-    fit_of_all: Adjustment,
+    overall_fit: Adjustment,
     centre: FloatArray,
     size: float,
 ) -> bool:
@@ -189,14 +189,14 @@ def _explain_misfit(
     kinds = [
         select_observations(kind, [label not in labels for label in kind.labels]) for kind in kinds
     ]
-    fit_of_others = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
-    if fit_of_others.misfit_factor > 1.0 or len(known_blunders) == 1:
-        return fit_of_others.misfit_factor <= 1.0
+    remaining_fit = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
+    if remaining_fit.misfit_factor > 1.0 or len(known_blunders) == 1:
+        return remaining_fit.misfit_factor <= 1.0
     squares = [
         float(((item.rows.residuals / item.sigma) ** 2).sum())
-        for item in (fit_of_all, fit_of_others)
+        for item in (overall_fit, remaining_fit)
     ]
-    dof = fit_of_all.redundancy - fit_of_others.redundancy, fit_of_others.redundancy
+    dof = overall_fit.redundancy - remaining_fit.redundancy, remaining_fit.redundancy
     if min(dof) < 1.0:
         return False
     ratio = (squares[0] - squares[1]) / dof[0] / max(squares[1] / dof[1], 1e-300)
@@ -208,7 +208,7 @@ def _explain_misfit(
 
 def _find_blunders(
     kinds: Sequence[Observed],
-    fit_of_all: Adjustment,
+    overall_fit: Adjustment,
     centre: FloatArray,
     size: float,
     *,
@@ -223,19 +223,19 @@ def _find_blunders(
     blunder_by_single: dict[Single, Blunder] = {}
     while len(blunder_by_single) < observation_count // 3:
         worst_test = _worst(
-            _test_all(kinds, excluded_singles, fit_of_all, use_stated_errors=use_stated_errors)
+            _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
         )
         if worst_test is None:
             break
         excluded_singles.append(worst_test.single)
         blunder_by_single[worst_test.single] = worst_test.blunder
-        fit_of_all = _adjust_without(kinds, excluded_singles, centre, size)
+        overall_fit = _adjust_without(kinds, excluded_singles, centre, size)
     else:
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             observation_count // 3
             and _worst(
-                _test_all(kinds, excluded_singles, fit_of_all, use_stated_errors=use_stated_errors)
+                _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
             )
             is not None
         ):
@@ -309,17 +309,17 @@ def _clear_consistent(
     """Remove consistent observations from the outliers, and update other errors."""
     observation_count = sum(len(kind.labels) for kind in kinds)
     for excluded_single in [*excluded_singles]:
-        others_excluded = [
+        other_singles = [
             other_single for other_single in excluded_singles if other_single != excluded_single
         ]
-        fit_of_others = _adjust_without(kinds, others_excluded, centre, size)
+        remaining_fit = _adjust_without(kinds, other_singles, centre, size)
         results = _test_all(
-            kinds, others_excluded, fit_of_others, use_stated_errors=use_stated_errors
+            kinds, other_singles, remaining_fit, use_stated_errors=use_stated_errors
         )
         result = next((item for item in results if item.single == excluded_single), None)
         if result is None:
             continue
-        if result.chance < _SIGNIFICANCE / observation_count:
+        if result.p_value < _SIGNIFICANCE / observation_count:
             blunder_by_single[excluded_single] = result.blunder
         else:
             excluded_singles.remove(excluded_single)
@@ -376,25 +376,25 @@ def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
     """
-    wrong_tests = [item for item in tests if item.chance < _SIGNIFICANCE / item.of]
-    return min(wrong_tests, key=lambda one: (one.chance, -one.strength)) if wrong_tests else None
+    wrong_tests = [item for item in tests if item.p_value < _SIGNIFICANCE / item.of]
+    return min(wrong_tests, key=lambda one: (one.p_value, -one.statistic)) if wrong_tests else None
 
 
 def _test_all(
     kinds: Sequence[Observed],
     out: Sequence[Single],
-    fit_of_all: Adjustment,
+    overall_fit: Adjustment,
     *,
     use_stated_errors: bool,
 ) -> list[_TestResult]:
     """Test each observation that the others determine."""
     from scipy.stats import chi2, f
 
-    rows, sigma = fit_of_all.rows, fit_of_all.sigma
+    rows, sigma = overall_fit.rows, overall_fit.sigma
     is_stated = np.isfinite(rows.sigma) & use_stated_errors
-    moves, covariance = weighted_rows(fit_of_all)
+    design, covariance = weighted_rows(overall_fit)
     residuals = rows.residuals / sigma
-    redundancy = fit_of_all.redundancy
+    redundancy = overall_fit.redundancy
     squares = float((residuals**2).sum())
     remaining_observations = _remaining(kinds, out)
     observation_count = sum(len(kind.labels) for _, kind, _ in remaining_observations)
@@ -403,17 +403,17 @@ def _test_all(
     for position, (index, kind, row_numbers) in enumerate(remaining_observations):
         if isinstance(kind, KeptScale | PhotoUpright):
             continue
-        first_row, last_row = fit_of_all.starts[position], fit_of_all.starts[position + 1]
+        first_row, last_row = overall_fit.starts[position], overall_fit.starts[position + 1]
         width = (last_row - first_row) // len(kind.labels)
         for number, row in enumerate(row_numbers):
             row_slice = slice(first_row + number * width, first_row + (number + 1) * width)
-            residual_weight = np.eye(width) - moves[row_slice] @ covariance @ moves[row_slice].T
+            residual_weight = np.eye(width) - design[row_slice] @ covariance @ design[row_slice].T
             if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
                 continue
             deleted_residuals = np.linalg.solve(residual_weight, residuals[row_slice])
             if np.linalg.norm(deleted_residuals * sigma[row_slice]) < _ROUNDING * max(
-                fit_of_all.size, 1.0
+                overall_fit.size, 1.0
             ):
                 continue
             candidates.append(((index, row), kind, number, deleted_residuals * sigma[row_slice]))
@@ -425,23 +425,23 @@ def _test_all(
     other_variances = np.where(
         is_known, 1.0, np.maximum((squares - squared) / (redundancy - widths), 1e-300)
     )
-    strength = squared / widths / other_variances
+    strengths = squared / widths / other_variances
     # Use one call for all observations: a SciPy call takes as long as the other steps per point.
-    chance = np.where(
+    p_values = np.where(
         is_known,
         chi2.sf(squared, widths),
-        f.sf(strength, widths, np.maximum(redundancy - widths, 1)),
+        f.sf(strengths, widths, np.maximum(redundancy - widths, 1)),
     )
     return [
         _TestResult(
-            tested_single,
+            single,
             float(p),
             float(s),
             observation_count,
             _describe(kind, kind.labels[index], misclosure),
         )
-        for (tested_single, kind, index, misclosure), p, s in zip(
-            candidates, chance, strength, strict=True
+        for (single, kind, index, misclosure), p, s in zip(
+            candidates, p_values, strengths, strict=True
         )
     ]
 
@@ -486,7 +486,7 @@ def exclude_labels(
 
 # --- few directions ---------------------------------------------------------------------------
 def leave_one_out(
-    kinds: Sequence[Observed], fit_of_all: Adjustment, centre: FloatArray, size: float
+    kinds: Sequence[Observed], overall_fit: Adjustment, centre: FloatArray, size: float
 ) -> list[LeaveOneOut]:
     """Leave out each of a few directions in turn, and list the most suspicious first.
 
@@ -505,20 +505,20 @@ def leave_one_out(
     if not has_only_directions or not _MIN_DIRECTIONS <= direction_count <= _MAX_DIRECTIONS:
         return []
     typical_errors = np.where(
-        np.isfinite(fit_of_all.rows.sigma), fit_of_all.rows.sigma, _DEFAULT_ERROR_RAD
+        np.isfinite(overall_fit.rows.sigma), overall_fit.rows.sigma, _DEFAULT_ERROR_RAD
     )
-    whole_value = float(((fit_of_all.rows.residuals / typical_errors) ** 2).sum())
-    if fit_of_all.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * fit_of_all.redundancy:
+    whole_value = float(((overall_fit.rows.residuals / typical_errors) ** 2).sum())
+    if overall_fit.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * overall_fit.redundancy:
         return []
-    if fit_of_all.is_ambiguous:
+    if overall_fit.is_ambiguous:
         # Among equal fits, the one with the smallest tilt was selected, not the best fit.
         whole_value -= EQUAL_FIT_COST
-    return _leave_each_out(kinds, fit_of_all, centre, size, whole_value)
+    return _leave_each_out(kinds, overall_fit, centre, size, whole_value)
 
 
 def _leave_each_out(
     kinds: Sequence[Observed],
-    fit_of_all: Adjustment,
+    overall_fit: Adjustment,
     centre: FloatArray,
     size: float,
     whole_value: float,
@@ -526,7 +526,7 @@ def _leave_each_out(
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
 
-    has_stated_errors = bool(np.isfinite(fit_of_all.rows.sigma).all())
+    has_stated_errors = bool(np.isfinite(overall_fit.rows.sigma).all())
     results: list[tuple[float, float, LeaveOneOut]] = []
     singles = [
         (index, row)
@@ -538,28 +538,30 @@ def _leave_each_out(
         kind = kinds[excluded_single[0]]
         assert isinstance(kind, Directions)
         try:
-            fit_of_others = _adjust_without(kinds, [excluded_single], centre, size)
+            remaining_fit = _adjust_without(kinds, [excluded_single], centre, size)
         except GeometryError:
             continue
         typical_errors = np.where(
-            np.isfinite(fit_of_others.rows.sigma), fit_of_others.rows.sigma, _DEFAULT_ERROR_RAD
+            np.isfinite(remaining_fit.rows.sigma), remaining_fit.rows.sigma, _DEFAULT_ERROR_RAD
         )
-        squares = float(((fit_of_others.rows.residuals / typical_errors) ** 2).sum())
-        redundancy = fit_of_others.redundancy
-        gain = max(whole_value - squares, 0.0)
+        squares = float(((remaining_fit.rows.residuals / typical_errors) ** 2).sum())
+        redundancy = remaining_fit.redundancy
+        squares_reduction = max(whole_value - squares, 0.0)
         if has_stated_errors:
-            chance = float(chi2.sf(gain, 2))
+            p_value = float(chi2.sf(squares_reduction, 2))
         else:
             pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (redundancy + _DEFAULT_ERROR_WEIGHT)
-            chance = float(f.sf(gain / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT))
-        placed_vectors = fit_of_others.fit.rotation @ kind.model[excluded_single[1]]
-        other_error = float(np.degrees(np.sqrt((fit_of_others.rows.residuals**2).mean())))
+            p_value = float(
+                f.sf(squares_reduction / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT)
+            )
+        placed_vectors = remaining_fit.fit.rotation @ kind.model[excluded_single[1]]
+        other_error = float(np.degrees(np.sqrt((remaining_fit.rows.residuals**2).mean())))
         cosine = float(placed_vectors @ kind.world[excluded_single[1]])
         turned_matrix = Rotation.from_matrix(
-            fit_of_others.fit.rotation @ fit_of_all.fit.rotation.T
+            remaining_fit.fit.rotation @ overall_fit.fit.rotation.T
         ).magnitude()
         worst_errors = 1.96 * float(
-            np.degrees(np.sqrt(np.linalg.eigvalsh(fit_of_others.rotation)[-1]))
+            np.degrees(np.sqrt(np.linalg.eigvalsh(remaining_fit.rotation)[-1]))
         )
         # The few other directions determine it poorly.
         limit = float(np.clip(max(3.0 * other_error, 2.0 * worst_errors), *_AZIMUTH_LIMITS_DEG))
@@ -567,7 +569,7 @@ def _leave_each_out(
         results.append(
             (
                 squares,
-                chance,
+                p_value,
                 LeaveOneOut(
                     kind.labels[excluded_single[1]],
                     float(
@@ -578,7 +580,7 @@ def _leave_each_out(
                     float(np.degrees(turned_matrix)),
                     other_error,
                     None
-                    if fit_of_others.free[:3].size and np.abs(fit_of_others.free[:3]).max() > 1e-6
+                    if remaining_fit.free[:3].size and np.abs(remaining_fit.free[:3]).max() > 1e-6
                     else worst_errors,
                     suspect=False,
                     azimuth_off_deg=fits,

@@ -267,7 +267,7 @@ def require_apart(world: FloatArray) -> None:
     GeometryError
         If the positions are in degrees or all equal.
     """
-    if degrees := degree_findings(world, apart_m=_MIN_DISTANCE_M):
+    if degrees := degree_findings(world, distance_m=_MIN_DISTANCE_M):
         raise GeometryError(degrees[0])
     if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _MIN_DISTANCE_M:
         raise GeometryError(Finding("gps-equal", "error", value=len(world), photos=()))
@@ -316,11 +316,11 @@ def select_consistent_cameras(
         line = Finding("collinear", "error", photos=list(labels), value=None)
         raise GeometryError(misplaced[0] if misplaced else line)
     if len(used_rows) >= 3:
-        findings, all_consistent = _check_all(
+        findings, affects_all = _check_all(
             [labels[int(i)] for i in used_rows], model[used_rows], world[used_rows]
         )
         misplaced += findings
-        if not all_consistent:
+        if not affects_all:
             is_used[used_rows] = _is_inlier(model[used_rows], world[used_rows], sigma[used_rows])
     exclusions: list[Finding] = []
     if not is_used.all():

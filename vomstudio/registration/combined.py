@@ -51,13 +51,13 @@ class Combined:
         return np.asarray(-self.whitening @ self.scale_response)
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
-        moves: FloatArray = np.zeros((7, 7))
-        moves[:4, :4] = np.eye(4)
-        moves[4:] = jacobian(self.rotation_centre - np.asarray(centre, np.float64).ravel())
+        design: FloatArray = np.zeros((7, 7))
+        design[:4, :4] = np.eye(4)
+        design[4:] = jacobian(self.rotation_centre - np.asarray(centre, np.float64).ravel())
         m = len(self.whitening)
         return Rows(
             self.whitening @ difference(fit, self.start, self.rotation_centre),
-            self.whitening @ moves,
+            self.whitening @ design,
             np.ones(m),
             (self.labels[0],) * m,
             (self.labels[0],) * m,

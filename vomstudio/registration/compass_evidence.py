@@ -113,9 +113,9 @@ def compass_directions(
         if len(rows):
             sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
             labels = [table.labels[i] for i in rows]
-            doubt = float(np.radians(north_doubt_deg))
+            north_sigma = float(np.radians(north_doubt_deg))
             kinds.append(
-                Directions(labels, table.model[rows], world[rows], sigma, north_sigma=doubt)
+                Directions(labels, table.model[rows], world[rows], sigma, north_sigma=north_sigma)
             )
     return kinds
 
@@ -152,5 +152,5 @@ def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> 
     ]
     angles = np.radians([line.value for line in segments])
     sigma = [_READING_DEG if line.sigma is None else line.sigma for line in segments]
-    doubt = float(np.radians(north_doubt_deg))
-    return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), doubt)
+    north_sigma = float(np.radians(north_doubt_deg))
+    return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), north_sigma)

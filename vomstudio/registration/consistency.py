@@ -145,8 +145,8 @@ def disagreement_findings(
         return []
     first_fit, second_fit = (item.fit for item in single_fits)
     rotation = Rotation.from_matrix(first_fit.rotation @ second_fit.rotation.T).as_rotvec()
-    grow = float(np.log(first_fit.scale / second_fit.scale))
-    offset = np.array([*rotation, grow])
+    log_scale_ratio = float(np.log(first_fit.scale / second_fit.scale))
+    offset = np.array([*rotation, log_scale_ratio])
     errors = _rotation_scale_covariance(single_fits[0]) + _rotation_scale_covariance(single_fits[1])
     if float(chi2.sf(offset @ np.linalg.solve(errors, offset), 4)) > _SIGNIFICANCE:
         return []
@@ -154,7 +154,7 @@ def disagreement_findings(
         Finding(
             "registration.points-and-cameras",
             turn_deg=float(np.degrees(np.linalg.norm(rotation))),
-            scale_percent=100.0 * float(np.expm1(grow)),
+            scale_percent=100.0 * float(np.expm1(log_scale_ratio)),
         )
     ]
 
@@ -217,13 +217,13 @@ def estimate_norths(
         Observations with corrected azimuths and without priors of the corrected norths. These give
         the best placement and are used to assess single readings.
     """
-    norths, corrected = [], list(kinds)
+    north_rotations, corrected = [], list(kinds)
     for name in (COMPASS, YAW):
         estimate = _estimate_north(corrected, centre, size, name)
         if estimate is not None:
             rotation, corrected = estimate
-            norths.append(rotation)
-    return norths, corrected
+            north_rotations.append(rotation)
+    return north_rotations, corrected
 
 
 def _estimate_north(
@@ -241,10 +241,10 @@ def _estimate_north(
         first_turn = _first_turn(kinds, other_kinds, centre, size, name)
     except GeometryError:
         return None
-    freed = [_free_north(kind, first_turn, name) for kind in kinds]
+    freed_kinds = [_free_north(kind, first_turn, name) for kind in kinds]
     for _ in range(_MAX_ITERATIONS):
         try:
-            result = adjust(freed, centre, size)
+            result = adjust(freed_kinds, centre, size)
         except GeometryError:
             return None
         index = result.rows.shared_names.index(name)
@@ -254,14 +254,14 @@ def _estimate_north(
         error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
         if error > _MAX_NORTH_ERROR_DEG:
             return None
-        freed = [_free_north(kind, first_turn, name) for kind in kinds]
+        freed_kinds = [_free_north(kind, first_turn, name) for kind in kinds]
         if abs(step) < 0.01:
             break
     first_turn = float((first_turn + 180.0) % 360.0 - 180.0)
     if abs(first_turn) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
         return None
     are_planes = any(isinstance(kind, Directions) for kind in kinds)
-    return NorthTurn(name, first_turn, 1.959963984540054 * error, are_planes), freed
+    return NorthTurn(name, first_turn, 1.959963984540054 * error, are_planes), freed_kinds
 
 
 def _first_turn(
@@ -275,8 +275,8 @@ def _first_turn(
 
     Small steps from a distant start would converge to a wrong solution.
     """
-    fit_of_others = adjust(other_kinds, centre, size)
-    if np.abs(fit_of_others.free[:3]).sum() > 0:
+    remaining_fit = adjust(other_kinds, centre, size)
+    if np.abs(remaining_fit.free[:3]).sum() > 0:
         return 0.0
     readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in other_kinds)]
     trial_turns = np.arange(0.0, 360.0, _STEP_DEG)
@@ -286,7 +286,7 @@ def _first_turn(
                 np.concatenate(
                     [
                         _free_north(kind, trial_turn, name)
-                        .rows(fit_of_others.fit, fit_of_others.centre)
+                        .rows(remaining_fit.fit, remaining_fit.centre)
                         .residuals
                         for kind in readings
                     ]

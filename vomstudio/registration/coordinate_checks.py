@@ -249,8 +249,8 @@ def swapped_label_findings(
     if best_swap is None or best_swap[0] > _MAX_SWAPPED_RATIO * rms:
         return []
     # If only one point is wrong, excluding it explains the misfit as well.
-    for runner_up in best_swap[1:]:
-        is_other = np.arange(len(labels)) != runner_up
+    for other_swap in best_swap[1:]:
+        is_other = np.arange(len(labels)) != other_swap
         rms_misfit = _rms(model[is_other], world[is_other])
         if rms_misfit is not None and rms_misfit < 2.0 * best_swap[0]:
             return []
@@ -266,13 +266,13 @@ def swapped_label_findings(
 
 
 # --- all points -------------------------------------------------------------------------------
-def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]:
+def degree_findings(world: FloatArray, *, distance_m: float = 0.0) -> list[Finding]:
     """Return a finding if x and y look like degrees.
 
     Parameters
     ----------
     world : (n, 3) ndarray
-    apart_m : float, optional
+    distance_m : float, optional
         Minimum extent of the points, metres.
 
     Returns
@@ -286,7 +286,7 @@ def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]
     for x, y, exchanged in ((0, 1, False), (1, 0, True)):
         is_inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
         if is_inside and (
-            0.0 < horizontal_extent < apart_m
+            0.0 < horizontal_extent < distance_m
             or (horizontal_extent < 1.0 and max_distance[2] > 100 * horizontal_extent)
         ):
             return [

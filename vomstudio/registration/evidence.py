@@ -186,7 +186,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         If the observations do not determine the position of the model.
     """
     findings: list[Finding] = []
-    suspicions: list[Finding] = []
+    suspicious_findings: list[Finding] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
@@ -195,16 +195,16 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         all_pairs = evidence.pairs
-        suspicions += point_findings(
+        suspicious_findings += point_findings(
             control, all_pairs.labels, all_pairs.world, all_pairs.model, evidence.crs
         )
-        findings += suspicions
+        findings += suspicious_findings
     click_m, click = _click_errors(evidence)
     kinds += lengths_of(
         evidence.bars, evidence.lengths, evidence.pairs, click_m=click_m, click=click
     )
     if evidence.positions is not None:
-        kinds.append(_cameras(evidence, findings, suspicions))
+        kinds.append(_cameras(evidence, findings, suspicious_findings))
     attitudes = None
     if evidence.attitudes is not None:
         attitudes = _attitudes(evidence, evidence.attitudes, findings)
@@ -233,12 +233,12 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
         kinds += fixed_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
         placement = (place_robustly if evidence.robust else place)(
-            kinds, check, extent, up=evidence.up, is_doubted=bool(suspicions)
+            kinds, check, extent, up=evidence.up, is_doubted=bool(suspicious_findings)
         )
     except GeometryError as error:
         # Report the suspicious values: they are the cause of the degenerate geometry.
-        if suspicions:
-            raise GeometryError(suspicions[0]) from error
+        if suspicious_findings:
+            raise GeometryError(suspicious_findings[0]) from error
         error.message = " ".join([*map(str, findings), error.message])
         raise
     findings += vertical_findings(kinds, np.array(placement.matrix)[:3, :3] / placement.scale)
@@ -253,7 +253,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     findings += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded_labels)
     findings += _camera_findings(evidence, kinds, placement)
     if evidence.positions is not None and _is_only_kind(kinds):
-        _refuse_uncertain(placement, suspicions)
+        _refuse_uncertain(placement, suspicious_findings)
     if attitudes is not None:
         findings += bowing_findings(
             _bowing_by_tilts(evidence, placement, extent), is_photo_model=True
@@ -392,10 +392,13 @@ def _match_photos(
     return rows, names
 
 
-def _cameras(evidence: Evidence, findings: list[Finding], suspicions: list[Finding]) -> Points:
+def _cameras(
+    evidence: Evidence, findings: list[Finding], suspicious_findings: list[Finding]
+) -> Points:
     """Return the camera positions that are consistent with the model.
 
-    Findings are appended to `findings`, and those about suspicious positions to `suspicions`.
+    Findings are appended to `findings`, and those about suspicious positions to
+    `suspicious_findings`.
     """
     positions = evidence.positions
     assert positions is not None
@@ -415,7 +418,7 @@ def _cameras(evidence: Evidence, findings: list[Finding], suspicions: list[Findi
     cameras, suspicious, exclusions = select_consistent_cameras(
         labels, model, world, sigma, is_alone=has_only_cameras, crs=evidence.crs
     )
-    suspicions += suspicious
+    suspicious_findings += suspicious
     findings += [*suspicious, *exclusions]
     return cameras
 
@@ -440,11 +443,11 @@ def _is_only_kind(kinds: Sequence[Observed]) -> bool:
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_uncertain(placement: Placed, suspicions: Sequence[Finding]) -> None:
+def _refuse_uncertain(placement: Placed, suspicious_findings: Sequence[Finding]) -> None:
     worst_error_deg = placement.rotation_error_95_deg.weakest.error_deg
     if worst_error_deg is None or worst_error_deg > _MAX_TURN_ERROR_DEG:
         reason = Finding("cameras.unsure", limit_deg=_MAX_TURN_ERROR_DEG)
-        raise GeometryError(suspicions[0] if suspicions else reason)
+        raise GeometryError(suspicious_findings[0] if suspicious_findings else reason)
 
 
 def marked_places(
@@ -474,7 +477,7 @@ def marked_places(
         If the marks scatter too much to show the same points.
     """
     collected = [] if findings is None else findings
-    views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
+    views_by_label: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
     mark_counts: Counter[str] = Counter()
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
@@ -495,12 +498,12 @@ def marked_places(
                 )
             )
             continue
-        views, pixels = views_of.setdefault(label, ([], []))
+        views, pixels = views_by_label.setdefault(label, ([], []))
         views.append(view)
         pixels.append((x, y))
     points = {
         label: Marks(views, np.array(pixels, np.float64))
-        for label, (views, pixels) in views_of.items()
+        for label, (views, pixels) in views_by_label.items()
     }
     mark_px = mark_error_px(list(points.values()))
     evidence.mark_scatter_px = mark_px if points else None

@@ -262,8 +262,8 @@ def _points_alone(
     size = float(np.linalg.norm(world - world.mean(axis=0)))
 
     def significance_limit(count: int) -> float:
-        chance = 1.0 - _SIGNIFICANCE / 2.0 / count
-        return float(norm.ppf(chance) if has_stated_errors else t.ppf(chance, dof))
+        probability = 1.0 - _SIGNIFICANCE / 2.0 / count
+        return float(norm.ppf(probability) if has_stated_errors else t.ppf(probability, dof))
 
     return fit.scale, sigma / size, sigma, significance_limit
 

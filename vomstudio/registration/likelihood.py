@@ -102,7 +102,7 @@ def _adjust_others(
     for _ in range(_ITERATIONS):
         position = fit(centre)[0]
         rows, _ = all_rows(kinds, fit, position)
-        system = rows.moves @ basis / result.sigma[:, None]
+        system = rows.design @ basis / result.sigma[:, None]
         step = -np.linalg.lstsq(system, rows.residuals / result.sigma, rcond=None)[0]
         fit = apply_step(fit, basis @ step, position)
     rows, _ = all_rows(kinds, fit, fit(centre)[0])

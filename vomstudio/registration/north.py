@@ -242,7 +242,7 @@ def convert_to_grid_north(
     added_turns: dict[str, list[float]] = {}
     lacking_count = 0
     known_corrections: dict[object, NorthCorrection | None] = {}
-    for row, word in enumerate(table.norths):
+    for row, word in enumerate(table.north_references):
         if not np.isfinite(angles[row, 0]):
             continue
         longitude, latitude = table.places[row].tolist()
@@ -266,7 +266,7 @@ def convert_to_grid_north(
     ]
     if lacking_count:
         findings.append(Finding("north.not-corrected", photos=lacking_count))
-    return replace(table, angles=angles, norths=("grid",) * len(table.photos))
+    return replace(table, angles=angles, north_references=("grid",) * len(table.photos))
 
 
 def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:

@@ -40,7 +40,7 @@ class Rows:
     ----------
     residuals : (m,) array
         Predicted minus observed values.
-    moves : (m, 7) array
+    design : (m, 7) array
         Derivatives of `residuals` by the seven parameters.
     sigma : (m,) array
         Stated errors, NaN if not stated.
@@ -60,7 +60,7 @@ class Rows:
     """
 
     residuals: FloatArray
-    moves: FloatArray
+    design: FloatArray
     sigma: FloatArray
     groups: tuple[str, ...]
     parts: tuple[str, ...]
@@ -130,9 +130,9 @@ class Points:
         rotation = fit.scale * fit.rotation
         covariance = rotation @ self.covariance @ rotation.T + sigma[:, :, None] ** 2 * np.eye(3)
         diagonal = np.einsum("nii->ni", covariance)
-        off_axes = np.abs(covariance - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
+        off_diagonal = np.abs(covariance - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
         sigma = np.sqrt(diagonal)
-        is_inclined = np.isfinite(off_axes) & (off_axes > _ON_AXES * diagonal.max(axis=1))
+        is_inclined = np.isfinite(off_diagonal) & (off_diagonal > _ON_AXES * diagonal.max(axis=1))
         if is_inclined.any():
             values, vectors = np.linalg.eigh(covariance[is_inclined])
             sigma[is_inclined] = np.sqrt(np.maximum(values, 0.0))
@@ -152,7 +152,7 @@ class Points:
         placed_points = fit(self.model)
         n = len(placed_points)
         sigma, axes = self.errors(fit)
-        moves = axes @ jacobians(placed_points - centre)
+        design = axes @ jacobians(placed_points - centre)
         residuals = np.einsum("nij,nj->ni", axes, placed_points - self.world)
         parts = ("", "", "")
         if n >= MIN_POINTS_PER_AXIS:
@@ -160,7 +160,7 @@ class Points:
         elif n >= MIN_POINTS_HEIGHTS:
             parts = (" level", " level", " up")
         row_names = tuple(self.name + part for part in parts)
-        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
+        rows = _rows(residuals.ravel(), design.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
         rows = replace(rows, axes=axes.reshape(-1, 3))
         if n >= MIN_POINTS_HEIGHTS:
             return rows
@@ -195,14 +195,14 @@ class Lengths:
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_lengths = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
-        moves = np.zeros((len(placed_lengths), 7))
-        moves[:, 3] = placed_lengths
+        design = np.zeros((len(placed_lengths), 7))
+        design[:, 3] = placed_lengths
         sigma = self.sigma
         if self.click_m is not None:
             sigma = np.hypot(sigma, self.click_m)
         if self.click is not None:
             sigma = np.hypot(sigma, fit.scale * self.click)
-        return _rows(placed_lengths - self.length, moves, sigma, ("lengths",))
+        return _rows(placed_lengths - self.length, design, sigma, ("lengths",))
 
     def exact_on_model(self) -> Lengths:
         """Return the lengths, assuming that their end points on the model are exact."""
@@ -260,16 +260,16 @@ class Directions:
             signs = np.where((placed_directions * observed).sum(axis=1) < 0, -1.0, 1.0)
             observed = observed * signs[:, None]
         down, cross_tangents = _tangents(observed)
-        moves = np.zeros((len(placed_directions), 2, 7))
+        design = np.zeros((len(placed_directions), 2, 7))
         residuals = np.zeros((len(placed_directions), 2))
         shared_columns = np.zeros((len(placed_directions), 2, 1))
         for row, tangent in enumerate((down, cross_tangents)):
             residuals[:, row] = _angle(placed_directions, observed, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
             rotation_columns = _cross(placed_directions, tangent)
-            moves[:, row, :3] = rotation_columns
+            design[:, row, :3] = rotation_columns
             shared_columns[:, row, 0] = rotation_columns[:, 2]
-        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), self.sigma, ("directions",))
+        rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("directions",))
         return _sharing(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
@@ -299,10 +299,10 @@ class Verticals:
         placed_directions = self.model @ fit.rotation.T
         rows = _downward_rows(placed_directions, self.sigma, "verticals")
         axes = fit.rotation @ self.cameras
-        aside_by = np.cross(axes, placed_directions[:, :, None], axisa=1, axisb=1, axisc=1)[
-            :, :2, :
-        ]
-        return _sharing(rows, aside_by.reshape(-1, 3), self.mount_sigma)
+        cross_derivatives = np.cross(
+            axes, placed_directions[:, :, None], axisa=1, axisb=1, axisc=1
+        )[:, :2, :]
+        return _sharing(rows, cross_derivatives.reshape(-1, 3), self.mount_sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -387,9 +387,9 @@ class LevelLines:
             placed_directions = (
                 np.sign(placed_directions @ main_direction)[:, None] * main_direction
             )
-        moves = np.zeros((len(placed_directions), 7))
-        moves[:, :3] = _cross(placed_directions, np.array([0.0, 0.0, 1.0]))
-        return _rows(placed_directions[:, 2], moves, self.sigma, ("level lines",))
+        design = np.zeros((len(placed_directions), 7))
+        design[:, :3] = _cross(placed_directions, np.array([0.0, 0.0, 1.0]))
+        return _rows(placed_directions[:, 2], design, self.sigma, ("level lines",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -427,11 +427,11 @@ class Azimuths:
                 np.zeros(len(horizontal_squares)),
             ]
         )
-        moves = np.zeros((len(horizontal_squares), 7))
-        moves[:, :3] = _cross(placed_directions, slope)
-        rows = _rows(residuals, moves, self.sigma, ("azimuths",))
+        design = np.zeros((len(horizontal_squares), 7))
+        design[:, :3] = _cross(placed_directions, slope)
+        rows = _rows(residuals, design, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
-        return _sharing(rows, moves[:, 2:3], self.north_sigma, COMPASS)
+        return _sharing(rows, design[:, 2:3], self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -471,9 +471,9 @@ class Attitudes:
         inverse = np.swapaxes(self.axes, 1, 2)
         residuals = np.einsum("nij,nj->ni", inverse, rotations)
         n = len(residuals)
-        moves = np.zeros((n, 3, 7))
-        moves[:, :, :3] = inverse
-        rows = _rows(residuals.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
+        design = np.zeros((n, 3, 7))
+        design[:, :, :3] = inverse
+        rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _sharing(rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma)
@@ -536,7 +536,7 @@ def all_rows(
         sizes[selected_columns] = rows.shared_sigma
     joined_rows = Rows(
         np.concatenate([rows.residuals for rows in rows_by_kind]),
-        np.concatenate([rows.moves for rows in rows_by_kind]),
+        np.concatenate([rows.design for rows in rows_by_kind]),
         np.concatenate([rows.sigma for rows in rows_by_kind]),
         tuple(name for rows in rows_by_kind for name in rows.groups),
         tuple(name for rows in rows_by_kind for name in rows.parts),
@@ -561,7 +561,7 @@ def all_rows(
 
 def _rows(
     residuals: FloatArray,
-    moves: FloatArray,
+    design: FloatArray,
     sigma: FloatArray,
     groups: tuple[str, ...],
     parts: tuple[str, ...] = (),
@@ -574,7 +574,7 @@ def _rows(
     n = len(residuals)
     return Rows(
         np.asarray(residuals, np.float64),
-        np.asarray(moves, np.float64),
+        np.asarray(design, np.float64),
         np.asarray(sigma, np.float64).ravel(),
         groups * (n // len(groups)),
         (parts or groups) * (n // len(parts or groups)),
@@ -610,12 +610,12 @@ def _downward_rows(placed_directions: FloatArray, sigma: FloatArray, name: str) 
     )
     residuals = placed_directions[:, :2] * factor[:, None]
     residuals[(horizontal_lengths <= 1e-12) & (placed_directions[:, 2] > 0), 0] = np.pi
-    moves = np.zeros((len(placed_directions), 2, 7))
+    design = np.zeros((len(placed_directions), 2, 7))
     # Rotations about east and north move a direction along the horizontal axes; rotations about the
     # direction itself do not.
-    moves[:, 0, 1] = -1.0
-    moves[:, 1, 0] = 1.0
-    return _rows(residuals.ravel(), moves.reshape(-1, 7), sigma, (name,))
+    design[:, 0, 1] = -1.0
+    design[:, 1, 0] = 1.0
+    return _rows(residuals.ravel(), design.reshape(-1, 7), sigma, (name,))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -83,14 +83,19 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
     UsageError
         If no photo has an attitude.
     """
-    names, angles, down, norths = list[str](), list[FloatArray](), list[FloatArray](), list[str]()
+    names, angles, down, north_references = (
+        list[str](),
+        list[FloatArray](),
+        list[FloatArray](),
+        list[str](),
+    )
     days, positions = list[date | None](), list[FloatArray]()
     drones = unnamed_count = 0
     metadata, findings = drop_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):
         quarter_turns = _quarter_turns(photo, views.get(name))
         angles_deg = np.full(3, np.nan)
-        north, fall = "true", np.full(3, np.nan)
+        north, direction_down = "true", np.full(3, np.nan)
         if photo.yaw_deg is not None and photo.pitch_deg is not None:
             angles_deg[:] = (
                 photo.yaw_deg,
@@ -100,17 +105,17 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
             drones += 1
         else:
             if photo.down is not None:
-                fall[:] = _turned(photo.down, quarter_turns)
+                direction_down[:] = _turned(photo.down, quarter_turns)
             if photo.direction_deg is not None:
                 angles_deg[0] = photo.direction_deg
                 north = photo.direction_north or "magnetic"
                 unnamed_count += photo.direction_north is None
-        if not (np.isfinite(angles_deg[0]) or np.isfinite(fall[0])):
+        if not (np.isfinite(angles_deg[0]) or np.isfinite(direction_down[0])):
             continue
         names.append(name)
         angles.append(angles_deg)
-        down.append(fall)
-        norths.append(north)
+        down.append(direction_down)
+        north_references.append(north)
         days.append(None if photo.taken_at is None else photo.taken_at.date())
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
         location = (
@@ -128,7 +133,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         tuple(names),
         np.array(angles),
         None,
-        tuple(norths),
+        tuple(north_references),
         is_doubted=True,
         down=np.array(down),
         days=tuple(days),

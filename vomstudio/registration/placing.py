@@ -115,13 +115,13 @@ def place(
     centre, size = _extent(kinds, extent)
     # An error common to all readings must not make single readings appear wrong.
     contradiction, consistent = check_fixed_scale(kinds, centre, size)
-    norths, judged = estimate_norths(consistent, centre, size)
-    result = widen_by_likelihood(judged, adjust(judged, centre, size), centre)
-    result = add_rounding(judged, result, centre, size)
-    known_determined_parameters = _determined_parameters(result, judged)
+    north_rotations, corrected_kinds = estimate_norths(consistent, centre, size)
+    result = widen_by_likelihood(corrected_kinds, adjust(corrected_kinds, centre, size), centre)
+    result = add_rounding(corrected_kinds, result, centre, size)
+    known_determined_parameters = _determined_parameters(result, corrected_kinds)
     mirrors = mirror_findings(points)
     blunders, leave_one_out_results = _find_outliers(
-        judged, result, centre, size, is_mirrored=bool(mirrors)
+        corrected_kinds, result, centre, size, is_mirrored=bool(mirrors)
     )
     control = _residuals(points, result.fit)
     residual_share = _residual_share(points, control)
@@ -135,7 +135,7 @@ def place(
     named_evidence = [
         *(
             suspect_findings(leave_one_out_results)
-            or blunder_findings(judged, blunders, result, centre, size)
+            or blunder_findings(corrected_kinds, blunders, result, centre, size)
         ),
         *mirrors,
         *tipping_findings(result.fit.rotation, up, None if mirrors else points),
@@ -145,8 +145,8 @@ def place(
         *named_evidence,
         *fit_findings(result, kinds),
         *([] if contradiction is None else [contradiction.finding]),
-        *disagreement_findings(judged, centre, size),
-        *(north.finding for north in norths),
+        *disagreement_findings(corrected_kinds, centre, size),
+        *(north.finding for north in north_rotations),
         *redundancy_findings(control, checked_residuals, points),
         *error_findings(
             rotation,
@@ -430,12 +430,14 @@ def _worth_adding(
     variance_before = _worst(covariance[:3, :3])
     best_addition: tuple[float, FloatArray] | None = None
     for corner in corners:
-        moves = jacobian(corner - result.centre)
-        gain = covariance @ moves.T
-        variances = moves @ gain + np.diag(sigma**2)
+        design = jacobian(corner - result.centre)
+        covariance_product = covariance @ design.T
+        variances = design @ covariance_product + np.diag(sigma**2)
         # Points that fit exactly have a singular scatter matrix.
         inverse = np.linalg.pinv(variances, hermitian=True)
-        variance_after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
+        variance_after = _worst(
+            (covariance - covariance_product @ inverse @ covariance_product.T)[:3, :3]
+        )
         if best_addition is None or variance_after < best_addition[0]:
             best_addition = variance_after, corner
     if best_addition is None or not best_addition[0] < _MIN_IMPROVEMENT * variance_before:

@@ -47,13 +47,13 @@ def weighted_system(
     """
     k = rows.shared.shape[1]
     units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
-    moves = np.vstack(
+    design = np.vstack(
         [
-            np.hstack([rows.moves, rows.shared]) / sigma[:, None] * units,
+            np.hstack([rows.design, rows.shared]) / sigma[:, None] * units,
             np.hstack([np.zeros((k, 7)), np.eye(k)]),
         ]
     )
-    return moves, np.concatenate([rows.residuals / sigma, np.zeros(k)]), units
+    return design, np.concatenate([rows.residuals / sigma, np.zeros(k)]), units
 
 
 def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -78,36 +78,36 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
             if has_information.any()
             else (np.zeros((0, 0)),) * 2
         )
-        inverse, null = (
+        inverse, null_space = (
             np.zeros((n, n)),
             np.zeros((n, free_rows.shape[1] + n - int(has_information.sum()))),
         )
         inverse[informative_rows] = reduced_information
-        null[has_information, : free_rows.shape[1]] = free_rows
-        null[~has_information, free_rows.shape[1] :] = np.eye(n - int(has_information.sum()))
-        return inverse, null
+        null_space[has_information, : free_rows.shape[1]] = free_rows
+        null_space[~has_information, free_rows.shape[1] :] = np.eye(n - int(has_information.sum()))
+        return inverse, null_space
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scale = np.where(scale < 1e-140, 1.0, scale)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))
     is_determined = values > _MIN_EIGENVALUE
     if is_determined.all():
         return (axes / values) @ axes.T / np.outer(scale, scale), np.zeros((len(scale), 0))
-    null = (axes / scale[:, None])[:, ~is_determined]
-    null, _ = np.linalg.qr(null)
-    projection = np.eye(len(information)) - null @ null.T
+    null_space = (axes / scale[:, None])[:, ~is_determined]
+    null_space, _ = np.linalg.qr(null_space)
+    projection = np.eye(len(information)) - null_space @ null_space.T
     part = projection @ information @ projection
     # Invert in the determined subspace, free of the other parameters.
     basis = np.linalg.svd(projection)[0][:, : int(is_determined.sum())]
     inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
-    return inverse, null
+    return inverse, null_space
 
 
-def max_variance_ratio(dof: float, free_alone: float) -> float:
+def max_variance_ratio(dof: float, separate_freedom: float) -> float:
     """Return the maximum chance ratio of a group's joint variance to its variance alone.
 
     Parameters
     ----------
-    dof, free_alone : float
+    dof, separate_freedom : float
         Degrees of freedom of both variances.
 
     Returns
@@ -116,7 +116,7 @@ def max_variance_ratio(dof: float, free_alone: float) -> float:
     """
     from scipy.stats import f
 
-    return float(f.isf(_SIGNIFICANCE, dof, free_alone))
+    return float(f.isf(_SIGNIFICANCE, dof, separate_freedom))
 
 
 def estimate_errors(
@@ -125,7 +125,7 @@ def estimate_errors(
     size: float,
     unstated_names: Sequence[str],
     separate_variances: Mapping[str, tuple[float, float]],
-    kept_alone: set[str],
+    separate_groups: set[str],
 ) -> tuple[FloatArray, dict[str, float]]:
     """Estimate the errors of groups whose errors are not stated.
 
@@ -140,7 +140,7 @@ def estimate_errors(
         Groups whose errors are estimated.
     separate_variances : mapping
         Variance and redundancy of each group, estimated from the group alone.
-    kept_alone : set of str
+    separate_groups : set of str
         Groups that keep the error estimated from the group alone. Groups whose joint estimate
         exceeds it by more than chance are added to the set.
 
@@ -150,10 +150,10 @@ def estimate_errors(
     redundancy_of : dict
         Redundancy of each unstated group.
     """
-    moves, residuals, _ = weighted_system(rows, sigma, size)
-    inverse, _ = invert_determined(moves.T @ moves)
-    residuals = remove_shared_errors(moves, residuals, inverse, len(sigma))
-    hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
+    design, residuals, _ = weighted_system(rows, sigma, size)
+    inverse, _ = invert_determined(design.T @ design)
+    residuals = remove_shared_errors(design, residuals, inverse, len(sigma))
+    hat = np.einsum("ij,jk,ik->i", design, inverse, design)[: len(sigma)]
     groups = np.array(rows.groups)
     is_unknown = ~np.isfinite(rows.sigma)
     errors, redundancy_of = sigma.copy(), {}
@@ -168,21 +168,21 @@ def estimate_errors(
             min_error = _MIN_ANGLE_ERROR_RAD if is_shape_doubted else 1e-12 * size
             variance_alone, redundancy_alone = separate_variances.get(name, (np.inf, dof))
             if variance > variance_alone * max_variance_ratio(dof, redundancy_alone):
-                kept_alone.add(name)
-            if name in kept_alone:
+                separate_groups.add(name)
+            if name in separate_groups:
                 variance, redundancy_of[name] = variance_alone, redundancy_alone
             errors[mask] = np.sqrt(max(variance, min_error**2))
     return errors, redundancy_of
 
 
 def remove_shared_errors(
-    moves: FloatArray, residuals: FloatArray, inverse: FloatArray, m: int
+    design: FloatArray, residuals: FloatArray, inverse: FloatArray, m: int
 ) -> FloatArray:
     """Return the residuals without the part explained by common errors.
 
     Parameters
     ----------
-    moves : ndarray
+    design : ndarray
         Derivatives of the weighted system.
     residuals : ndarray
         Residuals of the weighted system.
@@ -199,12 +199,12 @@ def remove_shared_errors(
     k = len(residuals) - m
     if not k:
         return residuals
-    shared_errors = (inverse @ (moves.T @ residuals))[-k:]
-    remaining_misses = residuals - moves[:, -k:] @ shared_errors
+    shared_errors = (inverse @ (design.T @ residuals))[-k:]
+    remaining_misses = residuals - design[:, -k:] @ shared_errors
     return np.asarray(remaining_misses, np.float64)
 
 
-def estimate_drift(rows: Rows, moves: FloatArray, residuals: FloatArray) -> dict[str, float]:
+def estimate_drift(rows: Rows, design: FloatArray, residuals: FloatArray) -> dict[str, float]:
     """Estimate the correlation of the errors of adjacent rows in each table of positions.
 
     Points and camera positions are in the order of their table, which is assumed to be the order of
@@ -213,7 +213,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, residuals: FloatArray) -> dict
     Parameters
     ----------
     rows : Rows
-    moves : ndarray
+    design : ndarray
         Derivatives of the weighted system.
     residuals : ndarray
         Residuals of the weighted system.
@@ -228,7 +228,7 @@ def estimate_drift(rows: Rows, moves: FloatArray, residuals: FloatArray) -> dict
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
         if len(rows_of_group):
             axis_moves = (
-                _along_axes(rows, rows_of_group, moves),
+                _along_axes(rows, rows_of_group, design),
                 _along_axes(rows, rows_of_group, residuals),
             )
             correlations[group] = fit_serial_correlation(*axis_moves)
@@ -245,12 +245,12 @@ def _along_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> Floa
     )
 
 
-def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float]) -> FloatArray:
+def _correlated_design(rows: Rows, design: FloatArray, drift: Mapping[str, float]) -> FloatArray:
     """Return the weighted derivatives multiplied by the correlations of their errors."""
-    result = moves.copy()
+    result = design.copy()
     for group, rho in drift.items():
         rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
-        correlated_moves = correlate(_along_axes(rows, rows_of_group, moves), rho)
+        correlated_moves = correlate(_along_axes(rows, rows_of_group, design), rho)
         if rows.axes is not None:
             correlated_moves = rows.axes[rows_of_group].reshape(-1, 3, 3) @ correlated_moves
         result[rows_of_group] = correlated_moves.reshape(len(rows_of_group), -1)
@@ -259,7 +259,7 @@ def _correlated_moves(rows: Rows, moves: FloatArray, drift: Mapping[str, float])
 
 def estimate_covariance(
     rows: Rows,
-    moves: FloatArray,
+    design: FloatArray,
     residuals: FloatArray,
     inverse: FloatArray,
     drift: Mapping[str, float],
@@ -287,14 +287,14 @@ def estimate_covariance(
     parts = [
         np.flatnonzero(is_unknown & (names == name)) for name in dict.fromkeys(names[is_unknown])
     ]
-    follow = _correlated_moves(rows, moves, drift)
-    fixed_covariance = inverse @ (moves[~is_unknown].T @ moves[~is_unknown])
-    responses = [inverse @ (moves[part].T @ moves[part]) for part in parts]
+    correlated_design = _correlated_design(rows, design, drift)
+    fixed_covariance = inverse @ (design[~is_unknown].T @ design[~is_unknown])
+    responses = [inverse @ (design[part].T @ design[part]) for part in parts]
     dof = np.array(
         [len(part) - np.trace(response) for part, response in zip(parts, responses, strict=True)]
     )
     fraction = np.ones(m)
-    covariance = inverse @ (moves[~is_unknown].T @ follow[~is_unknown]) @ inverse
+    covariance = inverse @ (design[~is_unknown].T @ correlated_design[~is_unknown]) @ inverse
     variance_of_variances = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (dof > 0.1).all():
@@ -310,10 +310,14 @@ def estimate_covariance(
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
     for g, response, v, f in zip(parts, responses, variances, dof, strict=True):
         independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
-        variance = v * variance_inflation(response, inverse @ (moves[g].T @ follow[g]), len(g))
+        variance = v * variance_inflation(
+            response, inverse @ (design[g].T @ correlated_design[g]), len(g)
+        )
         fraction[g] = np.sqrt(variance) * doubt[g]
         extra_variance = doubt[g][:, None] ** 2
-        part = variance * (inverse @ ((moves[g] * extra_variance).T @ follow[g]) @ inverse)
+        part = variance * (
+            inverse @ ((design[g] * extra_variance).T @ correlated_design[g]) @ inverse
+        )
         covariance = covariance + part
         variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).

@@ -99,23 +99,25 @@ def scatter_of(
     from scipy.stats import chi2, norm, t
 
     n = len(positions)
-    moves = np.array([jacobian(p) for p in positions - positions.mean(axis=0)])
+    design = np.array([jacobian(p) for p in positions - positions.mean(axis=0)])
     # The equations are well conditioned in units of the spread of the points.
     size = float(np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean()))
     units = np.array([size, size, size, size, 1.0, 1.0, 1.0])
-    moves = moves / units
-    inverse = np.linalg.pinv(np.einsum("nik,nil->kl", moves, moves), hermitian=True)
-    information = _information(moves, 0.0)
+    design = design / units
+    inverse = np.linalg.pinv(np.einsum("nik,nil->kl", design, design), hermitian=True)
+    information = _information(design, 0.0)
     known_covariances = _covariances(stated_value, n)
     freedom = float(3 * n - 7)
     if known_covariances is not None:
         roots, weights = _matrix_roots(known_covariances)
-        white = np.einsum("nij,nj->ni", weights, residuals)
-        if (white**2).sum() * freedom / _expected_square(
-            moves, inverse, known_covariances
+        whitened_residuals = np.einsum("nij,nj->ni", weights, residuals)
+        if (whitened_residuals**2).sum() * freedom / _expected_square(
+            design, inverse, known_covariances
         ) <= chi2.ppf(_CONFIDENCE, freedom):
-            rho = fit_serial_correlation(weights @ moves, white) if is_ordered else 0.0
-            whitened_moves = roots @ moves
+            rho = (
+                fit_serial_correlation(weights @ design, whitened_residuals) if is_ordered else 0.0
+            )
+            whitened_moves = roots @ design
             meat = np.einsum("nik,nil->kl", whitened_moves, correlate(whitened_moves, rho))
             covariance = inverse @ meat @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
@@ -127,8 +129,8 @@ def scatter_of(
     if known_covariances is not None:
         variances = np.maximum(variances, np.einsum("nii->i", known_covariances) / n)
     is_usable = is_ordered and (variances > 0.0).all()
-    rho = fit_serial_correlation(moves, residuals / np.sqrt(variances)) if is_usable else 0.0
-    next_information = information if rho == 0.0 else _information(moves, rho)
+    rho = fit_serial_correlation(design, residuals / np.sqrt(variances)) if is_usable else 0.0
+    next_information = information if rho == 0.0 else _information(design, rho)
     for g in groups if rho > 0.0 else ():
         response, correlated_response = (
             inverse @ item[list(g)].sum(axis=0) for item in (information, next_information)
@@ -170,29 +172,29 @@ def _matrix_roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _expected_square(
-    moves: FloatArray, inverse: FloatArray, known_covariances: FloatArray
+    design: FloatArray, inverse: FloatArray, known_covariances: FloatArray
 ) -> float:
     """Return the expected weighted sum of squares of the residuals of a fit.
 
-    With equal weights, the residuals of accurate points exceed their own errors. `moves` (n, 3, 7)
+    With equal weights, the residuals of accurate points exceed their own errors. `design` (n, 3, 7)
     contains the derivatives, `inverse` (7, 7) the inverse of their normal matrix, and
     `known_covariances` (n, 3, 3) the covariances.
     """
     weighted_information = np.einsum(
-        "nik,nij,njl->kl", moves, np.linalg.inv(known_covariances), moves
+        "nik,nij,njl->kl", design, np.linalg.inv(known_covariances), design
     )
-    spread = np.einsum("nik,nij,njl->kl", moves, known_covariances, moves)
-    weighted_inverse = inverse @ np.einsum("nik,nil->kl", moves, moves)
+    spread = np.einsum("nik,nij,njl->kl", design, known_covariances, design)
+    weighted_inverse = inverse @ np.einsum("nik,nil->kl", design, design)
     return float(
-        3 * len(moves)
+        3 * len(design)
         - 2.0 * np.trace(weighted_inverse)
         + np.trace(inverse @ spread @ inverse @ weighted_information)
     )
 
 
-def _information(moves: FloatArray, rho: float) -> FloatArray:
+def _information(design: FloatArray, rho: float) -> FloatArray:
     """Return the information (3, 7, 7) of each axis with the correlations of its errors."""
-    return np.asarray(np.einsum("nik,nil->ikl", moves, correlate(moves, rho)), np.float64)
+    return np.asarray(np.einsum("nik,nil->ikl", design, correlate(design, rho)), np.float64)
 
 
 def drift_findings(drift: Mapping[str, float]) -> list[Finding]:

@@ -177,10 +177,10 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
     variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / degrees_of_freedom
     variance /= float(chi2.cdf(cut, 5) / inlier_share)
     placed_points = fit(a)
-    moves = jacobians(placed_points - placed_points[is_used].mean(axis=0))
-    information_rows = moves[is_used].reshape(-1, 7)
+    design = jacobians(placed_points - placed_points[is_used].mean(axis=0))
+    information_rows = design[is_used].reshape(-1, 7)
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
-    outside_moves = moves[outside_rows]
+    outside_moves = design[outside_rows]
     residuals = (b - placed_points)[outside_rows]
     covariances = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
     statistic = (residuals * np.linalg.solve(covariances, residuals[..., None])[..., 0]).sum(axis=1)
@@ -216,14 +216,14 @@ def jacobians(positions: FloatArray) -> FloatArray:
     -------
     (n, 3, 7) ndarray
     """
-    moves: FloatArray = np.zeros((len(positions), 3, 7))
+    derivatives: FloatArray = np.zeros((len(positions), 3, 7))
     x, y, z = positions.T
-    moves[:, 0, 1], moves[:, 0, 2] = z, -y
-    moves[:, 1, 0], moves[:, 1, 2] = -z, x
-    moves[:, 2, 0], moves[:, 2, 1] = y, -x
-    moves[:, :, 3] = positions
-    moves[:, :, 4:] = np.eye(3)
-    return moves
+    derivatives[:, 0, 1], derivatives[:, 0, 2] = z, -y
+    derivatives[:, 1, 0], derivatives[:, 1, 2] = -z, x
+    derivatives[:, 2, 0], derivatives[:, 2, 1] = y, -x
+    derivatives[:, :, 3] = positions
+    derivatives[:, :, 4:] = np.eye(3)
+    return derivatives
 
 
 def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -267,8 +267,8 @@ def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> 
     information = np.zeros((4, 4))
     for position in p:
         # The translation is that of the mean.
-        moves = jacobian(position)[:, :4]
-        information += moves.T @ weight @ moves
+        derivatives = jacobian(position)[:, :4]
+        information += derivatives.T @ weight @ derivatives
     values, axes = np.linalg.eigh(information)
     with np.errstate(divide="ignore"):
         inverse = np.where(values > values[-1] * 1e-12, 1 / values, 1e6)

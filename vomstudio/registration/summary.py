@@ -263,13 +263,13 @@ def _north(north: ReadNorth | None) -> list[Fact]:
     """Return the north reference of azimuths and their common error."""
     if north is None:
         return []
-    counted_text = tr(_NORTHS[north.north])
+    reference_text = tr(_NORTHS[north.north])
     if north.north != "grid":
-        counted_text = tr(
-            "{north}, {turned:+.2f}° added", north=counted_text, turned=north.turned_deg
+        reference_text = tr(
+            "{north}, {turned:+.2f}° added", north=reference_text, turned=north.turned_deg
         )
     facts = [
-        _fact("azimuths-read-from", counted_text, north=north.north, turned_deg=north.turned_deg)
+        _fact("azimuths-read-from", reference_text, north=north.north, turned_deg=north.turned_deg)
     ]
     if north.declination_deg is not None:
         angle = f"{north.declination_deg:+.2f}°"
@@ -277,8 +277,8 @@ def _north(north: ReadNorth | None) -> list[Fact]:
         values = {"stated": north.stated, "day": north.day}
         angle_deg = north.declination_deg
         facts.append(_fact("declination", f"{angle} ({source})", angle_deg=angle_deg, **values))
-    doubt = tr("± {angle:g}° common to all (1σ)", angle=north.doubt_deg)
-    return [*facts, _fact("north-error", doubt, sigma_deg=north.doubt_deg)]
+    error_text = tr("± {angle:g}° common to all (1σ)", angle=north.doubt_deg)
+    return [*facts, _fact("north-error", error_text, sigma_deg=north.doubt_deg)]
 
 
 def _points(registration: Registration) -> list[Fact]:

@@ -33,7 +33,7 @@ def points_of(data: Mesh | PointCloud) -> FloatArray:
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
-def some_points(data: Mesh | PointCloud) -> FloatArray:
+def sample_points(data: Mesh | PointCloud) -> FloatArray:
     """Return enough finite points, distributed over the model, to represent its extent.
 
     Parameters

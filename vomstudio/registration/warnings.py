@@ -152,21 +152,21 @@ def worst_axis_findings(placement: Placed) -> list[Finding]:
     list of Finding
     """
     findings = []
-    weakest_axis, adding = placement.rotation_error_95_deg.weakest, placement.worth_adding
+    weakest_axis, advice = placement.rotation_error_95_deg.weakest, placement.worth_adding
     if weakest_axis.error_deg is not None:
         findings.append(
             weakest_axis_finding(
                 weakest_axis.error_deg, weakest_axis.trend_deg, weakest_axis.plunge_deg
             )
         )
-    if adding is not None:
+    if advice is not None:
         findings.append(
             Finding(
                 "registration.worth-adding",
-                x=adding.x,
-                y=adding.y,
-                z=adding.z,
-                after_deg=adding.error_after_deg,
+                x=advice.x,
+                y=advice.y,
+                z=advice.z,
+                after_deg=advice.error_after_deg,
             )
         )
     return findings
@@ -249,7 +249,7 @@ def error_findings(
         RMS residual of the points as a share of their extent.
     """
     findings = []
-    lacking = [
+    undetermined_names = [
         tr(word)
         for word, is_known in (
             ("north", known_parameters.north),
@@ -259,8 +259,8 @@ def error_findings(
         )
         if not is_known
     ]
-    if lacking:
-        findings.append(Finding("registration.not-known", parameters=lacking))
+    if undetermined_names:
+        findings.append(Finding("registration.not-known", parameters=undetermined_names))
     weak_axes = []
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None:
@@ -312,18 +312,18 @@ def blunder_findings(
         select_observations(kind, [label not in named_labels for label in kind.labels])
         for kind in kinds
     ]
-    fit_of_others = adjust([kind for kind in other_kinds if len(kind.labels)], centre, size)
+    remaining_fit = adjust([kind for kind in other_kinds if len(kind.labels)], centre, size)
     turned_matrix = Rotation.from_matrix(
-        fit_of_others.fit.rotation @ result.fit.rotation.T
+        remaining_fit.fit.rotation @ result.fit.rotation.T
     ).magnitude()
     return [
         Finding(
             "registration.blunder",
             labels=[blunder.text() for blunder in blunders],
             turned_deg=float(np.degrees(turned_matrix)),
-            scale_percent=100.0 * (fit_of_others.fit.scale / result.fit.scale - 1.0),
+            scale_percent=100.0 * (remaining_fit.fit.scale / result.fit.scale - 1.0),
         ),
-        *_other_azimuth_findings(kinds, named_labels, fit_of_others),
+        *_other_azimuth_findings(kinds, named_labels, remaining_fit),
     ]
 
 
@@ -361,7 +361,7 @@ def _misread_azimuth_finding(label: str, turn_deg: float) -> Finding:
 
 
 def _other_azimuth_findings(
-    kinds: Sequence[Observed], named_names: set[str], fit_of_others: Adjustment
+    kinds: Sequence[Observed], named_names: set[str], remaining_fit: Adjustment
 ) -> list[Finding]:
     """Return findings about outliers whose azimuth was misread.
 
@@ -369,7 +369,7 @@ def _other_azimuth_findings(
     """
     findings = []
     largest_error = float(
-        np.degrees(np.sqrt(max(np.linalg.eigvalsh(fit_of_others.rotation)[-1], 0.0)))
+        np.degrees(np.sqrt(max(np.linalg.eigvalsh(remaining_fit.rotation)[-1], 0.0)))
     )
     limit = float(np.clip(2.0 * _Z95 * largest_error, *_AZIMUTH_LIMITS_DEG))
     for kind in kinds:
@@ -377,7 +377,7 @@ def _other_azimuth_findings(
             continue
         for label, model, world in zip(kind.labels, kind.model, kind.world, strict=True):
             if label in named_names:
-                rotation = azimuth_that_fits(fit_of_others.fit.rotation @ model, world, limit)
+                rotation = azimuth_that_fits(remaining_fit.fit.rotation @ model, world, limit)
                 findings += [] if rotation is None else [_misread_azimuth_finding(label, rotation)]
     return findings
 

@@ -20,7 +20,7 @@ from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import refuse_links
 from vomstudio.core.files.lock import ProjectLock
 from vomstudio.core.files.regular import open_regular, read_small, require_regular_siblings
-from vomstudio.io.control.formats.micmac import marks_beside
+from vomstudio.io.control.formats.micmac import find_marks
 from vomstudio.io.gis.raster import read_size_and_bands
 from vomstudio.io.gis.raster_georeference import read_map_placement
 from vomstudio.io.models.opening import read_model
@@ -168,7 +168,7 @@ def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> Non
     (tmp_path / "marks.xml").write_text("<SetOfMesureAppuisFlottants/>")
     os.mkfifo(tmp_path / "z.xml")
     (tmp_path / "zero.xml").symlink_to("/dev/zero")
-    assert marks_beside(tmp_path / "app.xml") == tmp_path / "marks.xml"
+    assert find_marks(tmp_path / "app.xml") == tmp_path / "marks.xml"
 
 
 def test_a_name_with_a_zero_byte_is_no_file() -> None:

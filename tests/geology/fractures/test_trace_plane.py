@@ -17,7 +17,7 @@ from vomstudio.geology.fractures.trace_plane import (
     vertices_with_heights,
 )
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.section.trace_map import face_of, map_to_face
+from vomstudio.products.section.trace_map import curtain_of_traces, map_to_face
 
 AT = np.array([500_000.0, 5_000_000.0, 100.0])
 
@@ -125,7 +125,7 @@ def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[floa
     if plane.is_horizontal:
         return
     for line, mapped in zip(
-        flat, map_to_face(lines, face_of(lines, Plane(*attitude))), strict=True
+        flat, map_to_face(lines, curtain_of_traces(lines, Plane(*attitude))), strict=True
     ):
         assert shapely.get_coordinates(line) == pytest.approx(mapped, abs=1e-6)
     # The result states how to return to World.

@@ -14,7 +14,7 @@ from vomstudio.io.control.control_files import (
     crs_of,
     find_control,
     find_program_control,
-    marks_beside,
+    marks_path,
     read_control,
     read_marks,
 )
@@ -219,7 +219,7 @@ def test_a_list_of_opendronemap_brings_points_marks_and_projection(
         Mark("tree", "a.jpg", 5.0, 6.0),
     ]
     assert crs_of(path) == crs
-    assert marks_beside(path) == path
+    assert marks_path(path) == path
 
 
 @pytest.mark.parametrize("before", ["# of the drone\n", "\n", "# a\n\n# b\n", "#\n" * 20_000])
@@ -354,7 +354,7 @@ def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
     # What the program guessed itself is no mark.
     assert read_marks(path) == [Mark("A", "IMG_1", 10, 20), Mark("loose", "IMG_2.JPG", 30.5, 40)]
     assert crs_of(path) == "EPSG:32633"
-    assert marks_beside(path) == path
+    assert marks_path(path) == path
 
 
 @pytest.mark.parametrize(

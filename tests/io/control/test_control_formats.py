@@ -13,7 +13,7 @@ from vomstudio.io.control import formats, registry
 from vomstudio.io.control.control_files import (
     crs_of,
     find_control,
-    marks_beside,
+    marks_path,
     read_control,
     read_marks,
 )
@@ -55,7 +55,7 @@ def require_theirs_is_read(photos: Path) -> None:
     assert read_control(path) == [ControlPoint("A", (1.0, 2.0, 3.0), 0.002)]
     assert read_marks(path) == [Mark("A", "a.jpg", 10.0, 20.0)]
     assert crs_of(path) == "EPSG:32633"
-    assert marks_beside(path) == path
+    assert marks_path(path) == path
     assert find_control(photos) == (path, path)
 
 
@@ -96,9 +96,9 @@ def test_the_marks_of_micmac_are_found_by_what_is_in_them(tmp_path: Path) -> Non
     points, marks = tmp_path / "Ground-Pts3D.xml", tmp_path / "measures.XML"
     points.write_text("<DicoAppuisFlottant></DicoAppuisFlottant>")
     (tmp_path / "camera.xml").write_text("<ExportAPERO></ExportAPERO>")
-    assert marks_beside(points) == tmp_path / "marks.csv"
+    assert marks_path(points) == tmp_path / "marks.csv"
     marks.write_text("<SetOfMesureAppuisFlottants></SetOfMesureAppuisFlottants>")
-    assert marks_beside(points) == marks
+    assert marks_path(points) == marks
     # Of two files nobody knows which.
     (tmp_path / "other.xml").write_text("<SetOfMesureAppuisFlottants></SetOfMesureAppuisFlottants>")
-    assert marks_beside(points) == tmp_path / "marks.csv"
+    assert marks_path(points) == tmp_path / "marks.csv"

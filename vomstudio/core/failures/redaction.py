@@ -43,17 +43,17 @@ def redact(text: str, private_words: Iterable[str] = ()) -> str:
 
 def _redact_path(path: str) -> str:
     stripped = path.rstrip()
-    tail = path[len(stripped) :]
+    relative_path = path[len(stripped) :]
     for root, name in _program_folders():
         if stripped.startswith(root):
-            return name + stripped[len(root) :].replace("\\", "/") + tail
+            return name + stripped[len(root) :].replace("\\", "/") + relative_path
     home = str(Path.home())
     is_in_home = stripped.startswith((home, home.replace("\\", "\\\\"), "~"))
     return (
         ("~" if is_in_home else "")
         + "/…"
         + PurePosixPath(stripped.replace("\\", "/")).suffix
-        + tail
+        + relative_path
     )
 
 

@@ -150,7 +150,7 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     parts: list[bytes] = []
-    total_bytes, start_s = 0, time.monotonic()
+    total_bytes, start_time_s = 0, time.monotonic()
     try:
         while True:
             try:
@@ -165,7 +165,7 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
                 raise InputError(Finding("file.too-large", limit_mb=limit >> 20), file=path)
             if not part and total_bytes:
                 return b"".join(parts)
-            if not part and time.monotonic() - start_s > _MAX_SILENCE_S:
+            if not part and time.monotonic() - start_time_s > _MAX_SILENCE_S:
                 raise InputError(Finding("file.silent-pipe"), file=path)
             if not part:
                 time.sleep(0.02)

@@ -207,10 +207,10 @@ def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | Non
         scatter = fits[high].squares / max(n - len(fits[high].coefficients), 1)
         if scatter <= 0.0:
             return 1.0 if fits[low].squares <= 0.0 else 0.0
-        gain = (
+        explained_square = (
             (fits[low].squares - fits[high].squares) / added_count / fits[high].variance_inflation
         )
-        return float(fdtrc(added_count, dof, gain / scatter))
+        return float(fdtrc(added_count, dof, explained_square / scatter))
 
     degree = 0
     while True:

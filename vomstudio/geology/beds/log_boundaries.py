@@ -60,9 +60,7 @@ def crossings(
         trace = np.asarray(points, np.float64)
         if len(trace) < 2 or (trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any():
             continue
-        approach = nearest_approach(vertices, trace)
-        if approach.distance <= reach_m:
-            crossed_traces.append(
-                Crossing(name, approach.midpoint, approach.distance, approach.along)
-            )
+        nearest = nearest_approach(vertices, trace)
+        if nearest.distance <= reach_m:
+            crossed_traces.append(Crossing(name, nearest.midpoint, nearest.distance, nearest.along))
     return sorted(crossed_traces, key=lambda crossing: crossing.along_m)

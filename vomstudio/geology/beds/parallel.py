@@ -307,8 +307,8 @@ def _trace_errors(
         q1, q2, n_eff, _ = quantiles(
             u, v, r, first_rows, counts[rows], fitted_counts[rows], is_ordered
         )
-        white = joint_quantile(fitted_counts[rows])
-        inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white[:, None], 1.0)
+        white_quantiles = joint_quantile(fitted_counts[rows])
+        inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white_quantiles[:, None], 1.0)
         effective[rows] = n_eff
     # The mean is affected most by slow variations along a trace.
     centre_variances = noise * inflation.max(axis=1) / counts
@@ -397,24 +397,24 @@ def _compare_pair(
 
     `offset` (3,) is the vector from the first to the second trace, in the plane axes.
     """
-    shares_of_tilt = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
-    parts, dof = shares_of_tilt, traces.degrees_of_freedom
+    tilt_shares = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
+    parts, dof = tilt_shares, traces.degrees_of_freedom
     if traces.free_tilts is not None:
         parts, dof = (
-            np.append(0.0 * shares_of_tilt, shares_of_tilt.sum()),
+            np.append(0.0 * tilt_shares, tilt_shares.sum()),
             np.append(dof, traces.free_tilts),
         )
     parts[list(rows)] += traces.centre_variances[list(rows)]
     variance, distance = float(parts.sum()), float(offset[2])
     if not variance > 0.0:
         return SamePlane(*ids, distance, 0.0, 0.0 if distance else 1.0)
-    fractions, frees = _pool_variances(parts / variance, dof)
+    fractions, degrees_of_freedom = _pool_variances(parts / variance, dof)
     t = abs(distance) / np.sqrt(variance)
     return SamePlane(
         *ids,
         distance,
-        _weighted_t95(fractions, frees) * float(np.sqrt(variance)),
-        _two_sided_p(t, fractions, frees),
+        _weighted_t95(fractions, degrees_of_freedom) * float(np.sqrt(variance)),
+        _two_sided_p(t, fractions, degrees_of_freedom),
     )
 
 

@@ -210,9 +210,13 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
-    no_pieces = np.zeros((0, 3, 3))
+    no_triangles = np.zeros((0, 3, 3))
     return ExposedArea(
-        area, np.minimum(area, grid.cell**2), no_pieces, np.zeros(0, np.int64), no_pieces[:, :2]
+        area,
+        np.minimum(area, grid.cell**2),
+        no_triangles,
+        np.zeros(0, np.int64),
+        no_triangles[:, :2],
     )
 
 
@@ -251,14 +255,14 @@ class _AreaSums:
 
     def result(self) -> ExposedArea:
         unit = self.grid.cell**2
-        no_pieces = np.zeros((0, 3, 3))
+        no_triangles = np.zeros((0, 3, 3))
         return ExposedArea(
             self.surface * unit,
             # Count the area behind an overhang only once.
             np.minimum(self.covered, 1.0) * unit,
-            np.concatenate([no_pieces, *self._pieces]),
+            np.concatenate([no_triangles, *self._pieces]),
             np.concatenate([np.zeros(0, np.int64), *self._cells]),
-            np.concatenate([no_pieces[:, :2], *self._lines]),
+            np.concatenate([no_triangles[:, :2], *self._lines]),
         )
 
 
@@ -323,8 +327,10 @@ def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
     first_cut, last_cut = cuts[:, 0, 1], cuts[:, 1, 1]
     cuts = cuts[(np.maximum(first_cut, last_cut) > 0.0) & (np.minimum(first_cut, last_cut) < rows)]
     up = cuts[:, 1] - cuts[:, 0]
-    rise = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
-    bounds = np.stack([-cuts[:, 0, 1] / rise, (rows - cuts[:, 0, 1]) / rise], axis=1)
+    height_differences = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
+    bounds = np.stack(
+        [-cuts[:, 0, 1] / height_differences, (rows - cuts[:, 0, 1]) / height_differences], axis=1
+    )
     # A horizontal line is entirely inside.
     bounds[up[:, 1] == 0.0] = 0.0, 1.0
     fraction = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
@@ -333,8 +339,12 @@ def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
 
 def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
     """Return the points (m, 3) at which the edges from a to b cross a grid line."""
-    rise = b[:, axis] - a[:, axis]
-    fraction = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
+    height_differences = b[:, axis] - a[:, axis]
+    fraction = np.where(
+        height_differences > 0.0,
+        (line - a[:, axis]) / np.where(height_differences > 0.0, height_differences, 1.0),
+        0.0,
+    )
     points = a + np.clip(fraction, 0.0, 1.0)[:, None] * (b - a)
     points[:, axis] = line
     return np.asarray(points)

@@ -159,14 +159,16 @@ def measure_coverage(
     for line in lines:
         lengths_by_cell = lengths_in_cells(grid, line)
         centre = int(grid.at(_midpoint(line)[None])[0])
-        reaches = {c for c, length in lengths_by_cell.items() if is_counted[c] and length > 0.0}
+        counted_cells = {
+            c for c, length in lengths_by_cell.items() if is_counted[c] and length > 0.0
+        }
         if centre >= 0 and is_counted[centre]:
             n_middles += 1
-            reaches.add(centre)
-        n_inside += bool(reaches)
+            counted_cells.add(centre)
+        n_inside += bool(counted_cells)
         contradictory |= {
             c
-            for c in reaches
+            for c in counted_cells
             if kind[c] == EMPTY_MARK and (c == centre or lengths_by_cell[c] > 0.05 * grid.cell)
         }
         for c, length in lengths_by_cell.items():

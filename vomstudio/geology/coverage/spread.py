@@ -325,9 +325,9 @@ def compare_interpreters(
     between_n = 0
     for structure in structures:
         names = np.array([interpreters[row] for row in structure.rows.tolist()], object)
-        interpreters_here = sorted(set(names.tolist()))
+        structure_interpreters = sorted(set(names.tolist()))
         between_sum = structure.squares()
-        for name in interpreters_here:
+        for name in structure_interpreters:
             interpreter_picks = structure.places[names == name]
             within_squares_sum = float(
                 ((interpreter_picks - interpreter_picks.mean(axis=0)) ** 2).sum()
@@ -336,7 +336,7 @@ def compare_interpreters(
             counts[name] = counts.get(name, 0) + len(interpreter_picks) - 1
             between_sum -= within_squares_sum
         between_squares += max(between_sum, 0.0)
-        between_n += len(interpreters_here) - 1
+        between_n += len(structure_interpreters) - 1
     spreads = {
         name: spread
         for name in sorted(counts)

@@ -196,12 +196,12 @@ def net_slip_of_cutoffs(
         raise GeometryError(Finding("displacement.slip-along-bed", limit_deg=MIN_ANGLE_DEG))
 
     def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        normal, bed_normal_tilted = _tilted_normal(fault, p[6:8]), _tilted_normal(bed, p[8:10])
+        normal, bed_normal = _tilted_normal(fault, p[6:8]), _tilted_normal(bed, p[8:10])
         strike, up_dip = _axes_in_plane(normal, fault)
         rake_rad = math.radians(rake_deg) + p[10]
         slip_direction = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
-        return (p[:3] - p[3:6]) @ bed_normal_tilted / (
-            slip_direction @ bed_normal_tilted
+        return (p[:3] - p[3:6]) @ bed_normal / (
+            slip_direction @ bed_normal
         ) * slip_direction, normal
 
     sigmas = _parameter_sigmas(

@@ -108,7 +108,10 @@ def _unknown_limbs(limbs: Limbs) -> Finding:
     first_count, second_count = limbs.counts
     if limbs.doubt == "hinge":
         return Finding(
-            "fold.limbs-or-hinge", first=first_count, second=second_count, apart_deg=limbs.apart_deg
+            "fold.limbs-or-hinge",
+            first=first_count,
+            second=second_count,
+            apart_deg=limbs.limb_angle_deg,
         )
     code = "fold.mixed-limbs" if limbs.doubt == "mixed" else "fold.arc-limb"
     return Finding(code, first=first_count, second=second_count)

@@ -70,7 +70,7 @@ class Limbs:
         Mean poles of the limbs.
     counts : (int, int)
         Number of planes in each limb.
-    apart_deg : float
+    limb_angle_deg : float
         Angle between the mean poles along the great circle, degrees.
     along_deg, across_deg : float
         RMS angle of the poles from their means along and across the great circle, degrees.
@@ -85,7 +85,7 @@ class Limbs:
 
     poles: tuple[FloatArray, FloatArray]
     counts: tuple[int, int]
-    apart_deg: float
+    limb_angle_deg: float
     along_deg: float
     across_deg: float
     variances: tuple[float, float]
@@ -221,7 +221,7 @@ def find_limbs(
     means = [orientation_tensor(poles[group])[1][0] for group in groups]
     heights = ends @ axes[2]
     scatter_rad = rms(np.concatenate([heights[group] - heights[group].mean() for group in groups]))
-    is_overturned, doubt = (
+    is_overturned, doubt_code = (
         (False, False),
         _find_doubt([projections[group] for group in groups], separation, scatter_rad),
     )
@@ -229,7 +229,7 @@ def find_limbs(
         shares = [float(np.mean(overturned[group])) for group in groups]
         is_overturned = shares[0] > 0.5, shares[1] > 0.5
         if any(MAX_MIXED_SHARE < share < 1.0 - MAX_MIXED_SHARE for share in shares):
-            doubt = "mixed"
+            doubt_code = "mixed"
     first_variance, second_variance = (
         float(np.var(projections[group], ddof=1)) for group in groups
     )
@@ -241,7 +241,7 @@ def find_limbs(
         math.degrees(scatter_rad),
         (first_variance, second_variance),
         is_overturned,
-        doubt,
+        doubt_code,
     )
 
 

@@ -63,7 +63,7 @@ class Cone:
         distinguish a cone from a cylinder.
     log_likelihood : float
         See `_log_likelihood`; for a mixture if the ends of the poles are unknown.
-    by_nearer_ends : SmallCircle or None
+    nearer_ends_circle : SmallCircle or None
         Least-squares circle if either end of a pole may be used. It is stored only if it differs
         and is closer to the poles, but is not more likely.
     """
@@ -74,10 +74,10 @@ class Cone:
     p: float
     half_width_deg: float
     log_likelihood: float
-    by_nearer_ends: SmallCircle | None = None
+    nearer_ends_circle: SmallCircle | None = None
 
     @property
-    def off_deg(self) -> float:
+    def deviation_deg(self) -> float:
         """Difference between the half-angle and that of a great circle, degrees."""
         return abs(90.0 - self.half_angle_deg)
 
@@ -183,13 +183,13 @@ def describe_shape(
     -------
     PoleShape
     """
-    off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
+    deviations_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     angles_deg = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
     return PoleShape(
         poles,
         axes,
-        rms(off_deg),
-        float(np.quantile(off_deg, 0.9)),
+        rms(deviations_deg),
+        float(np.quantile(deviations_deg, 0.9)),
         rms(angles_deg),
         arc_deg(poles, axes),
         vollmer(values),
@@ -222,9 +222,9 @@ def find_outliers(poles: FloatArray, axes: FloatArray) -> BoolArray:
     ]
     is_outlier = np.zeros(n, dtype=bool)
     for _ in range(3):
-        off_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ normal, -1.0, 1.0))))
-        is_outlier = off_deg > max(
-            MIN_OUTLIER_RATIO * 1.4826 * float(np.median(off_deg)), MIN_OUTLIER_DEG
+        deviations_deg = np.degrees(np.abs(np.arcsin(np.clip(poles @ normal, -1.0, 1.0))))
+        is_outlier = deviations_deg > max(
+            MIN_OUTLIER_RATIO * 1.4826 * float(np.median(deviations_deg)), MIN_OUTLIER_DEG
         )
         if n - int(is_outlier.sum()) < 8 or int(is_outlier.sum()) * MIN_POLES_PER_OUTLIER > n:
             return np.zeros(n, dtype=bool)
@@ -453,10 +453,10 @@ def _test_mixture(
     """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    gain = axis_fit.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
+    log_likelihood_gain = axis_fit.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
     dof = n - 3
     # For normal residuals with known ends, this is the ratio of the sums of squares.
-    p = f_tail(1, dof, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * dof)
+    p = f_tail(1, dof, max(math.expm1(min(2.0 * log_likelihood_gain / n, 700.0)), 0.0) * dof)
     design, _ = _design(axis_fit.poles, axis_fit.axis)
     singular = np.linalg.svd(design, compute_uv=False)
     if singular[-1] <= 1e-6 * singular[0]:
@@ -596,7 +596,7 @@ def _two_circles(
     single_criterion = _schwarz_criterion(n, _log_likelihood(n, rms(single_circle_normal)), 2)
     if cone is not None:
         single_criterion = min(single_criterion, _schwarz_criterion(n, cone.log_likelihood, 3))
-    two_criterion = -2.0 * likelihood + 5.0 * math.log(n)
+    criterion = -2.0 * likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
         Line.from_vector(normals[0]),
@@ -604,7 +604,7 @@ def _two_circles(
         counts,
         angle,
         math.degrees(rms(angles.min(axis=1))),
-        single_criterion - two_criterion,
+        single_criterion - criterion,
         (arcs[0], arcs[1]),
     )
 

@@ -171,7 +171,7 @@ def _assess_cylinder(
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.are_flat or width > MAX_CONE_WIDTH_DEG):
-        conditions.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
+        conditions.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.limb_angle_deg))
     elif width > MAX_RESOLVABLE_CONE_WIDTH_DEG and not conditions:
         conditions.append(Finding("fold.cone-or-cylinder"))
     if shape.arc_deg < MIN_ARC_DEG:
@@ -269,9 +269,9 @@ def _has_one_dip(shape: PoleShape, error95_deg: float | None) -> bool:
 def _is_conical(cone: Cone, scatter_limit_deg: float) -> bool:
     return (
         cone.p < CONE_SIGNIFICANCE
-        and cone.off_deg >= MIN_CONE_OFFSET_DEG
+        and cone.deviation_deg >= MIN_CONE_OFFSET_DEG
         and cone.half_angle_deg >= MIN_CONE_ANGLE_DEG
-        and cone.off_deg > cone.half_width_deg
+        and cone.deviation_deg > cone.half_width_deg
         and cone.rms_deg <= MAX_CONE_SCATTER * cone.half_angle_deg
         and 1.645 * cone.rms_deg <= scatter_limit_deg
     )
@@ -285,7 +285,9 @@ def _is_obvious_cone(shape: PoleShape, cone: Cone, scatter_limit_deg: float) -> 
     if shape.limbs is not None and shape.limbs.are_flat and shape.within90_deg <= scatter_limit_deg:
         return False
     is_close = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
-    is_separate = cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.off_deg
+    is_separate = (
+        cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.deviation_deg
+    )
     return shape.n >= 10 and is_separate and is_close
 
 

@@ -177,10 +177,10 @@ def facet_slopes(
     rows_by_id = {table.ids[row]: i for i, row in enumerate(rows)}
     facets = []
     for k, (facet, slope) in enumerate(slopes):
-        own_row = rows_by_id.get(facet.id)
+        facet_row = rows_by_id.get(facet.id)
         n_facets = len(rows)
-        if own_row is not None and _is_face(slope, normals[own_row]):
-            _exclude_own_plane(own_row, slope, normals, sets, plane_counts[k], pair_counts[k])
+        if facet_row is not None and _is_face(slope, normals[facet_row]):
+            _exclude_own_plane(facet_row, slope, normals, sets, plane_counts[k], pair_counts[k])
             n_facets -= 1
         planar, flexural = (_critical_share(int(count), n_facets) for count in plane_counts[k])
         pairs = int(pair_counts[k, 0])

@@ -312,21 +312,28 @@ def fit_law(
     """
     from scipy.optimize import minimize
 
-    complete_lengths_m, cut_once, cut_twice = (lengths[cut_indices == k] for k in range(3))
+    complete_lengths_m, cut_at_one_end, cut_at_both_ends = (
+        lengths[cut_indices == k] for k in range(3)
+    )
     if window is None:
-        cut_once, cut_twice = np.concatenate([cut_once, cut_twice]), cut_twice[:0]
+        cut_at_one_end, cut_at_both_ends = (
+            np.concatenate([cut_at_one_end, cut_at_both_ends]),
+            cut_at_both_ends[:0],
+        )
 
     def log_likelihood(u: FloatArray) -> float:
         if not (np.abs(u) < 50).all():
             return -math.inf
         with np.errstate(all="ignore"):
-            sum_ = float(law.log_f(complete_lengths_m, u).sum() + law.log_s(cut_once, u).sum())
+            sum_ = float(
+                law.log_f(complete_lengths_m, u).sum() + law.log_s(cut_at_one_end, u).sum()
+            )
             if window is not None:
                 mean = law.log_mean(u)
                 if not mean < -MIN_LOG:
                     return -math.inf
                 effective_area = window.area_m2 + math.exp(mean) * window.width_m
-                sum_ += float(law.log_h(cut_twice, u).sum()) - len(lengths) * math.log(
+                sum_ += float(law.log_h(cut_at_both_ends, u).sum()) - len(lengths) * math.log(
                     effective_area
                 )
         return sum_ if math.isfinite(sum_) else -math.inf

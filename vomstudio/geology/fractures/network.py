@@ -196,10 +196,10 @@ class MappedNetwork:
     """
 
     found: FractureNetwork
-    counted: SamplingRegion
+    region: SamplingRegion
     pieces: TracePieces
     sets: tuple[str, ...]
-    set_of: IntArray
+    set_rows: IntArray
     y_axis: Literal["N", "y", "up"] = "N"
 
 
@@ -257,7 +257,7 @@ def fracture_network(
             findings.append(
                 Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
             )
-    names, set_of = _set_rows(sets, len(lines))
+    names, set_rows = _set_rows(sets, len(lines))
     size = None if area is None else float(shapely.area(area))
     spacing = None
     if crossings is not None:
@@ -282,7 +282,7 @@ def fracture_network(
         mended=nodes.mended,
         snap_m=snap_m,
         length=describe_lengths(pieces, area),
-        sets=_sets(names, set_of, pieces, area, crossings, terzaghi_cap, plane),
+        sets=_sets(names, set_rows, pieces, area, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
         circle=None
         if sampling_region.circle is None
@@ -297,7 +297,7 @@ def fracture_network(
         ),
         plane=plane,
     )
-    return MappedNetwork(network, sampling_region, pieces, names, set_of[pieces.trace])
+    return MappedNetwork(network, sampling_region, pieces, names, set_rows[pieces.trace])
 
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
@@ -485,7 +485,7 @@ def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntA
 
 def _sets(
     names: tuple[str, ...],
-    set_of: IntArray,
+    set_rows: IntArray,
     pieces: TracePieces,
     area: Any,
     crossings: Crossings | None,
@@ -493,14 +493,14 @@ def _sets(
     plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
     azimuth, lengths = trace_azimuths_deg(trace_directions(pieces), plane), pieces.lengths()
-    set_of_piece = set_of[pieces.trace]
+    set_of_piece = set_rows[pieces.trace]
     figures = []
     for i, name in enumerate(names):
         is_member = set_of_piece == i
         strike, resultant = axial_mean_deg(azimuth[is_member], lengths[is_member])
         spacing = None
         if crossings is not None:
-            spacing = measure_spacing(crossings, set_of[crossings.trace] == i, max_correction)
+            spacing = measure_spacing(crossings, set_rows[crossings.trace] == i, max_correction)
         densities = trace_densities(pieces, is_member, area)
         figures.append(
             FractureSet(

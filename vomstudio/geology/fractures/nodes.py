@@ -222,9 +222,9 @@ def _group_nodes(
     for end, touched_piece in zip(
         touching_ends.end.tolist(), touching_ends.other_piece.tolist(), strict=True
     ):
-        piece_of_end = int(piece[end])
+        end_piece = int(piece[end])
         for row in crossings_by_pair.get(
-            (min(piece_of_end, touched_piece), max(piece_of_end, touched_piece)), ()
+            (min(end_piece, touched_piece), max(end_piece, touched_piece)), ()
         ):
             if np.hypot(*(crossing[row] - ends[end])) <= MAX_OFFSET_RATIO * tolerance:
                 added_nodes.append((place_of[end], len(free_indices) + row))
@@ -299,12 +299,12 @@ def _snapped_ends(
             nearest_ends[end] = (distance, touched_piece)
     snapped_ends = []
     for end, (distance, touched_piece) in sorted(nearest_ends.items()):
-        piece_of_end = int(piece[end])
-        is_crossed = (min(piece_of_end, touched_piece), max(piece_of_end, touched_piece)) in crossed
+        end_piece = int(piece[end])
+        is_crossed = (min(end_piece, touched_piece), max(end_piece, touched_piece)) in crossed
         snapped_ends.append(
             SnappedEnd(
                 "overshoot" if is_crossed else "gap",
-                int(pieces.trace[piece_of_end]) + 1,
+                int(pieces.trace[end_piece]) + 1,
                 int(pieces.trace[touched_piece]) + 1,
                 float(ends[end, 0]),
                 float(ends[end, 1]),

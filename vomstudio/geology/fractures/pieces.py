@@ -136,9 +136,9 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     shapely.prepare(area)
     inside = np.asarray(shapely.covered_by(lines, area))
     crossing = np.flatnonzero(~inside & shapely.intersects(lines, area))
-    parts, part_of = _clip_lines(lines[crossing], area)
+    parts, part_rows = _clip_lines(lines[crossing], area)
     clipped_lines = np.concatenate([lines[inside], parts])
-    trace = np.concatenate([rows[inside], crossing[part_of]])
+    trace = np.concatenate([rows[inside], crossing[part_rows]])
     order = np.argsort(trace, kind="stable")
     pieces = TracePieces(
         clipped_lines[order], trace[order], np.zeros((len(clipped_lines), 2), np.bool_), rounding

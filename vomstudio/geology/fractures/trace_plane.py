@@ -376,7 +376,7 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     lacks_heights[line_rows[row[is_usable & ~is_finite[:, 2]]]] = True
     if not is_finite[:, 2].any():
         return [], lacks_heights
-    parts, part_of = shapely.get_parts(shapes[line_rows], return_index=True)
+    parts, part_rows = shapely.get_parts(shapes[line_rows], return_index=True)
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
     is_invalid = _mask_of_rows(part, ~np.isfinite(points).all(axis=1), len(parts))
     lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
@@ -384,7 +384,7 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     usable_lines = [
         line
         for line, number in zip(lines, line_ids, strict=True)
-        if not is_invalid[number] and not lacks_heights[line_rows[part_of[number]]]
+        if not is_invalid[number] and not lacks_heights[line_rows[part_rows[number]]]
     ]
     is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
     if any(is_open):

@@ -165,9 +165,9 @@ def mean_regions(
         alone.
     """
     mean = fisher_mean.mean.vector()
-    own_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
+    mean_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
     if turns is None or not turns.known:
-        return None, None if own_cone is None else region(mean, None, own_cone)
+        return None, None if mean_cone is None else region(mean, None, mean_cone)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
     if not is_directed:
@@ -176,8 +176,8 @@ def mean_regions(
     if weights is not None:
         signs = signs * weights
     covariance = resultant(move_vectors(v, turns), signs).covariance()[0]
-    return region(mean, covariance), None if own_cone is None else region(
-        mean, covariance, own_cone
+    return region(mean, covariance), None if mean_cone is None else region(
+        mean, covariance, mean_cone
     )
 
 

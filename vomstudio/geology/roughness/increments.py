@@ -305,8 +305,8 @@ def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArr
         normalized_squares = (
             squares[:, j] * ((variations.lags[k] / variations.lengths[:, k]) ** growth)[:, None]
         )
-        mean, *wave = np.linalg.lstsq(columns, normalized_squares, rcond=None)[0]
-        harmonics[:, j] = np.stack(wave) / mean
+        mean, *coefficients = np.linalg.lstsq(columns, normalized_squares, rcond=None)[0]
+        harmonics[:, j] = np.stack(coefficients) / mean
     return harmonics
 
 

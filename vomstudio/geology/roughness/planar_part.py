@@ -43,7 +43,7 @@ class PlanarPart:
 
     Attributes
     ----------
-    holds : (rows, columns) ndarray of bool
+    is_planar : (rows, columns) ndarray of bool
         True for cells that lie in the plane.
     departs : float
         Share of the known cells that deviate from the plane.
@@ -57,7 +57,7 @@ class PlanarPart:
         Share of the known cells that lie in the other plane.
     """
 
-    holds: BoolArray
+    is_planar: BoolArray
     departs: float
     limit: float
     plane: FloatArray

@@ -274,12 +274,12 @@ def _is_round(poles: FloatArray, mixture: Mixture) -> BoolArray:
         round_concentrations = np.full(
             2, _concentration(np.array([membership @ (offsets**2).mean(axis=1) / size]))[0]
         )
-        gain = _log_density(offsets, mixture.concentrations[j]) - _log_density(
+        log_likelihood_gain = _log_density(offsets, mixture.concentrations[j]) - _log_density(
             offsets, round_concentrations
         )
-        result[j] = 2.0 * float(membership @ gain) < ELONGATION_PARAMETERS * math.log(
-            max(len(poles), 2)
-        )
+        result[j] = 2.0 * float(
+            membership @ log_likelihood_gain
+        ) < ELONGATION_PARAMETERS * math.log(max(len(poles), 2))
     return result
 
 

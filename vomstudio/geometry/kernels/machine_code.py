@@ -125,9 +125,11 @@ def _missing_symbols(code: bytes) -> list[str]:
     """Return the undefined symbols of an ELF object file (*System V ABI*, ch. 4)."""
     if code[:6] != b"\x7fELF\x02\x01":  # 64-bit, little-endian
         raise _UncacheableKernelError
-    (sections_at,) = struct.unpack_from("<Q", code, 0x28)
+    (section_offset,) = struct.unpack_from("<Q", code, 0x28)
     size, count = struct.unpack_from("<HH", code, 0x3A)
-    sections = [struct.unpack_from("<IIQQQQII", code, sections_at + k * size) for k in range(count)]
+    sections = [
+        struct.unpack_from("<IIQQQQII", code, section_offset + k * size) for k in range(count)
+    ]
     names = []
     for _, kind, _, _, position, length, link, _ in sections:
         if kind != 2:  # the symbol table

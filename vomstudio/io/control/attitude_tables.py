@@ -66,7 +66,7 @@ class AttitudeTable:
     down : (n, 3) float64
         Unit vectors of gravity in the camera frame (x right, y down, z forward); NaN if pitch and
         roll define the direction, or if it is unknown.
-    norths : tuple of str
+    north_references : tuple of str
         North reference of each yaw: "grid", "true" or "magnetic".
     is_doubted : bool
         Whether the yaws come from a compass, which may have a common error.
@@ -81,7 +81,7 @@ class AttitudeTable:
     photos: tuple[str, ...]
     angles: FloatArray
     sigma: FloatArray
-    norths: tuple[str, ...]
+    north_references: tuple[str, ...]
     is_doubted: bool
     down: FloatArray
     days: tuple[date | None, ...]
@@ -127,21 +127,23 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
             for n in _NAMES
         ]
     )
-    norths = _norths(table, len(photos), north)
+    north_references = _north_references(table, len(photos), north)
     has_yaw = np.isfinite(angles[:, 0])
     is_unstated = bool(has_yaw.any()) and not np.isfinite(sigma[has_yaw, 0]).any()
     notes: tuple[Finding, ...] = ()
-    if is_unstated and "magnetic" not in norths:
+    if is_unstated and "magnetic" not in north_references:
         notes = (Finding("cameras.yaw-accuracy-unknown"),)
-    is_doubted = is_unstated or "magnetic" in norths
-    return attitude_table(photos, angles, sigma, norths, is_doubted=is_doubted, notes=notes)
+    is_doubted = is_unstated or "magnetic" in north_references
+    return attitude_table(
+        photos, angles, sigma, north_references, is_doubted=is_doubted, notes=notes
+    )
 
 
 def attitude_table(
     photos: tuple[str, ...],
     angles: FloatArray,
     sigma: FloatArray | None = None,
-    norths: tuple[str, ...] | None = None,
+    north_references: tuple[str, ...] | None = None,
     *,
     is_doubted: bool = False,
     down: FloatArray | None = None,
@@ -155,7 +157,7 @@ def attitude_table(
         photos,
         angles,
         np.full((n, 3), np.nan) if sigma is None else sigma,
-        ("grid",) * n if norths is None else norths,
+        ("grid",) * n if north_references is None else north_references,
         is_doubted,
         np.full((n, 3), np.nan) if down is None else down,
         (None,) * n if days is None else days,
@@ -202,9 +204,9 @@ def _require_angles(table: NamedTable, angles: FloatArray) -> None:
             raise table.at(int(row), finding, _NAMES[column])
 
 
-def _norths(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:
+def _north_references(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:
     if table.has(("north",)):
-        norths = []
+        north_references = []
         for row, word in enumerate(table.words(("north",), "north", allow_empty=True)):
             north = _NORTH_WORDS.get(word.casefold())
             if north is None:
@@ -212,8 +214,8 @@ def _norths(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:
                     "table.unknown-word", cell=shorten(word), words=("grid", "true", "magnetic")
                 )
                 raise table.at(row, finding, "north")
-            norths.append(north if word else default_north)
-        return tuple(norths)
+            north_references.append(north if word else default_north)
+        return tuple(north_references)
     if table.has(("magnetic heading",)):
         return ("magnetic",) * n
     header = " ".join(table.table.names or ()).casefold()
@@ -236,5 +238,5 @@ def _read_geo_attitudes(path: Path) -> AttitudeTable:
         )
     note = Finding("cameras.opendronemap-angles", file=path.name)
     angles = nadir_to_view_angles(geo.angles[rows])
-    norths = ("true",) * len(rows)
-    return attitude_table(photos, angles, None, norths, is_doubted=True, notes=(note,))
+    north_references = ("true",) * len(rows)
+    return attitude_table(photos, angles, None, north_references, is_doubted=True, notes=(note,))

@@ -37,14 +37,14 @@ def crs_of(path: str | Path) -> str | None:
     return choose_format(path).crs(path)
 
 
-def marks_beside(control: Path) -> Path:
+def marks_path(control: Path) -> Path:
     """Return the default marks file of a control file: the file itself or one next to it."""
     format_ = choose_format(control)
     if format_.holds_marks:
         return control
     default_path = control.with_name(MARKS)
-    if not default_path.is_file() and format_.marks_beside is not None:
-        return format_.marks_beside(control) or default_path
+    if not default_path.is_file() and format_.find_marks is not None:
+        return format_.find_marks(control) or default_path
     return default_path
 
 
@@ -56,7 +56,7 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
         for format_ in find_formats().all:
             for name in format_.found_as:
                 if format_.matches(folder / name):
-                    return folder / name, marks_beside(folder / name)
+                    return folder / name, marks_path(folder / name)
     return None
 
 
@@ -78,7 +78,7 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
         for format_ in find_formats().all:
             if format_.find_points is None or (path := format_.find_points(folder)) is None:
                 continue
-            if (marks := marks_beside(path)).is_file():
+            if (marks := marks_path(path)).is_file():
                 return path, marks
     return None
 

@@ -38,7 +38,7 @@ class ControlFormat:
         format.
     extensions : tuple of str
         Usual file extensions, for file dialogs.
-    marks_beside : callable or None
+    find_marks : callable or None
         Function that returns the file with the marks for a file of points in the same folder, or
         None unless there is exactly one.
     find_points : callable or None
@@ -55,5 +55,5 @@ class ControlFormat:
     found_as: tuple[str, ...] = ()
     is_certain: bool = True
     extensions: tuple[str, ...] = ()
-    marks_beside: Callable[[Path], Path | None] | None = None
+    find_marks: Callable[[Path], Path | None] | None = None
     find_points: Callable[[Path], Path | None] | None = None

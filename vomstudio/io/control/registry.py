@@ -43,14 +43,14 @@ def choose_format(path: Path) -> ControlFormat:
 
     Raises InputError if the file is damaged.
     """
-    formats_found = find_formats()
+    available_formats = find_formats()
     for format_ in sorted(
-        formats_found.all, key=lambda control_format: not control_format.is_certain
+        available_formats.all, key=lambda control_format: not control_format.is_certain
     ):
         if format_.matches(path):
             return format_
     names = [
-        *(tr(control_format.name) for control_format in formats_found.all),
-        *map(str, formats_found.broken),
+        *(tr(control_format.name) for control_format in available_formats.all),
+        *map(str, available_formats.broken),
     ]
     raise InputError(Finding("control.unknown-format", formats=names), file=path)

@@ -57,7 +57,7 @@ class FrameOptions(Options):
         return self != FrameOptions()
 
     @property
-    def first_given(self) -> str | None:
+    def first_option(self) -> str | None:
         """Flag of the first option that is given, or None if no option is given."""
         options = given_options(self)
         return next((item.flag for item in declarations(type(self)) if item.name in options), None)

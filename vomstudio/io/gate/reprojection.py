@@ -94,5 +94,5 @@ class Reprojection:
         """
         scale = max(1e-6 * float(np.abs(point[:2]).max()), 1e-6)
         steps = np.diag([scale, scale, max(scale, 1e-3)])
-        forward, behind = self.apply(point + steps), self.apply(point - steps)
-        return np.asarray(((forward - behind) / (2.0 * np.diag(steps)[:, None])).T, np.float64)
+        forward, backward = self.apply(point + steps), self.apply(point - steps)
+        return np.asarray(((forward - backward) / (2.0 * np.diag(steps)[:, None])).T, np.float64)

@@ -233,9 +233,9 @@ def unit_text(unit: str) -> str:
 
 def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     """Return the findings about converted or assumed units; empty for metres."""
-    flat, _, high = axes.units
+    horizontal_unit, _, high = axes.units
     findings: list[Finding] = []
-    if axes.has_heights and flat == "unknown":
+    if axes.has_heights and horizontal_unit == "unknown":
         findings.append(Finding("frame.height-unit-only", height_unit=unit_text(high)))
     if axes.unusual_directions:
         findings.append(Finding("frame.axes-unused"))
@@ -254,7 +254,9 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     )
     if is_converted:
         findings.append(
-            Finding("frame.unit-converted", unit=unit_text(flat), height_unit=unit_text(high))
+            Finding(
+                "frame.unit-converted", unit=unit_text(horizontal_unit), height_unit=unit_text(high)
+            )
         )
     return tuple(findings)
 

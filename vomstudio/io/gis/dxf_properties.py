@@ -56,7 +56,7 @@ class DxfProperties:
         Handles of dimensions and leaders.
     invisible : frozenset of str
         Handles of invisible entities.
-    fit_only : int
+    fit_spline_count : int
         Number of splines with fit points but no control points.
     bodies : mapping of str to int
         Number of solids, surfaces and proxies by entity name.
@@ -66,7 +66,7 @@ class DxfProperties:
     hidden: frozenset[str] = frozenset()
     notes: frozenset[str] = frozenset()
     invisible: frozenset[str] = frozenset()
-    fit_only: int = 0
+    fit_spline_count: int = 0
     bodies: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -143,7 +143,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
 
 def unreadable_reason(path: Path) -> Finding | None:
     """Return the reason why GDAL cannot read a drawing, or None if it is unknown."""
-    if path.suffix.lower() != ".dxf" or not (count := read_dxf_properties(path).fit_only):
+    if path.suffix.lower() != ".dxf" or not (count := read_dxf_properties(path).fit_spline_count):
         return None
     return Finding("drawing.splines", count=count)
 
@@ -151,7 +151,7 @@ def unreadable_reason(path: Path) -> Finding | None:
 def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
     unit: float | None = None
     hidden_names, notes, invisible = set[str](), set[str](), set[str]()
-    fit_only = 0
+    fit_spline_count = 0
     bodies = Counter[str]()
     section: object = b""
     for piece in pieces:
@@ -185,13 +185,13 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
             if int(first_values.get(60, 0)) == 1:
                 invisible.add(handle)
         if kind == b"SPLINE" and 11 in first_values and 10 not in first_values:
-            fit_only += 1
+            fit_spline_count += 1
     return DxfProperties(
         unit,
         frozenset(hidden_names),
         frozenset(notes),
         frozenset(invisible),
-        fit_only,
+        fit_spline_count,
         dict(bodies),
     )
 

@@ -165,14 +165,14 @@ def _refuse_zero_bytes(path: Path, head: bytes) -> None:
     """
     if head.startswith(_BINARY_DXF):
         return
-    tail, offset = b"", 0
+    last_bytes, offset = b"", 0
     with open_regular(path) as file:
         while block := file.read(_BLOCK_BYTES):
             position = block.find(b"\0")
-            tail = (tail + (block if position < 0 else block[:position])[-_LAST_WORD_BYTES:])[
-                -_LAST_WORD_BYTES:
-            ]
-            if position >= 0 and tail.split()[-1:] != [b"EOF"]:
+            last_bytes = (
+                last_bytes + (block if position < 0 else block[:position])[-_LAST_WORD_BYTES:]
+            )[-_LAST_WORD_BYTES:]
+            if position >= 0 and last_bytes.split()[-1:] != [b"EOF"]:
                 raise InputError(Finding("file.blank", byte=offset + position + 1), file=path)
             if position >= 0:
                 return

@@ -196,14 +196,14 @@ def silence_libtiff() -> Iterator[None]:
     except OSError:  # closed by the caller
         yield
         return
-    null = os.open(os.devnull, os.O_WRONLY)
+    null_descriptor = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(null, 2)
+        os.dup2(null_descriptor, 2)
         yield
     finally:
         os.dup2(saved_descriptor, 2)
         os.close(saved_descriptor)
-        os.close(null)
+        os.close(null_descriptor)
 
 
 def _is_complete(dataset: Any, size: int) -> bool:

@@ -306,8 +306,8 @@ def _assumption_findings(
         # A reconstruction by this program stores its known properties in the file next to the
         # model.
         return ()
-    suspicion = degrees_finding(np.asarray(loaded_model.data.bounds, np.float64))
-    findings = () if suspicion is None or options.unit is not None else (suspicion,)
+    doubt_finding = degrees_finding(np.asarray(loaded_model.data.bounds, np.float64))
+    findings = () if doubt_finding is None or options.unit is not None else (doubt_finding,)
     assumed = assumed_frame(
         loaded_model.path,
         options,

@@ -167,14 +167,14 @@ def _replace_folder(draft: Path, folder: Path) -> None:
 
 def _stamp(path: Path) -> dict[str, object]:
     """Return the size and times with which changes of a file and its sidecars are detected."""
-    stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_SIDECARS))
+    file_stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_SIDECARS))
     with contextlib.suppress(OSError):
         status = os.stat(path)
-        stamp |= {"size": status.st_size, "mtime_ns": status.st_mtime_ns}
+        file_stamp |= {"size": status.st_size, "mtime_ns": status.st_mtime_ns}
     for name, path_of in _SIDECARS.items():
         with contextlib.suppress(OSError):
-            stamp[name] = os.stat(path_of(path)).st_mtime_ns
-    return stamp
+            file_stamp[name] = os.stat(path_of(path)).st_mtime_ns
+    return file_stamp
 
 
 def _has_missing_image(meta: dict[str, Any]) -> bool:
@@ -261,13 +261,13 @@ def read_transferred(folder: Path) -> LoadedModel:
 def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
     try:
         meta = _read_meta(folder)
-        stamp = _stamp(path)
+        file_stamp = _stamp(path)
         is_valid = meta.get("path") == os.fspath(path.absolute())
-        is_valid = is_valid and all(meta.get(key) == value for key, value in stamp.items())
+        is_valid = is_valid and all(meta.get(key) == value for key, value in file_stamp.items())
         if not is_valid:
             is_valid = (
                 path.is_file()
-                and all(meta.get(name) == stamp[name] for name in _SIDECARS)
+                and all(meta.get(name) == file_stamp[name] for name in _SIDECARS)
                 and meta.get("content_hash") == file_hash(path)
             )
         if is_valid and not _has_missing_image(meta):

@@ -94,12 +94,12 @@ def _evenly_spaced(n: int, count: int) -> AnyArray:
 
 def _las_records(path: Path, top: LasHeader, count: int) -> AnyArray:
     available_records = min(top.points, (top.size - top.points_offset) // top.record_bytes)
-    runs = max(1, min(count, available_records) // RUN_POINTS)
+    run_count = max(1, min(count, available_records) // RUN_POINTS)
     length = min(RUN_POINTS, count, available_records)
     runs_of_records = []
     with open_regular(path) as file:
         for first_record in (
-            np.linspace(0, max(0, available_records - length), runs).astype(np.int64).tolist()
+            np.linspace(0, max(0, available_records - length), run_count).astype(np.int64).tolist()
         ):
             file.seek(top.points_offset + first_record * top.record_bytes)
             runs_of_records.append(file.read(length * top.record_bytes))

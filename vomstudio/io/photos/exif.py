@@ -183,9 +183,9 @@ def _sexagesimal(value: Any) -> float | None:
 
 
 def _focal_plane(tags: Mapping[int, Any]) -> float | None:
-    per_unit = _positive(tags.get(0xA20E))
+    pixels_per_unit = _positive(tags.get(0xA20E))
     unit = _UNITS_MM.get(_whole(tags.get(0xA210)) or 2)
-    return per_unit / unit if per_unit and unit else None
+    return pixels_per_unit / unit if pixels_per_unit and unit else None
 
 
 def _pixels(tags: Mapping[int, Any]) -> tuple[int, int] | None:

@@ -26,11 +26,11 @@ def _remove_brackets(text: str) -> str:
     """
     parts, offset = [], 0
     while opening := _OPENING.search(text, offset):
-        closing_match = _CLOSING.search(text, opening.end())
-        if closing_match is None:
+        closing = _CLOSING.search(text, opening.end())
+        if closing is None:
             break
         parts += [text[offset : opening.start()], " "]
-        offset = closing_match.end()
+        offset = closing.end()
     return "".join([*parts, text[offset:]])
 
 

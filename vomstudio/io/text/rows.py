@@ -88,8 +88,8 @@ def is_comma_number(cell: str) -> bool:
 
 def shorten(text: str, limit: int = 40) -> str:
     """Shorten a cell for a message."""
-    clean = "".join(c if c.isprintable() else "?" for c in text)
-    return clean if len(clean) <= limit else clean[: limit - 3] + "..."
+    printable_text = "".join(c if c.isprintable() else "?" for c in text)
+    return printable_text if len(printable_text) <= limit else printable_text[: limit - 3] + "..."
 
 
 def cut(line: str, delimiter: str) -> list[str]:

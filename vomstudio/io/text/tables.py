@@ -379,10 +379,10 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         groups = _segments(table)
     else:
         groups = table.labels(table.find(by))
-        nameless = [i for i, name in enumerate(groups) if not name and is_finite_row[i]]
-        if nameless:
-            is_finite_row[nameless] = False
-            lines = [int(n) for n in table.line_numbers[nameless]]
+        unnamed_rows = [i for i, name in enumerate(groups) if not name and is_finite_row[i]]
+        if unnamed_rows:
+            is_finite_row[unnamed_rows] = False
+            lines = [int(n) for n in table.line_numbers[unnamed_rows]]
             warnings.append(
                 Finding("table.rows-left-out", count=len(lines), needed=f"'{by}'", lines=lines)
             )
@@ -399,15 +399,13 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         else [group for group, k in zip(groups, is_finite_row, strict=True) if k or group]
     )
     codes = {name: i for i, name in enumerate(dict.fromkeys(named_groups))}
-    codes_of_points = np.fromiter(
+    point_codes = np.fromiter(
         map(codes.__getitem__, itertools.compress(groups, is_finite_row)), np.int64
     )
-    counts = np.bincount(codes_of_points, minlength=len(codes))
+    counts = np.bincount(point_codes, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),
-        points=np.ascontiguousarray(
-            points[is_finite_row][np.argsort(codes_of_points, kind="stable")]
-        ),
+        points=np.ascontiguousarray(points[is_finite_row][np.argsort(point_codes, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped_lines,
         words=words,
@@ -452,10 +450,10 @@ def coordinate_columns(table: TextTable) -> list[int]:
             )
         return [0, 1, 2]
     columns: list[int] = []
-    normalised = [normalise_name(name) for name in table.names]
+    normalised_names = [normalise_name(name) for name in table.names]
     for letter, aliases in COORDINATES.items():
-        matches = [i for i, name in enumerate(normalised) if name == letter]
-        matches = matches or [i for i, name in enumerate(normalised) if name in aliases]
+        matches = [i for i, name in enumerate(normalised_names) if name == letter]
+        matches = matches or [i for i, name in enumerate(normalised_names) if name in aliases]
         if len(matches) > 1:
             raise InputError(
                 Finding(

@@ -198,12 +198,12 @@ def interpolate(  # type: ignore[no-untyped-def]
         Output array for the heights.
     """
     h, w = depth.shape
-    off_x, off_y = NUDGE * cell_size, 0.618 * NUDGE * cell_size
+    nudge_x, nudge_y = NUDGE * cell_size, 0.618 * NUDGE * cell_size
     for row in range(h):
-        y = first_y + row * step + off_y
+        y = first_y + row * step + nudge_y
         is_enclosed = False
         for column in range(w):
-            x = first_x + column * step + off_x
+            x = first_x + column * step + nudge_x
             if is_enclosed:
                 u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
                 is_enclosed = min(u, v, q) >= 0.0

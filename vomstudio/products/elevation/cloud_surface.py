@@ -103,8 +103,8 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
     for _ in range(PASSES):
         if len(unique_points) <= N_NEIGHBOURS or not is_open.any():
             break
-        is_hidden, doubtful = _is_under_another(unique_points, np.flatnonzero(is_open))
-        unique_points, is_open = unique_points[~is_hidden], doubtful[~is_hidden]
+        is_hidden, is_doubtful = _is_under_another(unique_points, np.flatnonzero(is_open))
+        unique_points, is_open = unique_points[~is_hidden], is_doubtful[~is_hidden]
     return unique_points
 
 
@@ -171,13 +171,13 @@ def _is_covered(offsets: FloatArray, is_above: BoolArray) -> BoolArray:
     is_inside = (is_outward & is_above).any(axis=1) | ~(is_outward & ~is_above).any(axis=1)
     is_mingled = (counts >= MIN_ABOVE) & (parted < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
-    right_of, is_below = offsets[:, :, 0] >= 0, offsets[:, :, 1] >= 0
+    is_right, is_below = offsets[:, :, 0] >= 0, offsets[:, :, 1] >= 0
     sides = np.zeros(len(offsets), np.int64)
     for quarter in (
-        right_of & is_below,
-        right_of & ~is_below,
-        ~right_of & is_below,
-        ~right_of & ~is_below,
+        is_right & is_below,
+        is_right & ~is_below,
+        ~is_right & is_below,
+        ~is_right & ~is_below,
     ):
         sides += (quarter & is_above).any(axis=1)
     is_surrounded = (is_above.shape[1] - counts <= MAX_BELOW) & (sides >= 3)

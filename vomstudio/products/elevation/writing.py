@@ -179,22 +179,22 @@ def write_elevation(
         },
     )
     with atomic_group(list(targets.values()), force) as parts:
-        part_of_target = dict(zip(targets, parts, strict=True))
-        _write(part_of_target["raster"], base, heights, targets["raster"])
-        if "slope" in part_of_target or "aspect" in part_of_target:
+        part_by_target = dict(zip(targets, parts, strict=True))
+        _write(part_by_target["raster"], base, heights, targets["raster"])
+        if "slope" in part_by_target or "aspect" in part_by_target:
             dip, direction = compute_dips(heights, plan.grid.gsd, plan.frame)
             for name, values in (("slope", dip), ("aspect", direction)):
-                if name in part_of_target:
-                    _write(part_of_target[name], base, values, targets[name])
-        if "hillshade" in part_of_target:
+                if name in part_by_target:
+                    _write(part_by_target[name], base, values, targets[name])
+        if "hillshade" in part_by_target:
             shade = hillshade(heights, plan.grid.gsd)
             _write(
-                part_of_target["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"]
+                part_by_target["hillshade"], replace(base, kind="grey"), shade, targets["hillshade"]
             )
         if lines is not None:
-            part_of_target["contours"].unlink()
-            write_contours(part_of_target["contours"], lines, crs)
-        part_of_target["sidecar"].write_text(
+            part_by_target["contours"].unlink()
+            write_contours(part_by_target["contours"], lines, crs)
+        part_by_target["sidecar"].write_text(
             json.dumps(metadata | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False)
             + "\n",
             "utf-8",

@@ -213,7 +213,7 @@ def _legend_texts(mapped_network: MappedNetwork) -> list[str]:
     if len(mapped_network.sets) < 2:
         return []
     counts = np.bincount(
-        mapped_network.set_of[mapped_network.set_of >= 0], minlength=len(mapped_network.sets)
+        mapped_network.set_rows[mapped_network.set_rows >= 0], minlength=len(mapped_network.sets)
     )
     width = (WIDTH_MM - 2 * _MARGIN_MM - _LEGEND_LINE_MM - 1.5) * 72.0 / 25.4
     texts = [
@@ -260,13 +260,13 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     lines = mapped_network.pieces.lines
     line_width = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
     for i in range(len(mapped_network.sets)):
-        set_lines = lines[mapped_network.set_of == i]
+        set_lines = lines[mapped_network.set_rows == i]
         color = _color(i, style) if len(mapped_network.sets) > 1 else style.ink
         paths = [shapely.get_coordinates(line) for line in set_lines]
         ax.add_collection(
             LineCollection(paths, colors=color, linewidths=line_width, linestyles=_dash(i))
         )
-    sampling_region = mapped_network.counted
+    sampling_region = mapped_network.region
     edges = (
         []
         if sampling_region.area is None
@@ -426,8 +426,8 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
         ):
             ends = [triangle_place(*row) for row in (first_corner, second_corner)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
-    for per_branch in (1.0, 1.5):
-        _draw_connections(ax, per_branch, style)
+    for connections_per_branch in (1.0, 1.5):
+        _draw_connections(ax, connections_per_branch, style)
     for (x, y), label, ha, va in zip(
         corners, ("I", "Y", "X"), ("center", "right", "left"), ("bottom", "top", "top"), strict=True
     ):
@@ -460,12 +460,12 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
     )
 
 
-def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
+def _draw_connections(ax: Axes, connections_per_branch: float, style: NetStyle) -> None:
     """Draw a line of equal connections per branch, (3 Y + 4 X) / ((I + 3 Y + 4 X) / 2)."""
     # With I + Y + X = 1: I = (2 - c) / c * (3 Y + 4 X).
     ends = []
     for weight, corner_index in ((3.0, 1), (4.0, 2)):
-        ratio = (2.0 - per_branch) / per_branch * weight
+        ratio = (2.0 - connections_per_branch) / connections_per_branch * weight
         isolated_share = 1.0 / (1.0 + ratio)
         row = [1.0 - isolated_share, 0.0, 0.0]
         row[corner_index] = isolated_share
@@ -480,7 +480,7 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
     ax.text(
         x + 0.02,
         y,
-        f"C$_B$ {per_branch:.1f}",
+        f"C$_B$ {connections_per_branch:.1f}",
         fontsize=0.85 * style.font_pt,
         va="center",
         ha="left",

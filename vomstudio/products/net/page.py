@@ -132,10 +132,10 @@ class NetPage:
         low_foot = _lines(notes, self.font, low_width)
         available_space = self.width - 2 * (self.pad + tick) - bar
         rows, low_words, low = self._under_net(low_foot, head + tick, available_space)
-        below_diameter = min(self.height - head - tick - low - self.heading, available_space)
+        diameter_below = min(self.height - head - tick - low - self.heading, available_space)
 
-        self.is_beside = is_beside >= below_diameter and not self.net.brief
-        self.radius = max(is_beside if self.is_beside else below_diameter, 20.0) / 2.0
+        self.is_beside = is_beside >= diameter_below and not self.net.brief
+        self.radius = max(is_beside if self.is_beside else diameter_below, 20.0) / 2.0
         if self.is_beside:
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2

@@ -69,8 +69,8 @@ class NetAdditions:
             net = rotate_net(net, self.turning)
         if self.fold is not None:
             turn = self.turning.vectors if self.turning.turns else None
-            fold, not_good = fold_of_table(rows, self.fold, turn)
-            net = replace(net, fold=fold, fold_not_good=not_good)
+            fold, not_good_count = fold_of_table(rows, self.fold, turn)
+            net = replace(net, fold=fold, fold_not_good=not_good_count)
         return add_statistics(net, self.statistics)
 
 

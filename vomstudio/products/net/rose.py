@@ -143,7 +143,7 @@ class RoseArtists:
         """Return the ids of the features in the petal or bar under a pixel."""
         for name, ax in self.axes.items():
             x, y = ax.transData.inverted().transform((x_px, y_px))
-            counted_set = self.contents.counted.get(name)
+            counted_set = self.contents.counted_sets.get(name)
             if counted_set is None or not (
                 -_PANEL_HALF_WIDTH <= x <= _PANEL_HALF_WIDTH and -_PANEL_BOTTOM <= y <= _PANEL_TOP
             ):
@@ -274,7 +274,7 @@ def _draw_panel(
     ax.set_xlim(-_PANEL_HALF_WIDTH, _PANEL_HALF_WIDTH)
     ax.set_ylim(-_PANEL_BOTTOM, _PANEL_TOP)
     ax.set_axis_off()
-    rose, counted_set = contents.roses[name], contents.counted.get(name)
+    rose, counted_set = contents.roses[name], contents.counted_sets.get(name)
     panel_index = list(contents.roses).index(name)
     default_color = (
         OKABE_ITO[panel_index % len(OKABE_ITO)] if counted_set is None else counted_set.color

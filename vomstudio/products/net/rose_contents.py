@@ -63,7 +63,7 @@ class RoseContents:
         Whether the area of a petal is proportional to its share. Otherwise its length is.
     empty : tuple of str
         Names of sets without any row that has both an angle and a weight.
-    counted : mapping of str to Counted
+    counted_sets : mapping of str to Counted
         Counted features by the name of their set, if known.
     title, notes
         Title of the figure, and notes that are shown above the caption.
@@ -78,7 +78,7 @@ class RoseContents:
     weight: str | None = None
     is_area_scaled: bool = True
     empty: tuple[str, ...] = ()
-    counted: Mapping[str, Counted] = field(default_factory=dict)
+    counted_sets: Mapping[str, Counted] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
     colors: Mapping[str, str] = field(default_factory=dict)

@@ -39,12 +39,12 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     )
     draws_circles = planes <= AUTO_CIRCLES or not net.poles
     # Bold rings around thousands of poles would merge into one black area.
-    crowdedness = float(
+    overlap_share = float(
         np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
     )
     size = style.marker_pt * symbol_scale(sum(len(set_) for set_ in net.sets))
-    size = max(size * (1.7 - 0.5 * crowdedness), (1.5 - 0.8 * crowdedness) * style.marker_pt)
-    ring = (1.6 - 1.2 * crowdedness) * style.line_pt
+    size = max(size * (1.7 - 0.5 * overlap_share), (1.5 - 0.8 * overlap_share) * style.marker_pt)
+    ring = (1.6 - 1.2 * overlap_share) * style.line_pt
     for set_, rows in zip(net.sets, selected_rows, strict=True):
         if not len(rows):
             continue

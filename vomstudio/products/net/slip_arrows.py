@@ -54,9 +54,9 @@ def draw_slip_arrows(
     step = forward[is_moving] / length[is_moving, None]
     normals = np.stack([-step[:, 1], step[:, 0]], axis=1)
     tip = position[is_moving] + half_length * step
-    neck = tip - _HEAD * step
-    shafts = np.stack([position[is_moving] - half_length * step, neck], axis=1)
-    heads = np.stack([tip, neck + _WING * normals, neck - _WING * normals], axis=1)
+    head_base = tip - _HEAD * step
+    shafts = np.stack([position[is_moving] - half_length * step, head_base], axis=1)
+    heads = np.stack([tip, head_base + _WING * normals, head_base - _WING * normals], axis=1)
     arrow_style: dict[str, Any] = {
         "transform": plane_transform(ax),
         "clip_on": False,

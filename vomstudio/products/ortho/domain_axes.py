@@ -49,17 +49,17 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
         if item.domain and item.kind.casefold() in (BEDS, ""):
             beds[item.domain].append(item)
     faults = [item for item in planes if item.kind.casefold() == FAULTS]
-    planes_by_domain = {name: _select_planes(beds_of) for name, beds_of in beds.items() if beds_of}
+    planes_by_domain = {name: _select_planes(beds) for name, beds in beds.items() if beds}
     axes = projection_axes(
         {name: _angles(used_planes) for name, (used_planes, _) in planes_by_domain.items()},
         _angles(faults) if faults else None,
     )
-    for name, (used_planes, not_good) in planes_by_domain.items():
-        if not_good:
+    for name, (used_planes, not_good_count) in planes_by_domain.items():
+        if not_good_count:
             text = tr(
                 "{axis}; {not_good} of {n} planes not good",
                 axis=axes[name].description,
-                not_good=not_good,
+                not_good=not_good_count,
                 n=len(used_planes),
             )
             axes[name] = replace(axes[name], description=text)

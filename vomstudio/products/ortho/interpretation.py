@@ -165,13 +165,13 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             continue
         columns = layer.columns
         for k, shape in enumerate(layer.shapes):
-            values_of = {name: values[k] for name, values in columns.items()}
+            row_values = {name: values[k] for name, values in columns.items()}
             normal = dd = dip = None
-            if layer.name == "planes" and math.isfinite(values_of["dip_deg"]):
-                dd, dip = float(values_of["dip_direction_deg"]), float(values_of["dip_deg"])
+            if layer.name == "planes" and math.isfinite(row_values["dip_deg"]):
+                dd, dip = float(row_values["dip_direction_deg"]), float(row_values["dip_deg"])
                 normal = planes_to_normals(dd, dip)
-            text = {key: str(values_of.get(key) or "") for key in ("id", "name", "set")}
-            text["kind"] = str(values_of.get(layer.by) or "")
+            text = {key: str(row_values.get(key) or "") for key in ("id", "name", "set")}
+            text["kind"] = str(row_values.get(layer.by) or "")
             color = colors.get(text["id"], NO_COLOR)
             items.append(
                 Item(
@@ -185,9 +185,9 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     dip_deg=dip,
                     symbol_label=written_rows.get(text["id"], ""),
                     is_filled=layer.by != "kind",
-                    overturned=normal is not None and bool(values_of.get("overturned")),
+                    overturned=normal is not None and bool(row_values.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
-                    quality=str(values_of.get("quality") or ""),
+                    quality=str(row_values.get("quality") or ""),
                 )
             )
     return tuple(items)

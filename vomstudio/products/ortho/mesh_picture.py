@@ -167,11 +167,11 @@ class MeshSource:
         """Yield the rows of `face` that have hits, grouped by the material of the face."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
-        wears = self._material_of[face[pixels]]
-        for material_index in np.flatnonzero(np.bincount(wears)).tolist():
+        pixel_materials = self._material_of[face[pixels]]
+        for material_index in np.flatnonzero(np.bincount(pixel_materials)).tolist():
             yield (
                 material_index - 1 if 1 <= material_index <= count else None,
-                pixels[wears == material_index],
+                pixels[pixel_materials == material_index],
             )
 
     def _coarser(self) -> dict[Path, int]:

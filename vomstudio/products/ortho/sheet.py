@@ -146,7 +146,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
     _draw_shapes(ax, drawing.shapes, scale)
     for label in place_labels(drawing, scale, _PT_MM * _LABEL_PT):
         if label.is_separate:
-            ends = np.array([label.named, (label.x, label.y)])
+            ends = np.array([label.anchor, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
         ax.text(
             label.x,

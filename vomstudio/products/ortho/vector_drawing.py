@@ -304,8 +304,8 @@ class PlacedLabel:
     is_on_right : bool
         Whether the text ends at this position; otherwise it begins there.
     is_separate : bool
-        Whether a line must connect the label to `named`.
-    named : (float, float)
+        Whether a line must connect the label to `anchor`.
+    anchor : (float, float)
         Point that the label refers to.
     """
 
@@ -314,7 +314,7 @@ class PlacedLabel:
     y: float
     is_on_right: bool
     is_separate: bool
-    named: tuple[float, float]
+    anchor: tuple[float, float]
 
     @property
     def color(self) -> str:
@@ -365,10 +365,12 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
             for y_of_label in (y + gap + row * height if row >= 0 else y - gap + row * height,)
             for right, left in ((False, x + gap), (True, x - gap - width))
         ]
-        free_spots = [spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_boxes)]
-        if free_spots:
+        free_positions = [
+            spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_boxes)
+        ]
+        if free_positions:
             row, right, box = min(
-                free_spots,
+                free_positions,
                 key=lambda s: (
                     _covers(s[2], dots) > 0,
                     2 * symbols.count(s[2]) + strokes.count(s[2]),
@@ -442,7 +444,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
     for label in place_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.is_separate:
-            named_x, named_y = label.named[0] * sx + tx, -label.named[1] * sy + ty
+            named_x, named_y = label.anchor[0] * sx + tx, -label.anchor[1] * sy + ty
             elements.append(
                 f'<line x1="{named_x:.3f}" y1="{named_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
                 f'stroke="{label.shape.color}" stroke-width="0.15"/>'
@@ -566,28 +568,29 @@ class _SvgLegend:
 
 def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
     """Return the line, area and tick of a legend entry, side by side from `start` (mm)."""
-    ink = f'stroke="{entry.color}" stroke-width="0.5"'
+    stroke = f'stroke="{entry.color}" stroke-width="0.5"'
     glyphs = []
     if entry.line:
         right = start + _GLYPH_MM
         glyphs.append(
-            f'<line x1="{start:.3f}" y1="{middle:.3f}" x2="{right:.3f}" y2="{middle:.3f}" {ink}/>'
+            f'<line x1="{start:.3f}" y1="{middle:.3f}" x2="{right:.3f}" y2="{middle:.3f}"'
+            f" {stroke}/>"
         )
         start += 1.2 * _GLYPH_MM
     if entry.area:
         fill = f'fill="{entry.color}" fill-opacity="0.5"' if entry.is_filled else 'fill="none"'
         glyphs.append(
             f'<rect x="{start:.3f}" y="{middle - 1.2:.3f}" width="{_GLYPH_MM}" height="2.4" '
-            f"{fill} {ink}/>"
+            f"{fill} {stroke}/>"
         )
         start += 1.2 * _GLYPH_MM
     if entry.place:
         x0 = start + 0.5 * _GLYPH_MM
         for mark in entry.marks():
             ends = " ".join(f"{x0 + 2.4 * x:.3f},{middle - 2.4 * y:.3f}" for x, y in mark.tolist())
-            glyphs.append(f'<polyline points="{ends}" fill="none" {ink}/>')
+            glyphs.append(f'<polyline points="{ends}" fill="none" {stroke}/>')
         glyphs.append(
-            f'<circle cx="{x0:.3f}" cy="{middle:.3f}" r="0.6" fill="{entry.color}" {ink}/>'
+            f'<circle cx="{x0:.3f}" cy="{middle:.3f}" r="0.6" fill="{entry.color}" {stroke}/>'
         )
     return glyphs
 
@@ -685,10 +688,12 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
         shapes = [shape for shape in drawing.shapes if shape.layer == layer]
         is_point = len(shapes[0].points) == 1
         kind = "Point" if is_point else "Polygon" if shapes[0].is_closed else "LineString"
-        make = {"Point": shapely.points, "Polygon": shapely.polygons}.get(kind, shapely.linestrings)
+        create_shapes = {"Point": shapely.points, "Polygon": shapely.polygons}.get(
+            kind, shapely.linestrings
+        )
         geometry = np.empty(len(shapes), object)
         for k, shape in enumerate(shapes):
-            geometry[k] = make(shape.points[0] if is_point else shape.points)
+            geometry[k] = create_shapes(shape.points[0] if is_point else shape.points)
         columns = {}
         for name in dict.fromkeys(key for shape in shapes for key in shape.values):
             values = [shape.values.get(name) for shape in shapes]

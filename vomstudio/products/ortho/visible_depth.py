@@ -38,14 +38,14 @@ def visible_depths(
 
 
 def _mesh_depths(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArray:
-    way = matrix[:3, 2]
+    direction = matrix[:3, 2]
     low, high = mesh.bounds
     corners = np.array(
         [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
     )
-    nearest_along = float(((corners - matrix[:3, 3]) @ way).min()) - 1.0
-    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + nearest_along * way
-    hits = RayTree(mesh).cast(starts, np.broadcast_to(way, starts.shape))
+    nearest_along = float(((corners - matrix[:3, 3]) @ direction).min()) - 1.0
+    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + nearest_along * direction
+    hits = RayTree(mesh).cast(starts, np.broadcast_to(direction, starts.shape))
     return np.asarray(np.where(hits.index >= 0, nearest_along + hits.distance, np.nan))
 
 

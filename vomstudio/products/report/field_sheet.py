@@ -66,9 +66,9 @@ def _save(figure: Figure, target: Any, format_: str) -> None:
     """Save without a date or random names, so that the same plan gives the same file."""
     from matplotlib import rc_context
 
-    stamp = {"CreationDate": None} if format_ == "pdf" else {"Date": None}
+    metadata = {"CreationDate": None} if format_ == "pdf" else {"Date": None}
     with rc_context({"svg.hashsalt": "vomstudio"}):
-        figure.savefig(target, format=format_, metadata=stamp)
+        figure.savefig(target, format=format_, metadata=metadata)
 
 
 def draw_field_sheet(plan: SurveyPlan, *, is_pictures_only: bool = False) -> Figure:

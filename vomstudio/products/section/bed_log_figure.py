@@ -177,11 +177,11 @@ def draw_log(
     ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
     styles = _styles(log)
-    for interval, style_of_interval, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+    for interval, style_of_bed, row in zip(log.intervals, styles, page.rows_mm, strict=True):
         low, high = (1000.0 * value / page.scale for value in (interval.base_m, interval.top_m))
-        _draw_bed(ax, low, high, style_of_interval, style)
+        _draw_bed(ax, low, high, style_of_bed, style)
         if np.isfinite(row):
-            _write_bed(ax, interval, 0.5 * (low + high), float(row), style_of_interval, style)
+            _write_bed(ax, interval, 0.5 * (low + high), float(row), style_of_bed, style)
     _draw_heights(ax, page, is_metric, style)
     _draw_notes(ax, page.lowest_mm, styles, style)
     _write_head(ax, log, page, description, is_metric, style)
@@ -210,11 +210,16 @@ def _draw_bed(
             ax.plot([0.0, width], ends, color=style.soft, linewidth=0.6 * style.line_pt, zorder=2)
     elif appearance.ornament:
         _draw_bricks(ax, bed, width, low, high, appearance.ornament == "slanting bricks", style)
-    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
-    ax.plot([0.0, 0.0], [low, high], **ink)
+    line_options: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "zorder": 3}
+    ax.plot([0.0, 0.0], [low, high], **line_options)
     for position in (low, high):
-        ax.plot([0.0, width], [position, position], **ink)
-    ax.plot([width, width], [low, high], linestyle="--" if appearance.width is None else "-", **ink)
+        ax.plot([0.0, width], [position, position], **line_options)
+    ax.plot(
+        [width, width],
+        [low, high],
+        linestyle="--" if appearance.width is None else "-",
+        **line_options,
+    )
 
 
 def _draw_bricks(
@@ -276,14 +281,18 @@ def _write_bed(
 
 def _draw_heights(ax: Axes, page: LogPage, is_metric: bool, style: NetStyle) -> None:
     """Draw the height axis with ticks at round values."""
-    ink: dict[str, Any] = {"color": style.ink, "linewidth": style.line_pt, "clip_on": False}
-    ax.plot([-3.0, -3.0], [0.0, page.column_mm], **ink)
+    line_options: dict[str, Any] = {
+        "color": style.ink,
+        "linewidth": style.line_pt,
+        "clip_on": False,
+    }
+    ax.plot([-3.0, -3.0], [0.0, page.column_mm], **line_options)
     step = _round_up(0.001 * page.scale * 8.0)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     count = math.floor(0.001 * page.column_mm * page.scale / step + 1e-9)
     for k in range(count + 1):
         y = 1000.0 * k * step / page.scale
-        ax.plot([-4.5, -3.0], [y, y], **ink)
+        ax.plot([-4.5, -3.0], [y, y], **line_options)
         ax.text(
             -5.2,
             y,

@@ -40,7 +40,7 @@ def project_along_bends(
     """
     points, is_vertex = _subdivide(item.points)
     best_distances = np.full(len(points), np.inf)
-    panel_of = np.full(len(points), -1)
+    panel_rows = np.full(len(points), -1)
     unfolded_points = np.zeros((len(points), 2))
     distances = np.zeros(len(points))
     for k, panel in enumerate(panels):
@@ -55,7 +55,7 @@ def project_along_bends(
             & (x <= panel.high)
             & (np.abs(projected_feature.distance) < best_distances)
         )
-        best_distances[is_nearer], panel_of[is_nearer] = (
+        best_distances[is_nearer], panel_rows[is_nearer] = (
             np.abs(projected_feature.distance[is_nearer]),
             k,
         )
@@ -64,8 +64,8 @@ def project_along_bends(
             panel.start,
             panel.level,
         ]
-    inner_rows = np.flatnonzero(panel_of >= 0)
-    if len(inner_rows) == len(points) and (panel_of == panel_of[0]).all():
+    inner_rows = np.flatnonzero(panel_rows >= 0)
+    if len(inner_rows) == len(points) and (panel_rows == panel_rows[0]).all():
         return (ProjectedItem(item, unfolded_points[is_vertex], distances[is_vertex], None),)
     steps = np.linalg.norm(np.diff(points[inner_rows], axis=0), axis=1)
     step_lengths = np.linalg.norm(np.diff(unfolded_points[inner_rows], axis=0), axis=1)
@@ -78,7 +78,7 @@ def project_along_bends(
         # Keep vertices, both ends, and the points at which the line changes pieces.
         is_kept = is_vertex[run]
         is_kept[[0, -1]] = True
-        passes = np.flatnonzero(np.diff(panel_of[run]))
+        passes = np.flatnonzero(np.diff(panel_rows[run]))
         is_kept[passes] = is_kept[passes + 1] = True
         rows = run[is_kept]
         parts.append(ProjectedItem(piece, unfolded_points[rows], distances[rows], None))

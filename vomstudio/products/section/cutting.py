@@ -209,10 +209,10 @@ def _merge_pieces(pieces: FloatArray, curtain: Curtain) -> Cut:
 def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
     panels = curtain.panels
     starts = np.array([panel.start for panel in panels[1:]])
-    panel_of = np.searchsorted(starts, line[:, 0], side="right")
+    panel_rows = np.searchsorted(starts, line[:, 0], side="right")
     points = np.empty((len(line), 3))
-    for k in np.unique(panel_of):
-        rows = panel_of == k
+    for k in np.unique(panel_rows):
+        rows = panel_rows == k
         points[rows] = panels[k].world(line[rows, 0], line[rows, 1])
     return points
 

@@ -128,9 +128,11 @@ def answer(question: LogQuestion) -> LogAnswer:
     bed = _bed(q, boundaries, max_distance)
     sigma = q.options.sigma_m
     if sigma is None:
-        met_traces = [q.traces[boundary.key] for boundary in boundaries if boundary.key in q.traces]
+        crossing_traces = [
+            q.traces[boundary.key] for boundary in boundaries if boundary.key in q.traces
+        ]
         # The line itself follows the face, so its deviation from a plane is not an error.
-        sigma = pick_scatter_m([replace(q.line, fit=None), *met_traces])
+        sigma = pick_scatter_m([replace(q.line, fit=None), *crossing_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([boundary.name for boundary in boundaries])
     descriptions = [q.words.get(boundary.key, RockWords()) for boundary in boundaries]
@@ -242,10 +244,13 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Be
 
 def _is_turned(trace: Measurement, common_plane: Plane, error_deg: float) -> bool:
     """Return whether a trace's own plane differs from the common one beyond 95 % errors."""
-    own95 = trace.max_confidence95_deg
-    if trace.plane is None or own95 is None:
+    trace_error_deg = trace.max_confidence95_deg
+    if trace.plane is None or trace_error_deg is None:
         return False
-    return angle_between_planes(trace.plane, common_plane) > own95 + error_deg + _ROUNDING_DEG
+    return (
+        angle_between_planes(trace.plane, common_plane)
+        > trace_error_deg + error_deg + _ROUNDING_DEG
+    )
 
 
 def _near_traces(q: LogQuestion, max_distance: float) -> list[str]:

@@ -19,7 +19,7 @@ from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
 
-def face_of(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
+def curtain_of_traces(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
     """Build the plane on which traces are mapped, through their centre.
 
     It is viewed against its upward normal. Distances are measured to the right and up-dip, or along
@@ -111,16 +111,16 @@ def write_map(
 
     files = map_files(traces, sampling_region)
     with atomic_group(list(files.values()), force) as parts:
-        part_of_target = dict(zip(files, parts, strict=True))
+        part_by_target = dict(zip(files, parts, strict=True))
         columns = {"name": _words(names), "set": _words(sets)}
         shapes = _shapes([shapely.linestrings(line) for line in lines])
-        _write(part_of_target["traces"], "traces", "LineString Z", shapes, columns, crs)
-        if "area" in part_of_target:
+        _write(part_by_target["traces"], "traces", "LineString Z", shapes, columns, crs)
+        if "area" in part_by_target:
             area = to_world(_shapes(list(shapely.get_parts(sampling_region.area))))
-            _write(part_of_target["area"], "area", "Polygon Z", area, {}, crs)
-        if "scanline" in part_of_target:
+            _write(part_by_target["area"], "area", "Polygon Z", area, {}, crs)
+        if "scanline" in part_by_target:
             scanlines = to_world(sampling_region.scanlines)
-            _write(part_of_target["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
+            _write(part_by_target["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
     return files
 
 

@@ -253,9 +253,9 @@ def analyse(
             Finding("patch.too-small", count=cells, least=MIN_CELLS, cell_m=plan.grid.gsd)
         )
     row = _row(fit, points, area, edge, model, frame, thresholds)
-    holding = find_planar_part(deviations, noise)
+    planar_part = find_planar_part(deviations, noise)
     trim, is_within_noise = _trim(
-        points, fit, deviations, plan, holding, edge, model, frame, thresholds
+        points, fit, deviations, plan, planar_part, edge, model, frame, thresholds
     )
     rounding = _ROUNDING_UNITS * max(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
@@ -263,8 +263,12 @@ def analyse(
     )
     offset = (points - fit.centroid) @ np.asarray(fit.axes).T
     is_cloud = not (isinstance(data, Mesh) and len(data.faces))
-    known_at = np.isfinite(offset).all(axis=1)
-    lack = missing_variance(offset[known_at, :2], offset[known_at, 2], noise) if is_cloud else 0.0
+    is_known_point = np.isfinite(offset).all(axis=1)
+    lack = (
+        missing_variance(offset[is_known_point, :2], offset[is_known_point, 2], noise)
+        if is_cloud
+        else 0.0
+    )
     rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
     known_deviations = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
@@ -279,7 +283,7 @@ def analyse(
         cell_m=plan.grid.gsd,
         trim=trim,
         warnings=_warnings(
-            rough["bent_share"], trim, holding, known_deviations, noise, plan.grid.gsd
+            rough["bent_share"], trim, planar_part, known_deviations, noise, plan.grid.gsd
         ),
         deviations=deviations,
         plan=plan,
@@ -365,7 +369,7 @@ def _trim(
     fit: FittedPlane,
     deviations: FloatArray,
     plan: HeightPlan,
-    holding: PlanarPart,
+    planar_part: PlanarPart,
     edge: float,
     model: str,
     frame: str,
@@ -374,19 +378,19 @@ def _trim(
     """Return the part to exclude, and a mask (n,) of points for which the plane is valid."""
     from scipy.ndimage import distance_transform_edt
 
-    if not holding.trims:
+    if not planar_part.trims:
         return None, np.ones(len(points), np.bool_)
     position = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
     column, row = np.floor(position[:2]).astype(np.int64)
     row, column = (
-        np.clip(row, 0, holding.holds.shape[0] - 1),
-        np.clip(column, 0, holding.holds.shape[1] - 1),
+        np.clip(row, 0, planar_part.is_planar.shape[0] - 1),
+        np.clip(column, 0, planar_part.is_planar.shape[1] - 1),
     )
     # Classify points beside known cells like the nearest known cell.
     nearest_cells = distance_transform_edt(
         ~np.isfinite(deviations), return_distances=False, return_indices=True
     )
-    is_within_noise = np.asarray(holding.holds[tuple(nearest_cells)][row, column])
+    is_within_noise = np.asarray(planar_part.is_planar[tuple(nearest_cells)][row, column])
     try:
         known_moments = moments(points[is_within_noise])
         remaining_moments = fit_moments(
@@ -398,7 +402,7 @@ def _trim(
     row_of_rest = _row(
         remaining_moments, points[is_within_noise], None, edge, model, frame, thresholds
     )
-    return Trim(holding.departs, holding.limit, angle, row_of_rest), is_within_noise
+    return Trim(planar_part.departs, planar_part.limit, angle, row_of_rest), is_within_noise
 
 
 def _roughness(
@@ -419,7 +423,7 @@ def _roughness(
         Rounding error of the heights, m.
     """
     noise, missing_variance_m2 = noise_and_lack
-    flat, bent = _remove_bend(deviations)
+    flattened, bent = _remove_bend(deviations)
     min_distance = MIN_DISTANCE_EDGES * edge
     results: dict[str, Any] = {
         "bent_share": bent,
@@ -465,7 +469,7 @@ def _roughness(
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
         )
-    unbent = increments.measure_variations(flat, plan.grid.gsd, min_distance)
+    unbent = increments.measure_variations(flattened, plan.grid.gsd, min_distance)
     line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
@@ -550,7 +554,7 @@ def _profiles(
 def _warnings(
     bent_share: float,
     trim: Trim | None,
-    holding: PlanarPart,
+    planar_part: PlanarPart,
     deviations: FloatArray,
     noise: float,
     cell: float,
@@ -560,10 +564,10 @@ def _warnings(
         warnings.append(
             Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
-    if trim is not None and holding.remaining_plane is not None:
+    if trim is not None and planar_part.remaining_plane is not None:
         first_limit, second_limit = (
             np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
-            for plane in (holding.plane, holding.remaining_plane)
+            for plane in (planar_part.plane, planar_part.remaining_plane)
         )
         angle = math.atan2(
             float(np.linalg.norm(np.cross(first_limit, second_limit))),
@@ -574,7 +578,7 @@ def _warnings(
                 "patch.two-planes",
                 angle_deg=math.degrees(angle),
                 share_percent=100.0 * (1.0 - trim.share),
-                other_percent=100.0 * holding.other_share,
+                other_percent=100.0 * planar_part.other_share,
             )
         )
     robust_sigma = 1.4826 * float(np.median(np.abs(deviations - np.median(deviations))))

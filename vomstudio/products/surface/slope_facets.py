@@ -110,8 +110,8 @@ def find_overhangs(
         )
     else:
         return {}
-    facet_ids, facet_of = np.unique(number, return_inverse=True)
-    sums = np.bincount(facet_of, height, minlength=len(facet_ids))
+    facet_ids, facet_rows = np.unique(number, return_inverse=True)
+    sums = np.bincount(facet_rows, height, minlength=len(facet_ids))
     return {
         str(int(facet_id)): bool(sum_ < 0.0) for facet_id, sum_ in zip(facet_ids, sums, strict=True)
     }

@@ -135,8 +135,8 @@ def export_records(
         table = table.drop_repeats()
     crs = world_crs(table.crs, table.unit_m)
     if format_ == "csv":
-        lists = listed_tables(records, table, measurements)
-        texts = {sibling_path(out, name): text for name, text in lists.items()}
+        feature_lists = listed_tables(records, table, measurements)
+        texts = {sibling_path(out, name): text for name, text in feature_lists.items()}
         for path in texts:
             check_target(path, force=force)
         result = write_csv(out, table, force=force)

@@ -135,5 +135,5 @@ def _geometry(layer: Layer) -> AnyArray:
     if layer.kind == "point":
         positions = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
         return np.asarray(shapely.points(positions))
-    make = shapely.linestrings if layer.kind == "line" else shapely.polygons
-    return np.array([make(shape) for shape in layer.shapes], dtype=object)
+    create_shapes = shapely.linestrings if layer.kind == "line" else shapely.polygons
+    return np.array([create_shapes(shape) for shape in layer.shapes], dtype=object)

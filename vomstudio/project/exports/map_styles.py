@@ -109,7 +109,7 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
     arrowhead = qml.mark("arrowhead", 1.8, color, offset=f"0,{-BAR_MM}")
     overrides = {"angle": '"trend_deg" - 90'}
     values = {**arrowhead.values, "offset": f"{BAR_MM},0", "outline_width": f"{WIDTH_MM:g}"}
-    opposite = {**values, "offset": "0,0"}
+    opposite_values = {**values, "offset": "0,0"}
     return [
         qml.stroke(
             BAR_MM,
@@ -122,7 +122,7 @@ def _arrow(layer: Layer, color: str) -> list[SymbolLayer]:
         SymbolLayer(arrowhead.kind, values, overrides),
         SymbolLayer(
             arrowhead.kind,
-            opposite,
+            opposite_values,
             {"angle": '"trend_deg" + 90', "enabled": 'abs("plunge_deg") < 0.5'},
         ),
     ]

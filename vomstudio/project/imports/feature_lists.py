@@ -363,9 +363,9 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
     refuse_many_lines(path, len(lines), MAX_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
-    frame, about_crs = table_crs(path, comments)
+    frame, crs_findings = table_crs(path, comments)
     crs = frame.text
-    findings += about_crs
+    findings += crs_findings
     layer = _layer_of(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
     known_columns = {*_COLUMNS, *"xyz", WKT}

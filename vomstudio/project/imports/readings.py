@@ -179,11 +179,11 @@ def read_readings(
             reason = finding_of(error)
             invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
-    about_rows = [
+    row_findings = [
         *_row_findings(flipped_rows, unpositioned_rows, needs_crs),
         *_position_findings(invalid_positions),
     ]
-    return FieldReadings(tuple(rows), tuple(bad_rows), (*table.notes, *about_rows, *findings))
+    return FieldReadings(tuple(rows), tuple(bad_rows), (*table.notes, *row_findings, *findings))
 
 
 def _rows_in_world(

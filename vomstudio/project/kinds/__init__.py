@@ -46,10 +46,10 @@ def _load_kinds() -> list[Kind]:
     return sorted(kinds, key=lambda kind: (kind.order, kind.name))
 
 
-def _merge_attributes(lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
+def _merge_attributes(attribute_lists: Iterable[tuple[Attribute, ...]]) -> tuple[Attribute, ...]:
     """Return each field once, in an order that is consistent with every list."""
     merged_attributes: list[Attribute] = []
-    for attributes in lists:
+    for attributes in attribute_lists:
         fields = [attribute.field for attribute in merged_attributes]
         index = 0
         for attribute in attributes:

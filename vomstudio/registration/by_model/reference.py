@@ -186,8 +186,8 @@ def _free_parameters(refinement: Refinement, with_scale: bool) -> tuple[str, ...
     axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, parameter_indices])[
         2
     ]
-    null = axes[refinement.determined.shape[1] :]
-    components = np.linalg.norm(null, axis=0)
+    null_space = axes[refinement.determined.shape[1] :]
+    components = np.linalg.norm(null_space, axis=0)
     names = []
     if components[3:6].max() > _MIN_COMPONENT:
         names.append(tr(FREE["slide"]))

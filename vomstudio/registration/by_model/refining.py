@@ -52,7 +52,7 @@ class Refinement:
         Used points in the World frame.
     miss : (k,) array
         Residuals of the used points along the normals of the reference, metres.
-    moves : (k, 7) array
+    design : (k, 7) array
         Derivatives of the residuals by the seven parameters, in units of `size`.
     pull, slope : (k,) array
         First and second derivatives of the robust loss.
@@ -73,7 +73,7 @@ class Refinement:
     size: float
     places: FloatArray
     miss: FloatArray
-    moves: FloatArray
+    design: FloatArray
     pull: FloatArray
     slope: FloatArray
     sigma: float
@@ -84,7 +84,7 @@ class Refinement:
     @property
     def information(self) -> FloatArray:
         """Return the information matrix (7, 7)."""
-        return np.asarray((self.moves * self.slope[:, None]).T @ self.moves, np.float64)
+        return np.asarray((self.design * self.slope[:, None]).T @ self.design, np.float64)
 
 
 def refine(
@@ -147,7 +147,7 @@ def _scale_response(
             result.fit, sign * step * np.eye(7)[3], result.rotation_centre, result.size
         )
         shifted = _linearise(model, reference, scaled_step, False, result)
-        ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
+        ends.append(result.determined.T @ (shifted.design.T @ shifted.pull))
     pull_change = (ends[0] - ends[1]) / (2.0 * step)
     change = -result.determined @ np.linalg.solve(result.response, pull_change)
     change[4:] *= result.size
@@ -168,7 +168,7 @@ def _response(
                 result.fit, sign * step * direction, result.rotation_centre, result.size
             )
             shifted = _linearise(model, reference, fit, with_scale, result)
-            ends.append(result.determined.T @ (shifted.moves.T @ shifted.pull))
+            ends.append(result.determined.T @ (shifted.design.T @ shifted.pull))
         columns.append((ends[0] - ends[1]) / (2.0 * step))
     return np.column_stack(columns) if columns else np.zeros((0, 0))
 
@@ -205,15 +205,15 @@ def _linearise(
     full_jacobian = jacobians(positions - centre) * units
     if not with_scale:
         full_jacobian[:, :, 3] = 0.0
-    moves = np.einsum("nx,nxk->nk", normal, full_jacobian)
+    design = np.einsum("nx,nxk->nk", normal, full_jacobian)
     scaled_squares = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)
     pull = misclosures * (1.0 - scaled_squares) ** 2
     slope = (1.0 - scaled_squares) * (1.0 - 5.0 * scaled_squares)
     # Information that the noise of the normals alone contributes.
     weight = slope * matches.tilt[is_near]
     noise = np.einsum("n,nxk,nxl->kl", weight, full_jacobian, full_jacobian, optimize=True)
-    noise -= (moves * weight[:, None]).T @ moves
-    information = (moves * slope[:, None]).T @ moves
+    noise -= (design * weight[:, None]).T @ design
+    information = (design * slope[:, None]).T @ design
     directions = determined_directions(information, noise)
     return Refinement(
         fit,
@@ -221,7 +221,7 @@ def _linearise(
         size,
         positions,
         misclosures,
-        moves,
+        design,
         pull,
         slope,
         sigma,
@@ -257,11 +257,11 @@ def _newton(result: Refinement) -> FloatArray:
     The change is computed by Fisher scoring: the mean slope replaces the slope of each point, which
     is negative for distant points.
     """
-    moves = result.moves @ result.determined
-    if not moves.shape[1]:
+    design = result.design @ result.determined
+    if not design.shape[1]:
         return np.zeros(7)
     weight = max(float(result.slope.mean()), 0.2)
-    step = np.linalg.lstsq(weight * moves.T @ moves, moves.T @ result.pull, rcond=1e-12)[0]
+    step = np.linalg.lstsq(weight * design.T @ design, design.T @ result.pull, rcond=1e-12)[0]
     return -np.asarray(result.determined @ step, np.float64)
 
 
@@ -269,10 +269,10 @@ def _apply_step(fit: Similarity, step: FloatArray, centre: FloatArray, size: flo
     from scipy.spatial.transform import Rotation
 
     rotation = Rotation.from_rotvec(step[:3]).as_matrix()
-    grow = float(np.exp(np.clip(step[3], -0.5, 0.5)))
+    scale_factor = float(np.exp(np.clip(step[3], -0.5, 0.5)))
     shift = step[4:] * size
     return Similarity(
-        fit.scale * grow,
+        fit.scale * scale_factor,
         rotation @ fit.rotation,
-        grow * rotation @ (fit.translation - centre) + centre + shift,
+        scale_factor * rotation @ (fit.translation - centre) + centre + shift,
     )

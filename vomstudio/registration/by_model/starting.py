@@ -44,8 +44,8 @@ def box_of(points: FloatArray) -> FloatArray:
     (2, 3) ndarray
         Minimum and maximum corners.
     """
-    sound_points = points[np.isfinite(points).all(axis=1)]
-    return np.array([sound_points.min(axis=0), sound_points.max(axis=0)])
+    finite_points = points[np.isfinite(points).all(axis=1)]
+    return np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
 
 
 def similarity_of(rows: Any) -> Similarity:

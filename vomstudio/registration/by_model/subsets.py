@@ -136,16 +136,16 @@ def _covariance(refinement: Refinement, block_of_place: IntArray) -> FloatArray:
     """Return the covariance (d, d) of the determined directions, widened by Student's t."""
     from scipy.stats import norm, t
 
-    moves = refinement.moves @ refinement.determined
-    d = moves.shape[1]
+    design = refinement.design @ refinement.determined
+    d = design.shape[1]
     blocks = int(block_of_place.max()) + 1
     order = np.argsort(block_of_place, kind="stable")
     starts = np.searchsorted(block_of_place[order], np.arange(blocks))
-    subset_moves = (moves * refinement.slope[:, None])[order]
+    subset_moves = (design * refinement.slope[:, None])[order]
     subset_sums = np.add.reduceat(
-        subset_moves[:, :, None] * moves[order][:, None, :], starts, axis=0
+        subset_moves[:, :, None] * design[order][:, None, :], starts, axis=0
     )
-    pulls = np.add.reduceat((moves * refinement.pull[:, None])[order], starts, axis=0)
+    pulls = np.add.reduceat((design * refinement.pull[:, None])[order], starts, axis=0)
     # In these directions the total information is 1; without a block, that of the block is missing.
     subset_moments, subset_rotations = np.zeros((blocks, d)), np.zeros((blocks, d, d))
     for block in range(blocks):

@@ -28,14 +28,16 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
         plain_label = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
         plain_label = re.sub(r"(?<!\d)0+(?=\d)", "", plain_label)
         groups.setdefault(plain_label, []).append(label)
-    twins = [group for plain_label, group in groups.items() if plain_label and len(group) > 1]
-    if not twins:
+    similar_groups = [
+        group for plain_label, group in groups.items() if plain_label and len(group) > 1
+    ]
+    if not similar_groups:
         return []
     return [
         Finding(
             "control.similar-labels",
             labels="; ".join(
-                ", ".join(f"“{label}”" for label in group) for group in twins[:_MAX_LISTED]
+                ", ".join(f"“{label}”" for label in group) for group in similar_groups[:_MAX_LISTED]
             ),
         )
     ]

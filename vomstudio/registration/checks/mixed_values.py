@@ -165,13 +165,13 @@ def _fit_offset(
 
 def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
     n = len(model)
-    every = itertools.combinations(range(n), 3)
-    chance = np.random.default_rng(0)
+    all_triples = itertools.combinations(range(n), 3)
+    rng = np.random.default_rng(0)
     is_exhaustive = math.comb(n, 3) <= _MAX_TRIPLES
     triples = (
-        every
+        all_triples
         if is_exhaustive
-        else (chance.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES))
+        else (rng.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES))
     )
     for triple in triples:
         rows = np.asarray(triple)

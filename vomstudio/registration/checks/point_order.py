@@ -36,8 +36,8 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
         Row order, or None if no order fits far better than that of the table.
     """
     n = len(model)
-    misfit_as_given = residual_misfit(model, world)
-    if not _MIN_POINTS <= n <= _MAX_POINTS or misfit_as_given is None:
+    original_misfit = residual_misfit(model, world)
+    if not _MIN_POINTS <= n <= _MAX_POINTS or original_misfit is None:
         return None
     rows = np.arange(n)
     orders = [(rows, np.roll(rows, -k)) for k in range(1, n)]
@@ -53,7 +53,7 @@ def find_row_order(model: FloatArray, world: FloatArray) -> RowOrder | None:
         ):
             best_order = RowOrder(model_rows, world_rows, misfit)
     if best_order is None or not is_far_better_fit(
-        best_order.misfit, misfit_as_given, _SIGNIFICANCE / len(orders)
+        best_order.misfit, original_misfit, _SIGNIFICANCE / len(orders)
     ):
         return None
     return best_order

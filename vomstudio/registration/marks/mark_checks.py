@@ -58,9 +58,9 @@ def nearest(name: str, known_names: Sequence[str]) -> str | None:
     -------
     str or None
     """
-    normalised = _normalise(name)
+    normalised_name = _normalise(name)
     is_same = [
-        similar_name for similar_name in known_names if _normalise(similar_name) == normalised
+        similar_name for similar_name in known_names if _normalise(similar_name) == normalised_name
     ]
     if len(is_same) == 1:
         return is_same[0]

@@ -270,5 +270,5 @@ def place_covariance(marks: Marks, position: FloatArray, mark_px: float) -> Floa
     step = 1e-6 * max(1e-9, min(distances))
     offsets = np.vstack([np.eye(3) * step, -np.eye(3) * step])
     pixels = np.array([view.project(position + offsets) for view in marks.views])
-    moves = ((pixels[:, :3] - pixels[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
-    return np.asarray(mark_px**2 * np.linalg.inv(moves.T @ moves))
+    design = ((pixels[:, :3] - pixels[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
+    return np.asarray(mark_px**2 * np.linalg.inv(design.T @ design))

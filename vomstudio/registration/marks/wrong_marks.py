@@ -96,7 +96,7 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
 
 
 def find_misplaced(
-    label: str, marks: Marks, position: FloatArray, limit_px: float, far_px: float
+    label: str, marks: Marks, position: FloatArray, limit_px: float, outlier_px: float
 ) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict its surveyed position.
 
@@ -110,7 +110,7 @@ def find_misplaced(
         Surveyed position of the point in the frame of the views.
     limit_px : float
         Distance from the place of the point up to which marks agree.
-    far_px : float
+    outlier_px : float
         Distance from the surveyed position above which marks are wrong, unless all marks are.
 
     Returns
@@ -119,7 +119,7 @@ def find_misplaced(
         Rows of the correct marks.
     wrong : list of WrongMark
     """
-    is_far = mark_distances(marks, position) > max(limit_px, far_px)
+    is_far = mark_distances(marks, position) > max(limit_px, outlier_px)
     if not is_far.any() or is_far.all() or is_meeting(marks, limit_px):
         return np.arange(len(is_far)), []
     wrong_marks = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(is_far)]

@@ -7,7 +7,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.findings import Finding
-from vomstudio.io.control.control_files import find_control, marks_beside
+from vomstudio.io.control.control_files import find_control, marks_path
 from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import parse_crs_option
 from vomstudio.io.photos.reading import photo_names
@@ -98,9 +98,9 @@ def _tables(
     control = Path(gcp).resolve()
     marks = chosen_marks
     _require_file(control, "--gcp")
-    if marks is None and photo_marks.is_file() and not marks_beside(control).is_file():
+    if marks is None and photo_marks.is_file() and not marks_path(control).is_file():
         marks = photo_marks
-    if marks is None and not (marks := marks_beside(control)).is_file():
+    if marks is None and not (marks := marks_path(control)).is_file():
         raise InputError(
             Finding("control.marks-missing"),
             file=marks,

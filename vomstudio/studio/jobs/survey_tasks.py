@@ -103,7 +103,7 @@ def _foresee(request: ForecastRequest, progress: Progress) -> ReconstructionFore
 def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
     from vomstudio.io.control.control_files import (
         agreed_crs,
-        marks_beside,
+        marks_path,
         read_control,
         read_marks,
     )
@@ -114,7 +114,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     reason = Finding("control.crs-chosen")
     if crs is None:
         reason = Finding("control.crs-stated", file=path.name)
-    marked_marks = read_marks(marks_beside(path) if marks is None else marks)
+    marked_marks = read_marks(marks_path(path) if marks is None else marks)
     check = check_control(points, marked_marks, photos, placed_agreed_crs, reason)
     return serialisation.decode(ControlFacts, check.to_dict())
 

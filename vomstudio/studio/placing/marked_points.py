@@ -37,7 +37,7 @@ def marked_pairs(
     """
     from vomstudio.io.control.control_files import (
         agreed_crs,
-        marks_beside,
+        marks_path,
         read_control,
         read_marks,
     )
@@ -61,7 +61,7 @@ def marked_pairs(
         points = [
             replace(p, position=(x, y, z)) for p, (x, y, z) in zip(points, locations, strict=True)
         ]
-    path = marks_file or marks_beside(control)
+    path = marks_file or marks_path(control)
     marks = read_marks(path)
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
     positions = {p.label: p.position for p in points}

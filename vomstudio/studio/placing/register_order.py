@@ -380,9 +380,9 @@ def _solved(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start)
 
 
 def _extent(loaded_model: LoadedModel) -> FloatArray:
-    from vomstudio.registration.surface_points import some_points
+    from vomstudio.registration.surface_points import sample_points
 
-    return some_points(loaded_model.data)
+    return sample_points(loaded_model.data)
 
 
 def _up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:

@@ -244,15 +244,15 @@ def _png_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 def _check_chunks(file: BinaryIO) -> None:
     """Check the number of chunks (PNG specification, 5.3). Raises HeaderError."""
-    offset, n_other_chunks, chunks = 8, 0, 0
+    offset, other_chunk_count, chunks = 8, 0, 0
     size = file.seek(0, io.SEEK_END)
     max_chunks = 200_000 + size // 4096
     while offset + 8 <= size:
         file.seek(offset)
         length, kind = struct.unpack(">I4s", file.read(8))
-        n_other_chunks += kind != b"IDAT"
+        other_chunk_count += kind != b"IDAT"
         chunks += 1
-        if n_other_chunks > _MAX_PARTS or chunks > max_chunks:
+        if other_chunk_count > _MAX_PARTS or chunks > max_chunks:
             raise HeaderError(_too_many_parts())
         if kind == b"IEND":
             return
@@ -334,7 +334,7 @@ def _check_tags(file: BinaryIO) -> None:
     Several tags may refer to the same bytes, and each of them is read completely.
     """
     size = file.seek(0, io.SEEK_END)
-    claimed_count = 0
+    total_count = 0
     for index, entries in enumerate(_all_directories(file)):
         if index > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
@@ -343,8 +343,8 @@ def _check_tags(file: BinaryIO) -> None:
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
             if needed_size > size - min(value_field, size):
                 continue
-            claimed_count += needed_size
-            if claimed_count > 2 * size + (1 << 16) or (
+            total_count += needed_size
+            if total_count > 2 * size + (1 << 16) or (
                 kind not in _BYTES and count > _MAX_TAG_VALUES
             ):
                 raise HeaderError(tr("its tags describe more data than the file contains"))

@@ -105,7 +105,7 @@ def marks_of(path: Path) -> list[Mark]:
     return marks
 
 
-def marks_beside(path: Path) -> Path | None:
+def find_marks(path: Path) -> Path | None:
     """Return the only other XML file in the folder that has marks but no points, or None."""
     return only_xml(path.parent, lambda head: MARKS in head and POINTS not in head, path)
 
@@ -158,6 +158,6 @@ CONTROL_FORMAT = ControlFormat(
     crs=crs_of,
     is_certain=False,
     extensions=(".xml",),
-    marks_beside=marks_beside,
+    find_marks=find_marks,
     find_points=find_points,
 )

@@ -28,15 +28,15 @@ INITIAL_ROWS = 2_000_000
 BLOCK_ROWS = 1 << 17
 
 
-def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
-    """Return all bytes of a file followed by `tail`, reading in blocks to allow cancellation.
+def read_whole(path: Path, progress: Progress, padding: bytes = b"") -> ByteArray:
+    """Return all bytes of a file followed by `padding`, reading in blocks to allow cancellation.
 
     The file is not memory-mapped: if a mapped file shrinks or a network drive disconnects, the
     process ends.
     """
     try:
         size = os.stat(path).st_size
-        data = np.empty(size + len(tail), np.uint8)
+        data = np.empty(size + len(padding), np.uint8)
         view = data.data
         progress.stage(tr("Reading the file"), size)
 
@@ -60,17 +60,17 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
         raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
-    data = data[: read_count + len(tail)]
-    data[read_count:] = np.frombuffer(tail, np.uint8)
+    data = data[: read_count + len(padding)]
+    data[read_count:] = np.frombuffer(padding, np.uint8)
     return data
 
 
-def to_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
+def to_utf8(data: ByteArray, padding: bytes = b"") -> ByteArray:
     """Return the result of `read_whole` for the same tail, with UTF-16 converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
-    raw_data = data[: len(data) - len(tail)].tobytes()
-    return np.frombuffer(bytearray(convert_to_utf8(raw_data) + tail), np.uint8)
+    raw_data = data[: len(data) - len(padding)].tobytes()
+    return np.frombuffer(bytearray(convert_to_utf8(raw_data) + padding), np.uint8)
 
 
 _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,])")
@@ -89,9 +89,9 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
         )
 
 
-def points_missing(count: int, promised_count: int) -> Finding:
+def points_missing(count: int, declared_count: int) -> Finding:
     """Return the finding about a truncated point cloud."""
-    return Finding("model.incomplete", count=count, promised=promised_count, element=tr("points"))
+    return Finding("model.incomplete", count=count, promised=declared_count, element=tr("points"))
 
 
 def scale_colors(colors: AnyArray) -> ByteArray:

@@ -144,7 +144,7 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
     """
     records: dict[int, bytes] = {}
     with open_regular(path) as file:
-        size_of_file = file.seek(0, os.SEEK_END)
+        file_size = file.seek(0, os.SEEK_END)
         file.seek(0)
         header_bytes = file.read(375)
         has_wkt_priority = (
@@ -158,7 +158,7 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
             record_areas.append((start, extended, "<16sHQ", 60))
         for offset, record_id, form, size in record_areas:
             for _ in range(min(record_id, MAX_RECORDS)):
-                if offset >= size_of_file:
+                if offset >= file_size:
                     break
                 file.seek(offset)
                 header = file.read(size)

@@ -183,7 +183,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     line = i
     n = 0
     is_invalid = False
-    want_uv = uv_corners.shape[0] > 0
+    needs_uv = uv_corners.shape[0] > 0
     first_v = first_u = last_v = last_u = np.int64(-1)
     while True:
         while is_space(data[i]):
@@ -218,7 +218,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
             corners[t, 0] = first_v
             corners[t, 1] = last_v
             corners[t, 2] = row
-            if want_uv:
+            if needs_uv:
                 uv_corners[t, 0] = first_u
                 uv_corners[t, 1] = last_u
                 uv_corners[t, 2] = uv_row
@@ -269,7 +269,7 @@ def parse(  # type: ignore[no-untyped-def]
     """
     v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]
     w, p = base[N_WORDS], base[N_POLYGONS]
-    want_colors = colors.shape[0] > 0
+    needs_colors = colors.shape[0] > 0
     i = start
     while i < end:
         kind, i = _classify(data, i, end)
@@ -304,7 +304,7 @@ def parse(  # type: ignore[no-untyped-def]
                     vertices[row, k] = x
                 else:
                     uvs[row, k] = x
-            if kind == _VERTEX and want_colors:
+            if kind == _VERTEX and needs_colors:
                 _color(colors, v, n, value, token, state, unparsed, report)
             elif kind == _VERTEX and n >= 6:
                 report[R_COLORED] += 1

@@ -146,7 +146,7 @@ def gather_values(values, positions, counts, out):  # type: ignore[no-untyped-de
     "Tuple((int64, int64, int64, int64))(int64[::1], int64[::1], int64, int64[::1], int32[:,::1],"
     " int32[:,::1], int32[::1], int64[:,::1])"
 )
-def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, polygons):  # type: ignore[no-untyped-def]
+def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_rows, polygons):  # type: ignore[no-untyped-def]
     """Convert polygons to fans of triangles, omitting those with invalid vertex indices.
 
     counts (n,), indices (sum of counts,); uv_counts (n,): length of the list of texture coordinates
@@ -160,10 +160,10 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
     n_short = 0
     offset = 0
     uv_at = 0
-    want_uv = uv_corners.shape[0] > 0
+    needs_uv = uv_corners.shape[0] > 0
     for i in range(counts.shape[0]):
         n = counts[i]
-        has_uv = want_uv and uv_counts[i] == 2 * n
+        has_uv = needs_uv and uv_counts[i] == 2 * n
         is_invalid = False
         for k in range(n):
             if indices[offset + k] < 0 or indices[offset + k] >= n_vertices:
@@ -181,13 +181,13 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_of, po
                 corners[t, 0] = indices[offset]
                 corners[t, 1] = indices[offset + k]
                 corners[t, 2] = indices[offset + k + 1]
-                if want_uv:
+                if needs_uv:
                     uv_corners[t, 0] = uv_at // 2 if has_uv else -1
                     uv_corners[t, 1] = uv_at // 2 + k if has_uv else -1
                     uv_corners[t, 2] = uv_at // 2 + k + 1 if has_uv else -1
-                face_of[t] = i
+                face_rows[t] = i
                 t += 1
         offset += n
-        if want_uv:
+        if needs_uv:
             uv_at += uv_counts[i]
     return t, p, n_out_of_range, n_short

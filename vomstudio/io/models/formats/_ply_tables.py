@@ -89,11 +89,11 @@ def _binary_table(
     budget: Budget,
 ) -> tuple[Table, int]:
     """Return up to n records starting at byte `offset`, and the position of the next byte."""
-    lists = [property_ for property_ in element.properties if property_.count_type]
+    list_properties = [property_ for property_ in element.properties if property_.count_type]
     guess: dict[str, int] = {}
-    if lists:
+    if list_properties:
         guess = _first_lengths(buffer, offset, element, byte_order) if n else {}
-        if len(guess) < len(lists):
+        if len(guess) < len(list_properties):
             return _ragged_table(buffer, offset, element, n, byte_order, budget)
     parts: list[tuple[str, object]] = []
     for property_ in element.properties:
@@ -105,12 +105,12 @@ def _binary_table(
     record = np.dtype(parts)
     fitting = min(n, (len(buffer) - offset) // record.itemsize)
     array = np.frombuffer(buffer, record, fitting, offset)
-    if any(np.any(array[f"n {list_.name}"] != guess[list_.name]) for list_ in lists):
+    if any(np.any(array[f"n {list_.name}"] != guess[list_.name]) for list_ in list_properties):
         return _ragged_table(buffer, offset, element, n, byte_order, budget)
-    if lists and fitting < n:
+    if list_properties and fitting < n:
         return _ragged_table(buffer, offset, element, n, byte_order, budget)
-    if lists:
-        budget.take(24 * fitting * len(lists), element.name)
+    if list_properties:
+        budget.take(24 * fitting * len(list_properties), element.name)
     table = Table(fitting)
     for property_ in element.properties:
         values = array[property_.name].astype(property_.type)

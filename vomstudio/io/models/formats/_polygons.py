@@ -98,7 +98,7 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
     ring = rings[0]
     uv_ring = rings[1]
     index = rings[2]
-    want_uv = uv_corners.shape[0] > 0
+    needs_uv = uv_corners.shape[0] > 0
     changed_count = 0
     for q in range(polygons.shape[0]):
         t0 = polygons[q, 0]
@@ -106,7 +106,7 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
         if n > MAX_RING:
             continue
         is_valid = _load(corners, t0, n, ring)
-        if want_uv:
+        if needs_uv:
             _load(uv_corners, t0, n, uv_ring)
         if not is_valid:
             continue
@@ -157,7 +157,7 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
         for k in range(n - 2):
             for c in range(3):
                 corners[t0 + k, c] = ring[ears[k, c]]
-                if want_uv:
+                if needs_uv:
                     uv_corners[t0 + k, c] = uv_ring[ears[k, c]]
         changed_count += 1
     return changed_count

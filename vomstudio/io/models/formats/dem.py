@@ -278,8 +278,8 @@ def _triangles(vertex_ids: AnyArray, heights: AnyArray) -> AnyArray:
         ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),
         ((se < 0) & (nw >= 0) & (ne >= 0) & (sw >= 0), 0, (nw, sw, ne)),
     ]
-    for half_index, triangle_half, corners_of in halves:
-        for k, corner in enumerate(corners_of):
+    for half_index, triangle_half, triangle_corners in halves:
+        for k, corner in enumerate(triangle_corners):
             np.copyto(triangles[:, triangle_half, k], corner, where=half_index)
     faces = triangles.reshape(-1, 3)
     return faces[faces[:, 0] >= 0]

@@ -73,15 +73,15 @@ class _Block:
         """Return the first value (n, k) of each code for entities in ascending order."""
         numbers = np.full((len(entities), len(codes)), default)
         offset, row = self._group_rows(entities)
-        slot_of = np.full(1 + max(codes), -1, np.int64)
-        slot_of[list(codes)] = np.arange(len(codes))
+        slots = np.full(1 + max(codes), -1, np.int64)
+        slots[list(codes)] = np.arange(len(codes))
         group = self.codes[offset]
-        is_selected = (group >= 0) & (group < len(slot_of))
-        is_selected[is_selected] = slot_of[group[is_selected]] >= 0
+        is_selected = (group >= 0) & (group < len(slots))
+        is_selected[is_selected] = slots[group[is_selected]] >= 0
         offset, row = offset[is_selected], row[is_selected]
         values = np.array([_number(self.values[i]) for i in offset.tolist()], np.float64)
         # Assigned in reverse order so that the first value of a code is kept.
-        numbers[row[::-1], slot_of[self.codes[offset[::-1]]]] = values[::-1]
+        numbers[row[::-1], slots[self.codes[offset[::-1]]]] = values[::-1]
         return numbers
 
     def layers(self, entities: IntArray) -> list[bytes]:
@@ -461,7 +461,7 @@ def _grid(positions: FloatArray, first_values: dict[int, bytes], flags: int) -> 
 def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
     """Read a MESH at subdivision level 0."""
     positions: list[list[float]] = []
-    list_of: list[int] = []
+    face_lists: list[int] = []
     expected_count = 0
     layer = b"0"
     for code, value in block.groups(entity):
@@ -473,19 +473,19 @@ def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
             positions[-1][code // 10 - 1] = _number(value)
         elif code == 93:
             expected_count = _integer(value)
-        elif code == 90 and len(list_of) < expected_count:
-            list_of.append(_integer(value))
+        elif code == 90 and len(face_lists) < expected_count:
+            face_lists.append(_integer(value))
     points = np.array(positions, np.float64).reshape(-1, 3)
     triangles: list[tuple[int, int, int]] = []
     offset = 0
-    while offset < len(list_of):
-        size = list_of[offset]
-        ring = list_of[offset + 1 : offset + 1 + size]
+    while offset < len(face_lists):
+        size = face_lists[offset]
+        ring = face_lists[offset + 1 : offset + 1 + size]
         if size < 3 or len(ring) < size or not all(0 <= i < len(points) for i in ring):
             break
         triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, size - 1)]
         offset += 1 + size
-    if offset < len(list_of) or not triangles:
+    if offset < len(face_lists) or not triangles:
         drawing.left_out["MESH"] += 1
     corners = points[np.array(triangles, np.int64).reshape(-1, 3)]
     drawing.add_triangles(corners, [layer] * len(corners), np.full(len(corners), entity))

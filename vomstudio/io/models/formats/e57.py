@@ -119,16 +119,16 @@ def _read_scans(
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
         for part in _blocks(e57, image, scan, [*column_names, *flags]):
-            got = len(part[coordinate_names[0]])
-            budget.take(8 * got * len(column_names), "points")
+            read_count = len(part[coordinate_names[0]])
+            budget.take(8 * read_count * len(column_names), "points")
             xyz = np.column_stack([part[name] for name in coordinate_names])
             if coordinate_names is SPHERICAL:
                 xyz = _cartesian(xyz)
             xyz = xyz @ rotation.T + shift
-            is_kept = np.ones(got, bool)
+            is_kept = np.ones(read_count, bool)
             for name in flags:
                 is_kept &= part[name] == 0
-            n_invalid += got - int(np.count_nonzero(is_kept))
+            n_invalid += read_count - int(np.count_nonzero(is_kept))
             columns.add("points", xyz[is_kept], point_count)
             if is_colored:
                 rgb = np.column_stack([part[name] for name in COLORS])[is_kept]
@@ -137,7 +137,7 @@ def _read_scans(
                 columns.add("intensity", part["intensity"][is_kept], point_count)
             if len(scans) > 1:
                 columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), point_count)
-            done_count += got
+            done_count += read_count
             progress.step(min(done_count, point_count))
     n = done_count - n_invalid
     if n == 0:

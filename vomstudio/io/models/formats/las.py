@@ -218,8 +218,12 @@ def _read_points(
     points = columns.take("points", done_count)
     assert points is not None
     cloud = PointCloud(points, colors, None, fields)
-    withheld = columns.take("field withheld", done_count)
-    return cloud if withheld is None else _drop_withheld(cloud, withheld != 0, path, findings)
+    withheld_values = columns.take("field withheld", done_count)
+    return (
+        cloud
+        if withheld_values is None
+        else _drop_withheld(cloud, withheld_values != 0, path, findings)
+    )
 
 
 def _colors(rgb16: GenericArray | None, findings: list[Finding]) -> ByteArray | None:

@@ -160,12 +160,12 @@ def _faces_and_strips(
     if face is not None and any(name.endswith("red") for name in face.scalars):
         findings.append(Finding("model.face-colors-unused"))
     for name in sorted(element_names & STRIP_NAMES):
-        lists = tables[name].lists
-        key = next((n for n in FACE_NAMES if n in lists), None)
+        list_values = tables[name].lists
+        key = next((n for n in FACE_NAMES if n in list_values), None)
         if key is None:
             findings.append(Finding("model.no-face-indices"))
             continue
-        triangles = _unroll_strips(*lists[key])
+        triangles = _unroll_strips(*list_values[key])
         counts = np.full(len(triangles), 3, np.int64)
         if face is None:
             face = Table(len(triangles), {}, {FACE_NAMES[0]: (counts, triangles.reshape(-1))})
@@ -246,7 +246,7 @@ class _Triangles:
         Rows of the vertices.
     uv_corners : (n, 3) ndarray
         Rows of the texture coordinates of the faces; only used if `have_uv` is set.
-    face_of : (n,) ndarray
+    face_rows : (n,) ndarray
         Source record of each triangle.
     have_uv : bool
         Whether the faces have texture coordinates.
@@ -254,12 +254,12 @@ class _Triangles:
 
     corners: Int32Array
     uv_corners: Int32Array
-    face_of: AnyArray
+    face_rows: AnyArray
     have_uv: bool
 
     def ordered(self, order: IntArray) -> _Triangles:
         uv_corners = self.uv_corners[order] if self.have_uv else self.uv_corners
-        return _Triangles(self.corners[order], uv_corners, self.face_of[order], self.have_uv)
+        return _Triangles(self.corners[order], uv_corners, self.face_rows[order], self.have_uv)
 
 
 def _triangles(
@@ -296,7 +296,7 @@ def _triangles(
 
         corners = np.empty((capacity, 3), np.int32)
         uv_corners = np.empty((capacity if have_uv else 0, 3), np.int32)
-        face_of = np.empty(capacity, np.int32)
+        face_rows = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
         n = p = n_out_of_range = n_short = offset = uv_at = 0
         for start in range(0, len(counts), BLOCK_ROWS):
@@ -311,17 +311,17 @@ def _triangles(
                 part_uv_counts,
                 corners[n:],
                 uv_corners[n:],
-                face_of[n:],
+                face_rows[n:],
                 polygons[p:],
             )
-            face_of[n : n + triangle_count] += start
+            face_rows[n : n + triangle_count] += start
             polygons[p : p + polygon_count, 0] += n
             face_uv = uv_corners[n : n + triangle_count]
             face_uv[face_uv >= 0] += uv_at // 2
             n, p, offset = n + triangle_count, p + polygon_count, end
             uv_at += int(part_uv_counts.sum())
             n_out_of_range, n_short = n_out_of_range + invalid_count, n_short + short_count
-        triangles = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
+        triangles = _Triangles(corners[:n], uv_corners[:n], face_rows[:n], have_uv)
         polygons = polygons[:p]
     if n_out_of_range:
         findings.append(Finding("model.faces-without-vertices", count=n_out_of_range))
@@ -337,14 +337,14 @@ def _triangles(
 def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
     """Return the triangles with valid corners and the number of other triangles."""
     if triples.min() >= 0 and triples.max() < n_vertices:
-        face_of = np.arange(len(triples))
+        face_rows = np.arange(len(triples))
     else:
-        face_of = np.flatnonzero(((triples >= 0) & (triples < n_vertices)).all(axis=1))
-    n_out_of_range = len(triples) - len(face_of)
+        face_rows = np.flatnonzero(((triples >= 0) & (triples < n_vertices)).all(axis=1))
+    n_out_of_range = len(triples) - len(face_rows)
     if n_out_of_range:
-        triples = triples[face_of]
+        triples = triples[face_rows]
     corners = triples.astype(np.int32, copy=False)
-    return _Triangles(corners, np.empty((0, 3), np.int32), face_of, False), n_out_of_range
+    return _Triangles(corners, np.empty((0, 3), np.int32), face_rows, False), n_out_of_range
 
 
 def _textured(
@@ -354,7 +354,7 @@ def _textured(
     materials = tuple(_texture(name, i, path, findings) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
     if "texnumber" in face.scalars:
-        ids = face.scalars["texnumber"].astype(np.int64)[faces.face_of]
+        ids = face.scalars["texnumber"].astype(np.int64)[faces.face_rows]
         is_untextured = (ids < 0) | (ids >= len(materials))
         has_unknown_texture = is_untextured & (
             ids != -1

@@ -115,7 +115,7 @@ def _text(
     # The keywords separate the loops: a missing or additional corner must not shift the others.
     text = to_utf8(data)
     progress.stage(tr("Reading the triangles"), len(text))
-    numbers, loops, facets, is_checked = [], [], 0, False
+    numbers, loop_counts, facets, is_checked = [], [], 0, False
     for start, block in _blocks(text):
         matches = list(_VERTEX.finditer(block))
         starts = np.array([match.start() for match in matches], np.int64)
@@ -128,11 +128,11 @@ def _text(
             line = 1 + int(np.count_nonzero(text[:position] == ord("\n")))
             refuse_decimal_commas(path, b" ".join(number_texts[invalid[0]]), line)
         numbers.append(values)
-        loops.append((facets + np.searchsorted(loop_starts, starts)).astype(np.int32))
+        loop_counts.append((facets + np.searchsorted(loop_starts, starts)).astype(np.int32))
         facets += len(loop_starts)
         progress.step(start + len(block))
-    corners, loop = np.concatenate(numbers), np.concatenate(loops)
-    del numbers, loops
+    corners, loop = np.concatenate(numbers), np.concatenate(loop_counts)
+    del numbers, loop_counts
     if not len(corners):
         raise InputError(Finding("model.no-faces"), file=path)
     # They are in order, so the corners of a loop are contiguous.

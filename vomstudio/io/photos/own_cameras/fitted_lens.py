@@ -43,9 +43,9 @@ def fit_lens(
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
     # Distortion may move points beyond the ideal edge into the photo.
     ideal = 1.2 * half_extent * np.column_stack([x.ravel(), y.ravel()])
-    ideal_pixels = project(ideal)
-    is_inside = ((ideal_pixels >= 0.0) & (ideal_pixels <= (width, height))).all(axis=1)
-    ideal, ideal_pixels = ideal[is_inside], ideal_pixels[is_inside]
+    undistorted_pixels = project(ideal)
+    is_inside = ((undistorted_pixels >= 0.0) & (undistorted_pixels <= (width, height))).all(axis=1)
+    ideal, undistorted_pixels = ideal[is_inside], undistorted_pixels[is_inside]
     if len(ideal) < _MIN_PLACES:
         return Intrinsics.pinhole(width, height, focal, width / 2.0, height / 2.0), np.inf
     rays = np.column_stack([ideal, np.ones(len(ideal))])
@@ -57,7 +57,7 @@ def fit_lens(
 
     def residuals(free: FloatArray) -> FloatArray:
         pixels = lens_of(free).project(rays)
-        return np.nan_to_num(pixels - ideal_pixels, nan=float(width)).ravel()
+        return np.nan_to_num(pixels - undistorted_pixels, nan=float(width)).ravel()
 
     start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
     solution = least_squares(residuals, start, x_scale="jac", method="lm")

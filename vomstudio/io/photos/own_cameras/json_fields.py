@@ -55,10 +55,10 @@ class JsonFields:
             raise self.damaged(f"{field}/{key}", reason)
         return values
 
-    def call(self, field: str, make: Callable[..., Made], *arguments: Any) -> Made:
+    def call(self, field: str, function: Callable[..., Made], *arguments: Any) -> Made:
         """Return the result of a function, whose errors become errors of the field."""
         try:
-            return make(*arguments)
+            return function(*arguments)
         except (KeyError, TypeError, ValueError, AttributeError, GeometryError) as error:
             reason = str(error)
             if isinstance(error, KeyError):

@@ -259,7 +259,7 @@ class FitDialog(QDialog):
     # --- results -----------------------------------------------------------------------------
     def _update_placement(self) -> None:
         """Compute the placement from the current points, and discard the surface fit."""
-        from vomstudio.registration.surface_points import some_points
+        from vomstudio.registration.surface_points import sample_points
         from vomstudio.studio.placing.registering import place_by_points
 
         self.placement = self.fit_result = self._problem = None
@@ -274,7 +274,7 @@ class FitDialog(QDialog):
         crs = reference.to_placed_model(self._studio.project.cache).crs
 
         def solve() -> Placed:
-            extent = None if open_model is None else some_points(open_model.data)
+            extent = None if open_model is None else sample_points(open_model.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:

@@ -171,11 +171,11 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
-    from vomstudio.products.section.trace_map import face_of, map_to_face
+    from vomstudio.products.section.trace_map import curtain_of_traces, map_to_face
 
     q = question
     plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
-    face = face_of([trace.points for trace in q.traces], plane)
+    face = curtain_of_traces([trace.points for trace in q.traces], plane)
     lines = map_to_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     trace_plane = TracePlane.through(face.plane, [trace.points for trace in q.traces])

@@ -587,7 +587,7 @@ class StereonetPanel(QWidget):
         net_contents = self.artists.contents if self.artists else None
         shown_ids = {i for s in net_contents.sets for i in s.ids} if net_contents and ids else set()
         if self.roses is not None:
-            shown_ids = {i for c in self.roses.contents.counted.values() for i in c.ids}
+            shown_ids = {i for c in self.roses.contents.counted_sets.values() for i in c.ids}
         selected_ids = [i for i in ids if i in shown_ids]
         record = self._studio.records.get(selected_ids[0]) if len(selected_ids) == 1 else None
         text, icon = "", QIcon()

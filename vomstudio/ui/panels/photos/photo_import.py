@@ -10,7 +10,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr
-from vomstudio.io.control.control_files import marks_beside
+from vomstudio.io.control.control_files import marks_path
 from vomstudio.project.imports.sidecar_import import SidecarData, sidecar_tables, stored_path
 from vomstudio.project.photo_edits import (
     PointState,
@@ -144,5 +144,5 @@ def _add_default_marks(tables: tuple[Path | None, Path | None]) -> tuple[Path | 
     control, marks = tables
     if control is not None and marks is None:
         with contextlib.suppress(VomError):
-            marks = marks_beside(control)
+            marks = marks_path(control)
     return control, marks

@@ -224,7 +224,7 @@ class ControlPanel(QWidget):
 
         The computation runs immediately if it takes milliseconds, otherwise in a worker thread.
         """
-        from vomstudio.registration.surface_points import some_points
+        from vomstudio.registration.surface_points import sample_points
         from vomstudio.studio.placing.known_planes import compass_table
         from vomstudio.studio.placing.registering import control_pairs, place_by_points
 
@@ -242,7 +242,7 @@ class ControlPanel(QWidget):
         def work() -> Placed:
             if model is None:
                 raise GeometryError(Finding("action.no-model"))
-            extent = None if open_model is None else some_points(open_model.data)
+            extent = None if open_model is None else sample_points(open_model.data)
             return place_by_points(
                 pairs=pairs,
                 bounds=bounds,
