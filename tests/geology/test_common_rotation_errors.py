@@ -258,8 +258,8 @@ def test_sets_of_one_model_share_its_turn() -> None:
 def test_registrations_are_told_apart_by_their_key() -> None:
     turns = shared_rotations([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
     assert turns.group.tolist() == [0, NO_ROTATION, 1, 0]
-    assert turns.known
-    assert not shared_rotations([(None, None)]).known
+    assert turns.has_known_errors
+    assert not shared_rotations([(None, None)]).has_known_errors
     assert turns.of([1]).group.tolist() == [NO_ROTATION]
 
 

@@ -59,7 +59,9 @@ def test_the_band_holds_the_true_plane_in_95_percent(far: float) -> None:
         belief = plane_estimate_from_fit(
             fit_plane(sampled(rng, 12, 0.02, (3.0, 1.5)), is_ordered=False)
         )
-        held += bool(bands(belief, repeat_planes(belief, place[None], None), place[None]).inside[0])
+        held += bool(
+            bands(belief, repeat_planes(belief, place[None], None), place[None]).is_in_band[0]
+        )
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
@@ -91,7 +93,7 @@ def test_repeats_stand_at_the_thickness_and_their_error_grows_with_their_number(
     assert found.bed.tolist() == [-2, -1, 0, 1, 4]
     assert found.distance_m == pytest.approx([0.8, 0.9, 0.05, 0.01, -0.1])
     assert found.error95_m == pytest.approx([0.2, 0.1, 0.0, 0.1, 0.4])
-    assert found.inside.tolist() == [False, False, False, True, True]
+    assert found.is_in_band.tolist() == [False, False, False, True, True]
 
 
 def test_turning_the_world_turns_the_band_with_it() -> None:

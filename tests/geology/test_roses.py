@@ -149,13 +149,13 @@ def test_rayleighs_p_is_the_published_one() -> None:
         assert rayleigh_p(4, four.resultant) == pytest.approx(0.2563487733797317, rel=1e-12)
         # Which are too few.
         assert four.rayleigh_p is None
-        assert four.preferred
+        assert four.has_preferred_direction
         # A row that counts nothing makes them no more.
         none = count_rose([*found, 3.0], is_axial=axial, weights=[1.0, 1.0, 1.0, 1.0, 0.0])
         assert none.rayleigh_p is None
     wheel = count_rose([43, 45, 52, 61, 75, 88, 88, 279, 357], is_axial=False)
     assert wheel.resultant == pytest.approx(0.711, abs=5e-4)
-    assert wheel.preferred
+    assert wheel.has_preferred_direction
 
 
 @pytest.mark.full
@@ -189,11 +189,11 @@ def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:
     assert rayleigh_p(1.0, 1.0) == 1.0
     for count in (5, 20, 49, 50, 5000):
         bundle = count_rose(np.linspace(40.0, 50.0, count), is_axial=True)
-        assert bundle.preferred
+        assert bundle.has_preferred_direction
         assert bundle.rayleigh_p is not None
         assert 0.0 <= bundle.rayleigh_p < 0.01
     fan = count_rose(np.arange(0.0, 180.0, 10.0), is_axial=True)
-    assert not fan.preferred
+    assert not fan.has_preferred_direction
     assert count_rose([], is_axial=True).rayleigh_p is None
 
 
@@ -209,7 +209,7 @@ def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
     # One row that outweighs all others is like one row.
     heavy = count_rose(found, is_axial=True, weights=[1e6, *np.ones(19)])
     assert heavy.resultant > 0.99
-    assert not heavy.preferred
+    assert not heavy.has_preferred_direction
 
 
 def test_a_line_written_upward_is_the_one_that_goes_down_on_the_other_side() -> None:

@@ -30,7 +30,7 @@ def some_boxes(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def test_the_box_of_points_holds_them_and_touches_the_outermost() -> None:
     points = np.random.default_rng(0).normal(size=(60, 3)) * [9.0, 1.0, 3.0] + UTM
     box = ClipBox.around(points)
-    assert box.holds(points).all()
+    assert box.contains(points).all()
     assert np.array_equal([box.low, box.high], [points.min(axis=0), points.max(axis=0)])
 
 
@@ -124,12 +124,12 @@ def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
 
 def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
     corners, middle = BOX.corners(), (np.array(BOX.low) + BOX.high) / 2
-    assert BOX.holds(corners).all()
-    assert not BOX.holds(middle + (corners - middle) * (1 + 1e-9)).any()
+    assert BOX.contains(corners).all()
+    assert not BOX.contains(middle + (corners - middle) * (1 + 1e-9)).any()
     for axis, side in BOX_FACES:
         beyond = BOX.face_centre(axis, side)
         beyond[axis] += (2 * side - 1) * 1e-9
-        assert not BOX.holds(beyond)[0]
+        assert not BOX.contains(beyond)[0]
 
 
 def test_a_ball_has_a_part_inside_where_its_nearest_point_of_the_box_is_near_enough() -> None:

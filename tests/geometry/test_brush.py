@@ -291,7 +291,7 @@ def test_what_a_brush_says_of_points():
     assert (surface.element, surface.count) == ("point", 30)
     ids = np.array([3, 7, 8])
     assert np.array_equal(surface.corners(ids), points[ids])
-    found, weights = surface.weighted(ids)
+    found, weights = surface.weighted_points(ids)
     assert np.array_equal(found, points[ids])
     assert weights is None
     assert surface.area_of(ids) is None

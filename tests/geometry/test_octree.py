@@ -151,11 +151,11 @@ def test_a_node_is_closed_by_the_finest_shown_below_it() -> None:
     while nodes.parents[line[-1]] >= 0:
         line.append(int(nodes.parents[line[-1]]))
     other = next(k for k in range(len(nodes)) if nodes.parents[k] == 0 and k not in line)
-    closing = nodes.closing(np.array([*line[::-1], other]))
+    closing = nodes.closing_spacings(np.array([*line[::-1], other]))
     assert {closing[row] for row in line} == {float(nodes.spacing[deep])}
     assert closing[other] == float(nodes.spacing[other])
     # A gap in the line ends what is passed on.
-    closing = nodes.closing(np.array([line[-1], line[0]]))
+    closing = nodes.closing_spacings(np.array([line[-1], line[0]]))
     assert closing[line[-1]] == float(nodes.spacing[line[-1]])
 
 
@@ -406,7 +406,7 @@ def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_wit
         for _ in range(40)
     ]
     for low, high in boxes:
-        found = file.store.touching(low, high)
+        found = file.store.find_touching(low, high)
         wanted = {
             row
             for row in there
@@ -457,7 +457,7 @@ def test_so_many_points_tell_how_the_surface_lies_however_many_there_are(
     file = File()
     file.store.fetch(range(len(file.keys)))
     low, high = UTM + [2.0, -1.0, 1.0], UTM + [6.0, 1.0, 5.0]
-    found = StreamedSurface(file.cloud)._near_box(low, high)
+    found = StreamedSurface(file.cloud)._vertices_near_box(low, high)
     points = file.whole.points
     inside = points[((points >= low) & (points <= high)).all(axis=1)]
     assert most <= len(found) < 2 * most + 1

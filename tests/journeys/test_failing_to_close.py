@@ -52,9 +52,9 @@ class Answers(QTimer):
 @pytest.fixture
 def known(qapp):
     """Failures are counted from none, and each is told."""
-    ERRORS.forget()
+    ERRORS.reset()
     yield
-    ERRORS.forget()
+    ERRORS.reset()
 
 
 def quit_by_key(window) -> None:

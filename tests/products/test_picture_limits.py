@@ -75,7 +75,7 @@ def test_what_lies_beyond_a_tile_keeps_its_holes_open(
     ("extent", "pixels"), [(100.0, 100), (100.0 + 5e-8, 100), (100.0 + 5e-5, 101), (99.9, 100)]
 )
 def test_a_crumb_of_rounding_is_no_pixel_of_its_own(extent: float, pixels: int) -> None:
-    grid = Grid.over((0.0, 0.0), (extent * 0.1, 0.0), 0.1)
+    grid = Grid.covering((0.0, 0.0), (extent * 0.1, 0.0), 0.1)
     assert (grid.width, grid.height) == (pixels, 1)
 
 

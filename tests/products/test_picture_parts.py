@@ -171,7 +171,7 @@ def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -
         materials=materials,
         material_offsets=np.array(offsets),
     )
-    grid = Grid.over((0, 0), (7, 2), 0.25)
+    grid = Grid.covering((0, 0), (7, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for k in range(6):
         (worn,) = [i for i in range(len(materials)) if offsets[i] <= k < offsets[i + 1]] or [None]
@@ -193,7 +193,7 @@ def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
         materials=(Material("m", None, (1.0, 0.0, 0.0)),),
         material_offsets=np.array([0, 2]),
     )
-    grid = Grid.over((0, 0), (6, 2), 0.25)
+    grid = Grid.covering((0, 0), (6, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for column in (2, 18):
         assert picture.rgba[2, column].tolist() == [10, 120, 230, 255]
@@ -218,7 +218,7 @@ def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
         materials=(Material("m", tmp_path / "t.png", (1.0, 0.0, 0.5)),),
         material_offsets=np.array([0, 2]),
     )
-    grid = Grid.over((0, 0), (6, 2), 0.25)
+    grid = Grid.covering((0, 0), (6, 2), 0.25)
     source = MeshSource(mesh, places, grid)
     picture = source.draw(grid.tiles()[0])
     assert picture.rgba[2, 2].tolist() == [30, 60, 90, 255]
@@ -280,7 +280,7 @@ def test_a_cloud_without_colours_is_grey_by_its_intensity_else_by_its_depth(
 def test_holes_are_closed_up_to_four_spacings_or_two_pixels(spacing: float, gsd: float) -> None:
     own = np.arange(0.0, 2.0, spacing)
     view = np.array([(x, y, 0.0) for x in own for y in own])
-    source = CloudSource(PointCloud(view), view, Grid.over((0, 0), (2, 2), gsd), spacing)
+    source = CloudSource(PointCloud(view), view, Grid.covering((0, 0), (2, 2), gsd), spacing)
     assert source.hole_m == pytest.approx(max(4.0 * spacing, 2.0 * gsd))
     assert source.warnings() == []
 
@@ -377,8 +377,8 @@ def test_levels_finer_than_a_pixel_are_not_decoded(
     tmp_path: Path, gsd: float, coarser: int
 ) -> None:
     mesh = paved(tmp_path, [(1.0, 100)])
-    source = MeshSource(mesh, mesh.vertices, Grid.over((0, 0), (1, 1), gsd))
-    assert source._coarser() == {tmp_path / "0.png": coarser}
+    source = MeshSource(mesh, mesh.vertices, Grid.covering((0, 0), (1, 1), gsd))
+    assert source._coarser_levels() == {tmp_path / "0.png": coarser}
 
 
 def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:

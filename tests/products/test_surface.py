@@ -95,7 +95,7 @@ def test_the_stated_error_holds_and_no_direction_is_claimed_falsely(exponent: fl
         one = increments.fit_exponent(seen, 0.0)
         result.append(one.H)
         held += abs(one.H - exponent) <= one.error95
-        claimed += increments.find_smoothest_direction(seen, 0.0).claimed
+        claimed += increments.find_smoothest_direction(seen, 0.0).is_significant
     assert np.mean(result) == pytest.approx(exponent, abs=0.01)
     assert 0.91 <= held / runs <= 0.99
     assert claimed / runs <= 0.03
@@ -107,7 +107,7 @@ def test_no_direction_is_claimed_on_surfaces_without() -> None:
     claimed = [
         increments.find_smoothest_direction(
             increments.measure_variations(self_affine(96, 0.7, rng), 1.0, 2.0), 0.0
-        ).claimed
+        ).is_significant
         for _ in range(20)
     ]
     assert sum(claimed) <= 1
@@ -121,7 +121,7 @@ def test_grooves_are_the_smoothest_direction_within_the_stated_error(angle: floa
         rough = self_affine(128, 0.6, rng)
         seen = increments.measure_variations(rough + grooves(128, 1.0, angle, 14.0, 3.0), 1.0, 2.0)
         one = increments.find_smoothest_direction(seen, 0.0)
-        assert one.claimed
+        assert one.is_significant
         off.append((one.angle_deg - angle + 90) % 180 - 90)
         held += abs(off[-1]) <= one.error95_deg
         assert one.error95_deg < 6
@@ -250,7 +250,7 @@ def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
 @pytest.mark.full
 def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
     rng = np.random.default_rng(9)
-    trims = [find_planar_part(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
+    trims = [find_planar_part(self_affine(96, 0.5, rng), 0.0).is_trimmed for _ in range(20)]
     assert sum(trims) <= 2
 
 
@@ -280,7 +280,7 @@ def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> N
     for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
         result = find_planar_part(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
         assert result.remaining_plane is None
-        assert not result.trims
+        assert not result.is_trimmed
 
 
 def test_parts_of_a_model_and_what_is_refused() -> None:

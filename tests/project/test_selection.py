@@ -30,7 +30,7 @@ def test_others_are_told_of_changes_only(
 ) -> None:
     selection.set(["a", "b"])
     selection.set(("a", "b"))
-    selection.keep(["b", "a", "c"])
+    selection.retain(["b", "a", "c"])
     assert heard == [("a", "b")]
     selection.set(["b", "a"])
     selection.set([])
@@ -49,5 +49,5 @@ def test_a_click_with_a_key_held_adds_one_and_takes_it_away_again(
 
 def test_what_is_gone_is_selected_no_longer(selection: Selection) -> None:
     selection.set(["a", "b", "c"])
-    selection.keep(iter(["c", "a", "x"]))
+    selection.retain(iter(["c", "a", "x"]))
     assert selection.ids == ("a", "c")

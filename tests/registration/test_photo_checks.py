@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
-from vomstudio.registration.level_evidence import away_deg, level_line_findings
+from vomstudio.registration.level_evidence import angle_from_model_deg, level_line_findings
 from vomstudio.registration.marks.mark_errors import Marks
 from vomstudio.registration.marks.wrong_marks import find_agreeing
 
@@ -72,7 +72,7 @@ def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> No
     wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
     view = wall_view(turn)
     ends = view.project(np.array([[-3.0, 0.0, 5.0], [3.0, 0.0, 5.0]]))
-    assert away_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
+    assert angle_from_model_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
     findings = level_line_findings([view.name], [view], ends[None], wall)
     assert [each.code for each in findings] == (["level.away"] if turn > 2.0 else [])
     # The axis of the photo, and a horizon above the wall.

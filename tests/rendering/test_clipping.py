@@ -53,7 +53,7 @@ def test_limits_are_in_the_models_own_metres() -> None:
     assert [limits.first, limits.last] == pytest.approx([10_000.0, 14_000.0])
     world = np.random.default_rng(0).uniform(-2, 12, (200, 3)) + UTM
     local = (world - UTM) @ np.linalg.inv(to_world[:3, :3]).T - [7.0, 0, 0]
-    assert np.array_equal(limits.inside(local), box.holds(world))
+    assert np.array_equal(limits.inside(local), box.contains(world))
 
 
 def test_a_handle_follows_the_ray_along_its_axis() -> None:

@@ -301,7 +301,7 @@ def test_nothing_outside_the_box_is_drawn_or_picked(scene: Scene) -> None:
     empty = background(picture)
     world = UTM + np.array([[2.0, 0, 2], [3.8, 0, 4.8], [4.2, 0, 2], [2, 0, 5.2], [9, 0, 7]])
     pixels, _ = scene.camera.project(world, SIZE)
-    for (x, y), inside in zip(pixels, half.holds(world), strict=True):
+    for (x, y), inside in zip(pixels, half.contains(world), strict=True):
         assert empty[round(y), round(x)] != inside
         assert (scene.pick(x, y, SIZE) is not None) == inside
 

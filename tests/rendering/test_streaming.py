@@ -124,7 +124,7 @@ def test_a_view_needs_finer_nodes_where_it_is_near_and_their_parents_first(cliff
         assert parent < 0 or place[parent] < k
     few = store.choose(from_above(40, 30, 30.0), 9000)
     assert 0 < store.counts[few].sum() <= 9000
-    assert all(closed <= store.spacing[row] for row, closed in store.closing(near).items())
+    assert all(closed <= store.spacing[row] for row, closed in store.closing_spacings(near).items())
 
 
 def test_all_that_is_chosen_is_read_and_the_budget_holds(cliff: Path, whole: PointCloud) -> None:

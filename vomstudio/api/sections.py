@@ -13,7 +13,7 @@ from vomstudio.api.declared_options import name_arguments_in_errors, options_fro
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import to_dict
 from vomstudio.geology.notation import format_azimuth
@@ -105,7 +105,7 @@ class Section:
 
     def to_dict(self) -> dict[str, object]:
         """Return the object that ``--json`` prints, without the names of files."""
-        return to_dict(self.figures) | {"warnings": plain(self.warnings)}
+        return to_dict(self.figures) | {"warnings": to_plain(self.warnings)}
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write the section as .csv, .dxf or .svg, as the command does.

@@ -166,7 +166,7 @@ def _location(error: VomError) -> dict[str, Any]:
     return {name: value for name, value in location.items() if value is not None}
 
 
-def plain(findings: Iterable[Finding]) -> list[dict[str, Any]]:
+def to_plain(findings: Iterable[Finding]) -> list[dict[str, Any]]:
     """Return findings as objects for a JSON file."""
     return [item.to_dict() for item in findings]
 

@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import PurePath
 from typing import Any
 
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 
 HIDDEN_IN_JSON = {"json": "hidden"}
 """Metadata of a field that is omitted from the object."""
@@ -38,7 +38,9 @@ def to_dict(result: Any) -> dict[str, Any]:
         if kind == "flat":
             values |= _to_plain_value(value)
         else:
-            values[item.name] = plain(value) if item.name == "warnings" else _to_plain_value(value)
+            values[item.name] = (
+                to_plain(value) if item.name == "warnings" else _to_plain_value(value)
+            )
     return values
 
 

@@ -93,7 +93,7 @@ def common_axis(
     variances, degrees_of_freedom = _mean_variances(members, means, axes[2])
     semi_axes, swing = _axis_region(means, axes, variances, min(map(len, members)))
     moved_axis = None
-    if turns is not None and any(turns[name].known for name in names):
+    if turns is not None and any(turns[name].has_known_errors for name in names):
         moved_members = [
             move_vectors(poles, turns[name]) for name, poles in zip(names, members, strict=True)
         ]

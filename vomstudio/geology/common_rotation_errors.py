@@ -46,7 +46,7 @@ class Turns:
         return len(self.group)
 
     @property
-    def known(self) -> bool:
+    def has_known_errors(self) -> bool:
         """Whether at least one vector has a registration with a known error."""
         return bool((self.group >= 0).any())
 

@@ -217,7 +217,9 @@ def fold_axis(
     if values[1] < MIN_ARC:
         raise GeometryError(Finding("fold.parallel-planes", n=n))
     semi_axes = _semi_axes(values, n)
-    moved_poles = None if turns is None or not turns.known else move_vectors(poles, turns)
+    moved_poles = (
+        None if turns is None or not turns.has_known_errors else move_vectors(poles, turns)
+    )
     moved_axis = None if moved_poles is None else principal_axis(moved_poles, values, axes, 2)
     flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
     shape = describe_shape(poles, values, axes, flags)

@@ -79,7 +79,7 @@ def _join_components(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     return vectors
 
 
-def _finite(value: float, name: str) -> float:
+def _require_finite_number(value: float, name: str) -> float:
     number = float(value)
     if not math.isfinite(number):
         raise GeometryError(Finding("number.not-an-angle", text=str(value)), field=name)
@@ -251,8 +251,8 @@ class Line:
     plunge_deg: float
 
     def __post_init__(self) -> None:
-        trend = wrap360(_finite(self.trend_deg, "trend"))
-        plunge = _finite(self.plunge_deg, "plunge") + 0.0
+        trend = wrap360(_require_finite_number(self.trend_deg, "trend"))
+        plunge = _require_finite_number(self.plunge_deg, "plunge") + 0.0
         if not -90.0 <= plunge <= 90.0:
             raise GeometryError(
                 Finding("angle.out-of-range", value=plunge, minimum=-90, maximum=90),
@@ -273,7 +273,7 @@ class Line:
     @classmethod
     def from_vector(cls, vector: npt.ArrayLike, *, is_directed: bool = False) -> Line:
         """Return the line along a vector of any non-zero length, axial unless `is_directed`."""
-        v = _vector3(vector, "direction")
+        v = _to_vector(vector, "direction")
         trend, plunge, _ = vectors_to_lines(v, is_directed=is_directed)
         return cls(float(trend[0]), float(plunge[0]))
 
@@ -316,8 +316,8 @@ class Plane:
     dip_deg: float
 
     def __post_init__(self) -> None:
-        azimuth = wrap360(_finite(self.dip_direction_deg, "dip direction"))
-        dip = _finite(self.dip_deg, "dip") + 0.0
+        azimuth = wrap360(_require_finite_number(self.dip_direction_deg, "dip direction"))
+        dip = _require_finite_number(self.dip_deg, "dip") + 0.0
         if not 0.0 <= dip <= 90.0:
             raise GeometryError(
                 Finding("angle.out-of-range", value=dip, minimum=0, maximum=90),
@@ -342,12 +342,12 @@ class Plane:
 
     @classmethod
     def from_strike(cls, strike_rhr_deg: float, dip_deg: float) -> Plane:
-        return cls(_finite(strike_rhr_deg, "strike") + 90.0, dip_deg)
+        return cls(_require_finite_number(strike_rhr_deg, "strike") + 90.0, dip_deg)
 
     @classmethod
     def from_normal(cls, normal: npt.ArrayLike) -> Plane:
         """Return the plane with a normal of any non-zero length, pointing up or down."""
-        azimuth, dip, _ = normals_to_planes(_vector3(normal, "normal"))
+        azimuth, dip, _ = normals_to_planes(_to_vector(normal, "normal"))
         return cls(float(azimuth[0]), float(dip[0]))
 
     @classmethod
@@ -393,7 +393,7 @@ class Plane:
         return float(_wrap180(np.asarray(strike))) if self.vertical else strike
 
 
-def _vector3(vector: npt.ArrayLike, name: str) -> FloatArray:
+def _to_vector(vector: npt.ArrayLike, name: str) -> FloatArray:
     v = np.asarray(vector, dtype=np.float64)
     if v.shape != (3,) or not np.isfinite(v).all() or not v.any():
         raise GeometryError(Finding("vector.invalid", name=name))
@@ -516,7 +516,7 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
     -------
     Line
     """
-    sin_r, cos_r = sin_cos_deg(_finite(rake_deg, "rake"))
+    sin_r, cos_r = sin_cos_deg(_require_finite_number(rake_deg, "rake"))
     return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
 
 
@@ -532,7 +532,7 @@ def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:
     -------
     Line
     """
-    sin_r, cos_r = sin_cos_deg(_finite(slip_rake_deg, "rake"))
+    sin_r, cos_r = sin_cos_deg(_require_finite_number(slip_rake_deg, "rake"))
     vector = cos_r * plane.strike_vector() - sin_r * plane.dip_vector()
     return Line.from_vector(vector, is_directed=True)
 

@@ -218,7 +218,7 @@ class SetPrior:
     n: int
 
     @property
-    def predictive(self) -> float:
+    def predictive_concentration(self) -> float:
         """Concentration of a further plane, from the scatter and the error of the mean."""
         return self.kappa * self.n / (self.n + 1.0)
 
@@ -275,7 +275,7 @@ def compare_sets(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
     candidates = []
     for prior in sets:
         posterior = likelihood * _fisher_density(
-            prior.predictive, normals @ np.asarray(prior.normal)
+            prior.predictive_concentration, normals @ np.asarray(prior.normal)
         )
         evidence = float(posterior.sum()) * prior.n / n_planes
         candidates.append((evidence, prior, posterior))
@@ -399,7 +399,7 @@ def _p_value(band: PlaneBand, prior: SetPrior) -> float:
     local_points = band.axes @ np.asarray(prior.normal)
     misfit = float(np.arcsin(np.clip(abs(local_points[0]), 0.0, 1.0)))
     variance_line = _line_error_rad(band, np.asarray(prior.normal)) ** 2
-    variance_set = 1.0 / prior.predictive
+    variance_set = 1.0 / prior.predictive_concentration
     # Welch-Satterthwaite degrees of freedom of the sum of variances.
     variance = variance_line + variance_set
     dof = variance**2 / (

@@ -59,7 +59,7 @@ class Rose:
     left_out: int = 0
 
     @property
-    def preferred(self) -> bool:
+    def has_preferred_direction(self) -> bool:
         """Whether there is a mean direction that is significant at the 5 % level.
 
         Fewer than 5 rows are not tested for significance.

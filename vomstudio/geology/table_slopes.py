@@ -196,7 +196,7 @@ def table_slope(
     planar, flexural, bases = plane_modes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
     same_set = count_pairs_between_sets(len(rows), None) - n_pairs
-    n_known = int(planes.known.sum())
+    n_known = int(planes.has_known_error.sum())
     wedge, topple = int(pairs.wedge[0]), int(pairs.toppling[0])
     return TableSlope(
         n=len(rows),
@@ -338,7 +338,7 @@ def _expected(
 
     Smaller tables are drawn more often. Planes without a known error do not vary.
     """
-    if not planes.known.any():
+    if not planes.has_known_error.any():
         return _Expected()
     n = len(planes.normals)
     draw_count = _n_draws(MAX_DRAWN_PLANES, n)

@@ -43,7 +43,7 @@ class TiltedPlanes:
     turns: Turns | None = None
 
     @property
-    def known(self) -> BoolArray:
+    def has_known_error(self) -> BoolArray:
         """Whether any error of each plane (n,) is known."""
         has_own_error = np.asarray(self.axes.any(axis=(1, 2)))
         return has_own_error if self.turns is None else has_own_error | (self.turns.group >= 0)
@@ -54,7 +54,7 @@ class TiltedPlanes:
         displacement = np.einsum(
             "knj,njc->knc", generator.standard_normal((count, n, 2)), self.axes
         )
-        if self.turns is not None and self.turns.known:
+        if self.turns is not None and self.turns.has_known_errors:
             group = self.turns.group
             halves = np.array([_root(covariance) for covariance in self.turns.rotations])
             gauss = generator.standard_normal((count, len(halves), 3))

@@ -75,7 +75,7 @@ class ClipBox(Result):
             and (np.array(other_corners[0]) <= own_corners[1]).all()
         )
 
-    def holds(self, points: FloatArray) -> BoolArray:
+    def contains(self, points: FloatArray) -> BoolArray:
         """Return whether World points (n, 3) are inside."""
         points = np.asarray(points, float).reshape(-1, 3)
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))

@@ -50,7 +50,7 @@ class PaintSurface(Surface, Protocol):
         The connecting path must not leave the ball. `index` itself is always included.
         """
 
-    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
+    def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         """Return the points (k, 3) of a selection and their areas, or None for equal areas."""
 
     def area_of(self, ids: IntArray) -> float | None: ...
@@ -117,17 +117,19 @@ class MeshSurface(VertexSurface):
         longest_value = float(
             np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max()
         )
-        vertices = _join(self._ids_in_ball(centre, radius + longest_value), self._at(hit_corners))
+        vertices = _join(
+            self._ids_in_ball(centre, radius + longest_value), self._vertices_at(hit_corners)
+        )
         positions[vertices] = np.arange(len(vertices), dtype=np.int32)
         try:
             inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
             while True:
                 corners = self._mesh.faces[inner_faces]
                 # Faces much longer than the hit face extend beyond the vertices found so far.
-                missing_vertices = _distinct(corners[positions[corners] < 0])
+                missing_vertices = _unique_ids(corners[positions[corners] < 0])
                 if not len(missing_vertices):
                     break
-                new_vertices = self._at(self._vertices[missing_vertices])
+                new_vertices = self._vertices_at(self._vertices[missing_vertices])
                 new_vertices = new_vertices[positions[new_vertices] < 0]
                 positions[new_vertices] = np.arange(
                     len(vertices), len(vertices) + len(new_vertices), dtype=np.int32
@@ -140,7 +142,7 @@ class MeshSurface(VertexSurface):
             positions[vertices] = -1
         return inner_faces[_is_reached(nodes, int(np.searchsorted(inner_faces, index)))]
 
-    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
+    def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return face_points(self._mesh, ids)
 
     def area_of(self, ids: IntArray) -> float | None:
@@ -176,14 +178,14 @@ class MeshSurface(VertexSurface):
         return face_normal / size if size > 0.0 else None
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        faces_around = self._around(ring)
+        faces_around = self._vertices_around(ring)
         return None if faces_around is None else area_inside(faces_around, ring)
 
     def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
-        faces_around = self._around(ring)
+        faces_around = self._vertices_around(ring)
         return None if faces_around is None else part_inside(faces_around, ring)
 
-    def _around(self, ring: npt.ArrayLike) -> FloatArray | None:
+    def _vertices_around(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the vertices of all faces that an outline may enclose."""
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
@@ -216,11 +218,13 @@ class MeshSurface(VertexSurface):
             self._place = np.full(len(self._vertices), -1, np.int32)
         return self._place
 
-    def _at(self, points: FloatArray) -> IntArray:
+    def _vertices_at(self, points: FloatArray) -> IntArray:
         """Return the ids of all vertices that coincide with points (k, 3)."""
         if self._tree is not None:
             ids_by_point = self._tree.query_ball_point(points, 0.0)
-            return _distinct(np.concatenate([np.asarray(item, np.int64) for item in ids_by_point]))
+            return _unique_ids(
+                np.concatenate([np.asarray(item, np.int64) for item in ids_by_point])
+            )
         keys, id_blocks = position_keys(points), []
         low, high = points.min(axis=0), points.max(axis=0)
         for start in range(0, len(self._vertices), BLOCK_SIZE):
@@ -236,7 +240,7 @@ class MeshSurface(VertexSurface):
             first_rows = starts[vertices].astype(np.int64)
             size = starts[vertices + 1] - first_rows
             shift = np.repeat(first_rows - (np.cumsum(size) - size), size)
-            return _distinct(faces[np.arange(int(size.sum())) + shift])
+            return _unique_ids(faces[np.arange(int(size.sum())) + shift])
         is_marked = np.zeros(len(self._vertices), np.bool_)
         is_marked[vertices] = True
         face_blocks = []
@@ -284,7 +288,7 @@ class CloudSurface(VertexSurface):
         pairs = tree.query_pairs(max_distance, output_type="ndarray")
         return ids[_are_linked(pairs, len(ids), start)]
 
-    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
+    def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return self.corners(ids), None
 
     def area_of(self, ids: IntArray) -> float | None:
@@ -307,10 +311,10 @@ class CloudSurface(VertexSurface):
 
 
 def _join(a: IntArray, b: IntArray) -> IntArray:
-    return _distinct(np.concatenate([a, b]))
+    return _unique_ids(np.concatenate([a, b]))
 
 
-def _distinct(ids: IntegerArray) -> IntArray:
+def _unique_ids(ids: IntegerArray) -> IntArray:
     """Return the sorted distinct ids, several times faster than the hash table of NumPy."""
     ids = np.sort(ids)
     is_first = np.ones(len(ids), np.bool_)

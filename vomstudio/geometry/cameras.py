@@ -77,13 +77,13 @@ class Intrinsics:
         return cls("PINHOLE", width, height, (f, f, cx, cy))
 
     @cached_property
-    def _named(self) -> dict[str, float]:
+    def _named_parameters(self) -> dict[str, float]:
         return dict(zip(MODELS[self.model], self.params, strict=True))
 
     @property
     def focal(self) -> tuple[float, float]:
         """Focal lengths in x and in y, pixels."""
-        parameters = self._named
+        parameters = self._named_parameters
         return (
             (parameters["f"], parameters["f"])
             if "f" in parameters
@@ -93,7 +93,7 @@ class Intrinsics:
     @property
     def centre(self) -> tuple[float, float]:
         """Principal point, pixels."""
-        return self._named["cx"], self._named["cy"]
+        return self._named_parameters["cx"], self._named_parameters["cy"]
 
     @property
     def matrix(self) -> FloatArray:
@@ -103,7 +103,7 @@ class Intrinsics:
 
     @property
     def distorts(self) -> bool:
-        parameters = self._named
+        parameters = self._named_parameters
         return self.model == "OPENCV_FISHEYE" or any(
             value != 0.0 for name, value in parameters.items() if name[0] in "kp"
         )
@@ -135,7 +135,7 @@ class Intrinsics:
     def scaled(self, width: int, height: int) -> Intrinsics:
         """Return the camera for photos resampled to another size."""
         sx, sy = width / self.width, height / self.height
-        parameters = dict(self._named)
+        parameters = dict(self._named_parameters)
         if "f" in parameters:
             parameters["f"] *= (sx + sy) / 2
         else:
@@ -148,7 +148,7 @@ class Intrinsics:
     # ------------------------------------------------------------------------------------------
     def _bend(self, normalized_points: FloatArray) -> FloatArray:
         """Convert ideal to distorted image coordinates (n, 2), in units of the focal length."""
-        parameters = self._named
+        parameters = self._named_parameters
         r2 = (normalized_points**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
             r = np.sqrt(r2)
@@ -165,7 +165,7 @@ class Intrinsics:
         return distorted_points
 
     def _factor(self, r2: FloatArray) -> FloatArray:
-        get = self._named.get
+        get = self._named_parameters.get
         numerator = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
         denominator = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
         return numerator / denominator
@@ -174,7 +174,7 @@ class Intrinsics:
         """Convert an ideal radius to the distorted radius."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
-        parameters, angle = self._named, np.arctan(r)
+        parameters, angle = self._named_parameters, np.arctan(r)
         a2 = angle * angle
         k1, k2, k3, k4 = (parameters[n] for n in ("k1", "k2", "k3", "k4"))
         return angle * (1 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))

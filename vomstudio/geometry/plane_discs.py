@@ -70,15 +70,15 @@ def disc(
     # Any direction that is not nearly the normal gives a stable pair of axes.
     helper = [0.0, 0.0, 0.0]
     helper[int(np.argmin(np.abs(n)))] = 1.0
-    u = np.array(_cross(n.tolist(), helper))
+    u = np.array(_cross_product(n.tolist(), helper))
     u /= math.sqrt(u.dot(u))
-    v = np.array(_cross(n.tolist(), u.tolist()))
+    v = np.array(_cross_product(n.tolist(), u.tolist()))
     cosine, sine = _circle(corners)
     circle = radius * (cosine * u + sine * v)
     return np.asarray(np.asarray(centre, dtype=np.float64) + circle)
 
 
-def _cross(a: list[float], b: list[float]) -> list[float]:
+def _cross_product(a: list[float], b: list[float]) -> list[float]:
     # By hand: NumPy takes twenty times as long for two vectors, and there are thousands of discs.
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 

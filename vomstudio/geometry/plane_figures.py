@@ -93,7 +93,7 @@ def figures(
         values,
         axes,
         (normal, dip_direction, dip, is_horizontal),
-        _distinct(xyz, starts, counts),
+        _count_distinct(xyz, starts, counts),
         is_ordered,
         None if leverage is None else leverage * (residual**2)[:, None, None],
     )
@@ -206,7 +206,7 @@ def _sharpen(
     Therefore e2 and e3 are separated a second time, in the frame of the eigenvectors.
     """
     frame = axes
-    u, v, r = _along(frame, local, counts)
+    u, v, r = _errors_along(frame, local, counts)
     b22 = np.add.reduceat(v * v, starts) / n
     b33 = np.add.reduceat(r * r, starts) / n
     b23 = np.add.reduceat(v * r, starts) / n
@@ -215,12 +215,12 @@ def _sharpen(
     frame = np.stack(
         [frame[:, 0], c * frame[:, 1] + s * frame[:, 2], c * frame[:, 2] - s * frame[:, 1]], axis=1
     )
-    u, v, r = _along(frame, local, counts)
+    u, v, r = _errors_along(frame, local, counts)
     values = np.stack([np.add.reduceat(x * x, starts) / n for x in (u, v, r)], axis=1)
     return frame, (u, v, r), values
 
 
-def _along(
+def _errors_along(
     frame: FloatArray, local: list[FloatArray], counts: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     def component(k: int) -> FloatArray:
@@ -232,7 +232,7 @@ def _along(
     return component(0), component(1), component(2)
 
 
-def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
+def _count_distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     """Count the distinct points of each group; repeated clicks are not independent."""
     distinct = counts.copy()
     is_short = counts <= MAX_POINTS_COUNTING_REPEATS

@@ -94,11 +94,11 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
     with thread_pool(min(_MAX_THREADS, PROCESSORS)) as pool:
 
         def map_blocks(work: Callable[[slice], None], count: int) -> None:
-            def checked(start: int) -> None:
+            def run_checked(start: int) -> None:
                 check()
                 work(slice(start, min(start + BLOCK_SIZE, count)))
 
-            list(pool.map(checked, range(0, count, BLOCK_SIZE)))
+            list(pool.map(run_checked, range(0, count, BLOCK_SIZE)))
 
         low, high = _bounds(points, map_blocks)
         if not (np.isfinite(low).all() and np.isfinite(high).all()):

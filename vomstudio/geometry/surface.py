@@ -87,8 +87,8 @@ class VertexSurface:
                     balanced_tree=False,
                 )
                 self._coarse_tree = cKDTree(np.asarray(self._coarse))
-        if self._resolving is not self:
-            self._resolving.build()
+        if self._resolving_surface is not self:
+            self._resolving_surface.build()
 
     @property
     def extent(self) -> float:
@@ -96,14 +96,14 @@ class VertexSurface:
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
     @cached_property
-    def _resolving(self) -> VertexSurface:
+    def _resolving_surface(self) -> VertexSurface:
         """Surface of the vertices that determine the resolution."""
         vertices = self._undivided() if callable(self._undivided) else self._undivided
         return self if vertices is None or vertices is self._vertices else VertexSurface(vertices)
 
     def resolution_near(self, points: FloatArray) -> float | None:
-        if self._resolving is not self:
-            return self._resolving.resolution_near(points)
+        if self._resolving_surface is not self:
+            return self._resolving_surface.resolution_near(points)
         positions = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
 
         def neighbours(count: int) -> FloatArray | None:

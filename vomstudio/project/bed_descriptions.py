@@ -60,11 +60,11 @@ def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]
     if not isinstance(feature, Logged) or not feature.beds:
         return fields
     if len(vertices) != len(feature.vertices):
-        fields["beds"] = tuple(_renumbered_beds(feature, fields["vertices"]))
+        fields["beds"] = tuple(_renumber_beds(feature, fields["vertices"]))
     return fields
 
 
-def _renumbered_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
+def _renumber_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
     beds = []
     for boundary, lithology, notes in line.beds:
         if boundary.startswith(POINT):

@@ -57,7 +57,7 @@ def _type(s: Subject) -> str | None:
     return kind.name.casefold() if kind is not None else getattr(s.feature, "type_id", None)
 
 
-def _undefined(s: Subject) -> bool | None:
+def _is_undefined(s: Subject) -> bool | None:
     orientation = s.measured.fit or s.measured.plane or s.measured.line
     return None if orientation is None else bool(orientation.undefined)
 
@@ -169,7 +169,7 @@ def _to_pick(s: Subject) -> float | None:
     return None if pick is None else pick.angle_deg
 
 
-def _measured(name: str) -> Value:
+def _measured_value(name: str) -> Value:
     return lambda s: getattr(s.measured, name)
 
 
@@ -213,7 +213,7 @@ UNDEFINED = Figure(
     "undefined",
     _("Undefined"),
     _("Azimuth undefined: horizontal plane or vertical line"),
-    _undefined,
+    _is_undefined,
     "flag",
 )
 DIP_DIRECTION = _degrees(
@@ -308,7 +308,7 @@ AREA = Figure(
     "area_m2",
     _("Area"),
     _("Area of the patch's faces"),
-    _measured("area_m2"),
+    _measured_value("area_m2"),
     "area",
     "m2",
     words=("area",),
@@ -365,7 +365,7 @@ MAX_CONFIDENCE = _degrees(
     "max_confidence95_deg",
     _("Fit max"),
     _("Largest tilt inside the joint 95 % confidence region of the plane or line"),
-    _measured("max_confidence95_deg"),
+    _measured_value("max_confidence95_deg"),
     short="max_conf95",
     words=("95max",),
 )
@@ -373,7 +373,7 @@ MIN_CONFIDENCE = _degrees(
     "min_confidence95_deg",
     _("Fit min"),
     _("Smallest tilt on the edge of the joint 95 % confidence region of the plane or line"),
-    _measured("min_confidence95_deg"),
+    _measured_value("min_confidence95_deg"),
     short="min_conf95",
     words=("95min",),
 )
@@ -405,7 +405,7 @@ REGISTRATION_ERROR = _degrees(
     "registration_error_deg",
     _("Registration"),
     _("95 % error (half-angle) due to the rotation of the model"),
-    _measured("registration_error_deg"),
+    _measured_value("registration_error_deg"),
     short="reg_error",
 )
 TOTAL = _degrees(
@@ -415,7 +415,7 @@ TOTAL = _degrees(
         "Larger half-angle of the 95 % region, from fit, resolution and registration; determines"
         " the verdict"
     ),
-    _measured("total95_deg"),
+    _measured_value("total95_deg"),
     short="total95",
     words=("error", "95"),
 )
@@ -435,14 +435,14 @@ BEND = _degrees(
     "bend_deg",
     _("Bend"),
     _("Angle by which a curved face bends from edge to edge"),
-    _measured("bend_deg"),
+    _measured_value("bend_deg"),
     words=("bend",),
 )
 ATTITUDE_SCALE = _text(
     "attitude_scale",
     _("Scale"),
     _("Scale of the attitude: local (this position only) or regional"),
-    _measured("attitude_scale"),
+    _measured_value("attitude_scale"),
     short="att_scale",
     words=("scale", "local", "regional"),
 )
@@ -450,7 +450,7 @@ RESOLUTION = _metres(
     "resolution_m",
     _("Resolution"),
     _("Effective resolution of the model around the feature (point spacing or noise)"),
-    _measured("resolution_m"),
+    _measured_value("resolution_m"),
     short="resolution",
 )
 EXTENT_OVER_RESOLUTION = Figure(
@@ -569,7 +569,9 @@ TO_PICK = _degrees(
     ),
     _to_pick,
 )
-ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _measured("angle_deg"))
+ANGLE = _degrees(
+    "angle_deg", _("Angle"), _("Angle between the two planes"), _measured_value("angle_deg")
+)
 
 # --- groups ----------------------------------------------------------------------------------
 NAMED = (ID, NAME, KIND, SET)

@@ -81,7 +81,7 @@ def encode(record: Record) -> PlainValues:
     """Return a record as JSON values, including its kind."""
     # dataclasses.asdict copies every number, which takes seconds for a patch of 100,000 points.
     values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
-    return {"record": _NAMES[type(record)], **_encoded(values)}
+    return {"record": _NAMES[type(record)], **_encode(values)}
 
 
 def decode(stored_values: Mapping[str, Any], records: Mapping[str, Record] = NO_RECORDS) -> Record:
@@ -96,7 +96,7 @@ def decode(stored_values: Mapping[str, Any], records: Mapping[str, Record] = NO_
         raise DocumentError(Finding("record.unknown-kind", kind=kind), field="record")
     values = _known_values(cls, values)
     try:
-        record: Record = cls(**_decoded(cls, values, records))
+        record: Record = cls(**_decode(cls, values, records))
     except TypeError as error:
         raise DocumentError(Finding("record.missing-field", kind=kind, error=error)) from error
     return record
@@ -117,8 +117,8 @@ def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
             for field in dataclasses.fields(new_record)
             if getattr(old_record, field.name) != getattr(new_record, field.name)
         ]
-        before[id_] = _encoded({name: getattr(old_record, name) for name in names})
-        after[id_] = _encoded({name: getattr(new_record, name) for name in names})
+        before[id_] = _encode({name: getattr(old_record, name) for name in names})
+        after[id_] = _encode({name: getattr(new_record, name) for name in names})
     return before, after
 
 
@@ -172,7 +172,7 @@ def _read(
     record = records.get(id_)
     if record is None:
         raise DocumentError(Finding("record.without-base", record=id_))
-    values = _decoded(type(record), _known_values(type(record), stored_record), records_by_id)
+    values = _decode(type(record), _known_values(type(record), stored_record), records_by_id)
     if values.get("id", id_) != id_:
         raise DocumentError(Finding("record.two-ids"), field="id")
     changed_record: Record = dataclasses.replace(record, **values)
@@ -183,7 +183,7 @@ def _known_values(cls: type, values: Mapping[str, Any]) -> PlainValues:
     return known_fields(cls, values, _NAMES.get(cls, cls.__name__))
 
 
-def _encoded(values: Mapping[str, Any]) -> PlainValues:
+def _encode(values: Mapping[str, Any]) -> PlainValues:
     plain_fields = encode_fields(values, _NESTED)
     placement = values.get("placement")
     if isinstance(placement, Registration):
@@ -191,7 +191,7 @@ def _encoded(values: Mapping[str, Any]) -> PlainValues:
     return plain_fields
 
 
-def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> PlainValues:
+def _decode(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> PlainValues:
     placement = values.get("placement")
     if not isinstance(placement, Mapping) or set(placement) != {"registration"}:
         return decode_fields(cls, values, _NESTED)

@@ -49,7 +49,7 @@ class CompactionPlan:
     asset_bytes: int
 
     @property
-    def nothing(self) -> bool:
+    def is_empty(self) -> bool:
         return self.rows == 0 and not self.assets
 
 
@@ -57,7 +57,7 @@ def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPl
     """Return the rows and files that a compaction would remove."""
     rows = sum(1 for _ in journal.rows())
     compacted_rows = sum(1 for _ in _rows(session))
-    unused = _unused(folder, session)
+    unused = _unused_files(folder, session)
     return CompactionPlan(
         max(rows - compacted_rows, 0),
         rows,
@@ -110,7 +110,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     backup = folder / _ASSETS_BACKUP
     # A file that cannot be moved is harmless.
     with contextlib.suppress(OSError, TargetError):
-        for path in _unused(folder, session):
+        for path in _unused_files(folder, session):
             make_folder(backup, folder)
             path.replace(backup / path.name)
     return Compacted(seq_map, journal.last_number)
@@ -337,7 +337,7 @@ def _do(seq: int, edit: Edit) -> _NewRow:
     return _NewRow("do", seq, None, edit.label, old_values, new_values)
 
 
-def _unused(folder: Path, session: Session) -> list[Path]:
+def _unused_files(folder: Path, session: Session) -> list[Path]:
     """Return the asset files that no reachable record references."""
     assets = folder / FOLDER
     # The target of a link does not belong to the project.

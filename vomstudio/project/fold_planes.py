@@ -58,7 +58,7 @@ class FoldPlanes:
             If the planes do not define an axis.
         """
         turns = self.turns
-        has_known_turns = turns is not None and turns.known
+        has_known_turns = turns is not None and turns.has_known_errors
         axis = _axis(
             self.azimuth_deg.tobytes(),
             self.dip_deg.tobytes(),

@@ -379,7 +379,7 @@ def line_of(subject: Subject) -> FloatArray | None:
     return points if len(points) > 1 else None
 
 
-def always(feature: Any) -> bool:
+def always_true(feature: Any) -> bool:
     """Return True for every feature."""
     return True
 

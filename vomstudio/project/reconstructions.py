@@ -87,7 +87,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
                 pass
         return shutil.copy2(source_file, target_file)
 
-    def ignored(folder: str, names: list[str]) -> set[str]:
+    def ignore(folder: str, names: list[str]) -> set[str]:
         links = special_files(folder, names)
         parts = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
         if parts[1:2] != ("work",):
@@ -100,7 +100,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
             source / RECONSTRUCTIONS,
             target / RECONSTRUCTIONS,
             copy_function=copy_or_link,
-            ignore=ignored,
+            ignore=ignore,
         )
 
 

@@ -35,7 +35,7 @@ class Selection:
         else:
             self.set((*self._ids, id_))
 
-    def keep(self, ids: Iterable[str]) -> None:
+    def retain(self, ids: Iterable[str]) -> None:
         """Deselect all records that are not in `ids`."""
         known_ids = set(ids)
         self.set(i for i in self._ids if i in known_ids)

@@ -140,7 +140,7 @@ class _Problem:
     size: float
     alone: Mapping[str, tuple[float, float]]
 
-    def at(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
+    def linearize(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
         """Return the rows for a similarity, the first row of each kind, and the centre (3,)."""
         position = fit(self.centre)[0]
         return (*all_rows(self.kinds, fit, position), position)
@@ -368,7 +368,7 @@ def _initial_errors(
 
 def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
     """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
-    rows, _, _ = problem.at(fit)
+    rows, _, _ = problem.linearize(fit)
     squares = (rows.residuals / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float(
         (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if is_robust else squares).sum()
@@ -415,7 +415,7 @@ def _iterate(
 ) -> tuple[Similarity, float]:
     """Return the solution to which a start converges with initial errors, and its cost."""
     for _ in range(_MAX_ITERATIONS):
-        rows, _, position = problem.at(fit)
+        rows, _, position = problem.linearize(fit)
         size = problem.size * fit.scale
         sigma = _initial_errors(rows, size, problem.alone)
         if is_robust:
@@ -442,14 +442,14 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     from scipy.stats import chi2
 
     size, separate_variances = problem.size, problem.alone
-    rows, starts, position = problem.at(fit)
+    rows, starts, position = problem.linearize(fit)
     sigma = _initial_errors(rows, size * fit.scale, separate_variances)
     groups = np.array(rows.groups)
     unstated = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     redundancy_of: dict[str, float] = {}
     separate_groups: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
-        rows, starts, position = problem.at(fit)
+        rows, starts, position = problem.linearize(fit)
         previous_sigma = sigma.copy()
         if unstated:
             sigma, redundancy_of = estimate_errors(
@@ -461,7 +461,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
             previous_sigma, sigma, rtol=1e-6
         ):
             break
-    rows, starts, position = problem.at(fit)
+    rows, starts, position = problem.linearize(fit)
     length = size * fit.scale
     design, residuals, units = weighted_system(rows, sigma, length)
     information = design.T @ design

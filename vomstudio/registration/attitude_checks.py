@@ -16,7 +16,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.view_attitudes import camera_rotations
-from vomstudio.registration.selection import selected
+from vomstudio.registration.selection import select_names
 
 # Scatter of rotations that agree: the instruments are good, whatever the convention.
 _MAX_SCATTER_DEG = 5.0
@@ -144,7 +144,7 @@ def find_vertical_outliers(
         ]
         is_close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
         quarters = np.unique(90 * angles.argmin(axis=0)[is_close]).tolist()
-        findings.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
+        findings.append(Finding("attitude.verticals-left-out", photos=select_names(labels, out)))
         if quarters:
             findings.append(Finding("attitude.verticals-turned", turns_deg=quarters))
     return out

@@ -222,7 +222,7 @@ def _find_blunders(
     excluded_singles: list[Single] = []
     blunder_by_single: dict[Single, Blunder] = {}
     while len(blunder_by_single) < observation_count // 3:
-        worst_test = _worst(
+        worst_test = _worst_test(
             _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
         )
         if worst_test is None:
@@ -234,7 +234,7 @@ def _find_blunders(
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             observation_count // 3
-            and _worst(
+            and _worst_test(
                 _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
             )
             is not None
@@ -370,7 +370,7 @@ def select_observations(kind: Observed, is_selected: Sequence[bool]) -> Observed
     return selection
 
 
-def _worst(tests: Sequence[_TestResult]) -> _TestResult | None:
+def _worst_test(tests: Sequence[_TestResult]) -> _TestResult | None:
     """Return the least likely significant observation, if any.
 
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is

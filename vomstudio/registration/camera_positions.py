@@ -25,7 +25,7 @@ from vomstudio.registration.coordinate_checks import (
     misreading_findings,
 )
 from vomstudio.registration.observations import Points
-from vomstudio.registration.selection import selected
+from vomstudio.registration.selection import select_names
 from vomstudio.registration.similarity import fit_robustly, is_nearly_collinear
 
 _MIN_DISTANCE_M = 0.01  # minimum plausible distance between photos
@@ -169,11 +169,11 @@ def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None
         return
     west, south, east, north = area.bounds
 
-    def inside(longitude: FloatArray, latitude: FloatArray) -> bool:
+    def are_in_range(longitude: FloatArray, latitude: FloatArray) -> bool:
         is_around = (longitude - west) % 360.0 <= (east - west) % 360.0
         return bool((is_around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
-    if not inside(*degrees.T) and inside(degrees[:, 1], degrees[:, 0]):
+    if not are_in_range(*degrees.T) and are_in_range(degrees[:, 1], degrees[:, 0]):
         raise _exchanged_error(positions, positions.photos[0], *degrees[0].tolist())
 
 
@@ -199,7 +199,7 @@ def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Posi
             Finding(
                 "cameras.without-height",
                 count=int((~has_height).sum()),
-                photos=selected(positions.photos, ~has_height),
+                photos=select_names(positions.photos, ~has_height),
             )
         )
     references = np.array([_normalise_reference(word) for word in positions.heights])
@@ -212,7 +212,7 @@ def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Posi
                     "cameras.other-heights",
                     count=int(has_other_reference.sum()),
                     usual=_reference_name(usual_reference),
-                    photos=selected(positions.photos, has_other_reference),
+                    photos=select_names(positions.photos, has_other_reference),
                 )
             )
             has_height &= ~has_other_reference
@@ -326,7 +326,9 @@ def select_consistent_cameras(
     if not is_used.all():
         exclusions.append(
             Finding(
-                "cameras.left-out", count=int((~is_used).sum()), photos=selected(labels, ~is_used)
+                "cameras.left-out",
+                count=int((~is_used).sum()),
+                photos=select_names(labels, ~is_used),
             )
         )
     rows = np.flatnonzero(is_used)

@@ -297,7 +297,7 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
     if pairs.covariance is not None:
         covariance[~is_clicked] = pairs.covariance[~is_clicked]
 
-    def those(mask: BoolArray) -> Points:
+    def points_of(mask: BoolArray) -> Points:
         rows = np.flatnonzero(mask)
         labels = [pairs.labels[i] for i in rows]
         return Points(
@@ -309,7 +309,7 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
             covariance=covariance[rows] if covariance.any() else None,
         )
 
-    return those(~pairs.check), those(pairs.check)
+    return points_of(~pairs.check), points_of(pairs.check)
 
 
 def _click_errors(evidence: Evidence) -> tuple[float, float]:

@@ -170,7 +170,7 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
                 Finding(
                     "registration.parallel-level-lines",
                     labels=list(kind.labels),
-                    apart_deg=float(np.degrees(kind.apart)),
+                    apart_deg=float(np.degrees(kind.angle_between)),
                 )
             )
         if isinstance(kind, PhotoUpright):
@@ -187,7 +187,7 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
     return findings
 
 
-def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
+def angle_from_model_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
     """Return the angle between a line on the model and the image plane of the photo.
 
     Parameters
@@ -255,7 +255,7 @@ def level_line_findings(
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
             continue
-        angles = away_deg(view, line, extent)
+        angles = angle_from_model_deg(view, line, extent)
         if angles is not None and angles > _MAX_AWAY_DEG:
             line_names.append(photo)
             maximum = max(maximum, angles)

@@ -266,11 +266,11 @@ class Directions:
         for row, tangent in enumerate((down, cross_tangents)):
             residuals[:, row] = _angle(placed_directions, observed, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
-            rotation_columns = _cross(placed_directions, tangent)
+            rotation_columns = _cross_product(placed_directions, tangent)
             design[:, row, :3] = rotation_columns
             shared_columns[:, row, 0] = rotation_columns[:, 2]
         rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("directions",))
-        return _sharing(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
+        return _with_shared_error(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +302,7 @@ class Verticals:
         cross_derivatives = np.cross(
             axes, placed_directions[:, :, None], axisa=1, axisb=1, axisc=1
         )[:, :2, :]
-        return _sharing(rows, cross_derivatives.reshape(-1, 3), self.mount_sigma)
+        return _with_shared_error(rows, cross_derivatives.reshape(-1, 3), self.mount_sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -371,14 +371,14 @@ class LevelLines:
     min_apart: float = 0.0
 
     @property
-    def apart(self) -> float:
+    def angle_between(self) -> float:
         """Largest angle between two of the lines, rad."""
         return float(np.arccos(np.clip(np.abs(self.model @ self.model.T).min(), 0.0, 1.0)))
 
     @property
     def count_as_one(self) -> bool:
         """Whether the lines are too nearly parallel to determine the tilt about them."""
-        return len(self.labels) > 1 and self.apart < self.min_apart
+        return len(self.labels) > 1 and self.angle_between < self.min_apart
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_directions = self.model @ fit.rotation.T
@@ -388,7 +388,7 @@ class LevelLines:
                 np.sign(placed_directions @ main_direction)[:, None] * main_direction
             )
         design = np.zeros((len(placed_directions), 7))
-        design[:, :3] = _cross(placed_directions, np.array([0.0, 0.0, 1.0]))
+        design[:, :3] = _cross_product(placed_directions, np.array([0.0, 0.0, 1.0]))
         return _rows(placed_directions[:, 2], design, self.sigma, ("level lines",))
 
 
@@ -428,10 +428,10 @@ class Azimuths:
             ]
         )
         design = np.zeros((len(horizontal_squares), 7))
-        design[:, :3] = _cross(placed_directions, slope)
+        design[:, :3] = _cross_product(placed_directions, slope)
         rows = _rows(residuals, design, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
-        return _sharing(rows, design[:, 2:3], self.north_sigma, COMPASS)
+        return _with_shared_error(rows, design[:, 2:3], self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,8 +475,10 @@ class Attitudes:
         design[:, :, :3] = inverse
         rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
-        rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
-        return _sharing(rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma)
+        rows = _with_shared_error(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
+        return _with_shared_error(
+            rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma
+        )
 
 
 _KIND_NAMES: tuple[tuple[type, str], ...] = (
@@ -583,7 +585,9 @@ def _rows(
     )
 
 
-def _sharing(rows: Rows, shared_columns: FloatArray, sigma: float, name: str = "") -> Rows:
+def _with_shared_error(
+    rows: Rows, shared_columns: FloatArray, sigma: float, name: str = ""
+) -> Rows:
     """Add errors that are common to all rows.
 
     `shared_columns` (m, k) contains the derivatives. `name` identifies errors that are common to
@@ -618,7 +622,7 @@ def _downward_rows(placed_directions: FloatArray, sigma: FloatArray, name: str) 
     return _rows(residuals.ravel(), design.reshape(-1, 7), sigma, (name,))
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+def _cross_product(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return cross products along the last axis, ten times faster than NumPy for few vectors."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
@@ -628,12 +632,12 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the tangents (n, 3) of unit vectors in their vertical plane and horizontally."""
     up = np.array([0.0, 0.0, 1.0])
-    horizontal_axes = _cross(up, directions)
+    horizontal_axes = _cross_product(up, directions)
     size = np.linalg.norm(horizontal_axes, axis=1, keepdims=True)
     horizontal_axes = np.where(
         size > 1e-9, horizontal_axes / np.maximum(size, 1e-12), [[1.0, 0.0, 0.0]]
     )
-    return _cross(horizontal_axes, directions), horizontal_axes
+    return _cross_product(horizontal_axes, directions), horizontal_axes
 
 
 def _angle(

@@ -105,7 +105,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
             drones += 1
         else:
             if photo.down is not None:
-                direction_down[:] = _turned(photo.down, quarter_turns)
+                direction_down[:] = _rotate(photo.down, quarter_turns)
             if photo.direction_deg is not None:
                 angles_deg[0] = photo.direction_deg
                 north = photo.direction_north or "magnetic"
@@ -161,7 +161,7 @@ def _quarter_turns(photo: Photo, view: View | None) -> int:
     return {6: 1, 8: 3}.get(photo.orientation, 0)
 
 
-def _turned(down: tuple[float, float, float], quarter_turns: int) -> tuple[float, float, float]:
+def _rotate(down: tuple[float, float, float], quarter_turns: int) -> tuple[float, float, float]:
     right, camera_down, forward = down
     for _ in range(quarter_turns):
         right, camera_down = -camera_down, right

@@ -427,7 +427,7 @@ def _worth_adding(
         )
     sigma = np.sqrt(squares.mean(axis=0))
     covariance = result.covariance
-    variance_before = _worst(covariance[:3, :3])
+    variance_before = _worst_error(covariance[:3, :3])
     best_addition: tuple[float, FloatArray] | None = None
     for corner in corners:
         design = jacobian(corner - result.centre)
@@ -435,7 +435,7 @@ def _worth_adding(
         variances = design @ covariance_product + np.diag(sigma**2)
         # Points that fit exactly have a singular scatter matrix.
         inverse = np.linalg.pinv(variances, hermitian=True)
-        variance_after = _worst(
+        variance_after = _worst_error(
             (covariance - covariance_product @ inverse @ covariance_product.T)[:3, :3]
         )
         if best_addition is None or variance_after < best_addition[0]:
@@ -446,7 +446,7 @@ def _worth_adding(
     return WorthAdding(x, y, z, variance_before, best_addition[0])
 
 
-def _worst(rotation: FloatArray) -> float:
+def _worst_error(rotation: FloatArray) -> float:
     """Return the 95 % error about the weakest axis, degrees."""
     largest_variance = float(np.linalg.eigvalsh(rotation)[-1])
     return _Z95 * float(np.degrees(np.sqrt(max(largest_variance, 0.0))))

@@ -87,7 +87,7 @@ def add_rounding(
         rounded_result = adjust(rounded_kinds, centre, size)
     except GeometryError:
         return result
-    if _worst(rounded_result) < _worst(result):
+    if _worst_error(rounded_result) < _worst_error(result):
         # With few points, the widening by Student's t is larger.
         return result
     return replace(
@@ -99,5 +99,5 @@ def add_rounding(
     )
 
 
-def _worst(result: Adjustment) -> float:
+def _worst_error(result: Adjustment) -> float:
     return float(np.linalg.eigvalsh(result.rotation)[-1])

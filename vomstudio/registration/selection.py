@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray
 
 
-def selected(names: Sequence[str], mask: BoolArray) -> list[str]:
+def select_names(names: Sequence[str], mask: BoolArray) -> list[str]:
     """Return the names of the rows that a mask selects.
 
     Parameters

@@ -270,7 +270,7 @@ class Workspace:
         self._show_hidden_types(edit)
         self._warn_of_namesakes(edit)
         self.derived.refresh(edit)
-        self.selection.keep(self.projects.records)
+        self.selection.retain(self.projects.records)
         self.edited.emit(edit)
         self.photos.follow_edit(edit)
         self.fields.follow_edit(edit)

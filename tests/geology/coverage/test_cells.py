@@ -109,7 +109,11 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
     assert there.surface == pytest.approx(here.surface, rel=1e-6)
     assert there.covered == pytest.approx(here.covered, rel=1e-6)
     places = np.array([[0.5, 0.5, 3.0], [2.0, 1.9, -1.0], [9.0, 0.0, 0.0]])
-    assert moved.at(places @ turn.T + far).tolist() == grid.at(places).tolist() == [8, 32, -1]
+    assert (
+        moved.cells_of(places @ turn.T + far).tolist()
+        == grid.cells_of(places).tolist()
+        == [8, 32, -1]
+    )
 
 
 def test_faces_that_look_the_other_way_in_the_file_are_the_same_face() -> None:

@@ -65,7 +65,7 @@ class ErrorCollector:
         """Forward failures to `listener` instead of the current listener; None removes it."""
         self._listener = listener
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Reset all counts to zero."""
         with self._lock:
             self._occurrences.clear()

@@ -50,7 +50,7 @@ def uninstall() -> None:
     sys.excepthook, threading.excepthook, sys.unraisablehook = _previous_hooks
     _previous_hooks = None
     ERRORS.listen(None)
-    ERRORS.forget()
+    ERRORS.reset()
     crashes.end()
     log.stop()
 

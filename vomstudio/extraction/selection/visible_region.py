@@ -83,7 +83,7 @@ class ViewSnapshot:
         eye = points @ frame[:, :3].T + frame[:, 3]
         depth = np.ones(len(eye)) if self.parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
         if self.clip is not None:
-            depth = np.where(self.clip.holds(points), depth, np.nan)
+            depth = np.where(self.clip.contains(points), depth, np.nan)
         screen_offsets = self.scale * eye[:, :2] / depth[:, None]
         return np.asarray(0.5 * np.array(self.size) + screen_offsets * [1.0, -1.0])
 
@@ -196,7 +196,7 @@ class ViewSnapshot:
     ) -> BoolArray:
         ids = np.flatnonzero(selection)
         positions = element_places(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
-        selection[ids[~box.holds(positions)]] = False
+        selection[ids[~box.contains(positions)]] = False
         return selection
 
 

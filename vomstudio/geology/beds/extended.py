@@ -117,7 +117,7 @@ class PlaneDistances:
         Signed distance from the nearest plane, positive above, m.
     error95_m : (n,) ndarray
         95 % error of the position of the plane, m.
-    inside : (n,) ndarray of bool
+    is_in_band : (n,) ndarray of bool
         True if the distance is within this error.
     """
 
@@ -126,7 +126,7 @@ class PlaneDistances:
     error95_m: FloatArray
 
     @property
-    def inside(self) -> BoolArray:
+    def is_in_band(self) -> BoolArray:
         return np.asarray(np.abs(self.distance_m) <= self.error95_m)
 
 

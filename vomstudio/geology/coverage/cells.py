@@ -54,14 +54,14 @@ class SquareGrid:
         """Unit vector (3,) that points toward the viewer."""
         return np.cross(self.right, self.up)
 
-    def local(self, points: FloatArray) -> FloatArray:
+    def local_coordinates(self, points: FloatArray) -> FloatArray:
         """Return coordinates (..., 3) to the right, up and toward the viewer, in cell sides."""
         axes = np.stack([self.right, self.up, self.normal], axis=-1)
         return np.asarray((points - self.origin) @ axes / self.cell)
 
-    def at(self, points: FloatArray) -> IntArray:
+    def cells_of(self, points: FloatArray) -> IntArray:
         """Return the cell (n,) that contains each point (n, 3) in the view; -1 if it is outside."""
-        return self.numbers(np.floor(self.local(points)[:, :2]))
+        return self.numbers(np.floor(self.local_coordinates(points)[:, :2]))
 
     def numbers(self, positions: FloatArray) -> IntArray:
         """Return the cells (n,) for integer columns and rows (n, 2); -1 if outside."""
@@ -184,7 +184,7 @@ def measure_faces(
     """
     front, back_sums = _AreaSums(grid, with_pieces), _AreaSums(grid, with_pieces)
     for start in range(0, len(faces), FACES_PER_BLOCK):
-        local_points = grid.local(points[faces[start : start + FACES_PER_BLOCK]])
+        local_points = grid.local_coordinates(points[faces[start : start + FACES_PER_BLOCK]])
         local_points = local_points[np.isfinite(local_points).all(axis=(1, 2))]
         a, b = local_points[:, 1] - local_points[:, 0], local_points[:, 2] - local_points[:, 0]
         direction = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -207,7 +207,7 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
     -------
     ExposedArea
     """
-    cells = grid.at(points)
+    cells = grid.cells_of(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
     no_triangles = np.zeros((0, 3, 3))

@@ -158,7 +158,7 @@ def measure_coverage(
     contradictory: set[int] = set()
     for line in lines:
         lengths_by_cell = lengths_in_cells(grid, line)
-        centre = int(grid.at(_midpoint(line)[None])[0])
+        centre = int(grid.cells_of(_midpoint(line)[None])[0])
         counted_cells = {
             c for c, length in lengths_by_cell.items() if is_counted[c] and length > 0.0
         }
@@ -205,7 +205,7 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     dict
         Lengths by cell number, in the unit of the grid.
     """
-    plane_line = grid.local(line)[:, :2]
+    plane_line = grid.local_coordinates(line)[:, :2]
     lengths: dict[int, float] = {}
     for start, end in pairwise(plane_line):
         step = end - start

@@ -47,7 +47,7 @@ class RepeatedStructure:
     covariances: FloatArray
 
     @property
-    def stated(self) -> bool:
+    def has_stated_errors(self) -> bool:
         """Whether all picks have a stated error."""
         smallest_variances = np.linalg.eigvalsh(self.covariances)[:, 0]
         return bool((smallest_variances > MIN_VARIANCE).all())
@@ -231,7 +231,9 @@ def check_stated_errors(structures: Sequence[RepeatedStructure]) -> StatedErrorT
     from scipy.stats import beta, chi2
 
     stated_structures = [
-        structure for structure in structures if structure.stated and len(structure.rows) > 1
+        structure
+        for structure in structures
+        if structure.has_stated_errors and len(structure.rows) > 1
     ]
     n = sum(len(stated_structure.rows) - 1 for stated_structure in stated_structures)
     if not n:

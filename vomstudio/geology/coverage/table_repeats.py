@@ -281,7 +281,7 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
 
 
 def _stated_error95(structures: Sequence[RepeatedStructure]) -> float | None:
-    if not structures or not all(structure.stated for structure in structures):
+    if not structures or not all(structure.has_stated_errors for structure in structures):
         return None
     traces = np.concatenate(
         [np.trace(structure.covariances, axis1=1, axis2=2) for structure in structures]
@@ -300,7 +300,7 @@ def _pair(
     sine = float(np.linalg.norm(np.cross(vectors[first_row], vectors[second_row])))
     angle = math.degrees(math.atan2(sine, abs(float(vectors[first_row] @ vectors[second_row]))))
     stated_error = is_within_error = None
-    if structure.stated:
+    if structure.has_stated_errors:
         largest_variances = np.linalg.eigvalsh(structure.covariances)[[0, k], -1]
         stated_error = min(float(np.degrees(np.sqrt(CHI2_TWO * largest_variances.sum()))), 90.0)
         is_within_error = squared_difference(structure, 0, k) <= CHI2_TWO

@@ -52,7 +52,7 @@ class DisplacementErrors:
     rake95_deg: float = 0.0
 
     @property
-    def known(self) -> bool:
+    def has_errors(self) -> bool:
         return any((self.sigma_m, self.fault95_deg, self.bed95_deg, self.rake95_deg))
 
 
@@ -267,7 +267,7 @@ def separations(
             slips[rake] = None
     strike = slips[0.0]
     return Separations(
-        _measured(abs(float(values[0])), float(sigmas[0]), errors),
+        _with_error(abs(float(values[0])), float(sigmas[0]), errors),
         slips[90.0],
         None if strike is None else strike.strike_slip_m,
     )
@@ -340,8 +340,8 @@ def _propagate(
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
-def _measured(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
-    return Measured(value, Z95 * sigma if errors.known else None)
+def _with_error(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
+    return Measured(value, Z95 * sigma if errors.has_errors else None)
 
 
 def _displacement(
@@ -361,7 +361,7 @@ def _displacement(
 
     values, sigmas = _propagate(figures, position, spread)
     net, throw, heave, strike, dip = (
-        _measured(float(value), float(sigma), errors)
+        _with_error(float(value), float(sigma), errors)
         for value, sigma in zip(values, sigmas, strict=True)
     )
     d, normal = vector(position)

@@ -229,7 +229,7 @@ class TracePlane:
             is_level = bool(np.ptp(z) == 0) if np.isfinite(z).all() else None
             is_within_heights = is_level is not None and heights[0] <= z[0] <= heights[1]
             if is_level is None or (is_level and (option == "area" or not is_within_heights)):
-                placed_shapes[i] = self._above(shape, option)
+                placed_shapes[i] = self._move_onto_plane(shape, option)
             else:
                 projected_shape = shapely.force_3d(self.project(shapes[i : i + 1])[0])
                 min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
@@ -263,7 +263,7 @@ class TracePlane:
         x, y = self.coordinates(np.array([centre]))[0].tolist()
         return x, y, radius
 
-    def _above(self, shape: Any, option: str) -> Any:
+    def _move_onto_plane(self, shape: Any, option: str) -> Any:
         """Move a shape of the map vertically onto the plane."""
         import shapely
 

@@ -166,7 +166,7 @@ def mean_regions(
     """
     mean = fisher_mean.mean.vector()
     mean_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
-    if turns is None or not turns.known:
+    if turns is None or not turns.has_known_errors:
         return None, None if mean_cone is None else region(mean, None, mean_cone)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))

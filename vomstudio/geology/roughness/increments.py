@@ -96,7 +96,7 @@ class Exponent:
     bend: float
 
     @property
-    def straight(self) -> bool:
+    def is_single(self) -> bool:
         """Whether a single exponent describes all distances."""
         return self.bend <= MAX_BEND
 
@@ -130,7 +130,7 @@ class SmoothestDirection:
     p: float
 
     @property
-    def claimed(self) -> bool:
+    def is_significant(self) -> bool:
         return self.p < SIGNIFICANCE
 
 
@@ -220,7 +220,7 @@ def fit_directional_exponents(
     exponents = []
     for i, angle in enumerate(variations.angles_deg.tolist()):
         exponent = _fit_exponent(variations, noise, np.array([i]), NOISE_FACTOR * missing_variance)
-        if exponent is not None and exponent.straight:
+        if exponent is not None and exponent.is_single:
             exponents.append(DirectionExponent(angle, exponent.H, exponent.error95))
     return exponents
 

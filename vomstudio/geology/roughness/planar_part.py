@@ -65,7 +65,7 @@ class PlanarPart:
     other_share: float = 0.0
 
     @property
-    def trims(self) -> bool:
+    def is_trimmed(self) -> bool:
         """Whether the deviating share is large enough for the surface to be trimmed."""
         return self.departs >= MIN_TRIM_SHARE
 

@@ -79,7 +79,7 @@ class Mixture:
     def k(self) -> int:
         return len(self.axes)
 
-    def assigned(self) -> IntArray:
+    def component_of_poles(self) -> IntArray:
         """Return the most probable cluster (n,) of each pole; -1 for the background."""
         best_cluster = np.argmax(self.posterior, axis=1)
         return np.where(best_cluster == self.k, -1, best_cluster)
@@ -385,7 +385,7 @@ def expected_random_groups(n: int, members: FloatArray) -> float:
 
 def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
     """Return whether the small clusters together are closer than random poles."""
-    assigned = mixture.assigned()
+    assigned = mixture.component_of_poles()
     sizes = np.bincount(assigned[assigned >= 0], minlength=mixture.k)
     small_clusters = [poles[assigned == j] for j in np.flatnonzero(sizes < MIN_CERTAIN_MEMBERS)]
     return (
@@ -399,7 +399,7 @@ def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
 
 def _is_valid(mixture: Mixture) -> bool:
     """Return whether all clusters have enough members and distinct axes."""
-    assigned = mixture.assigned()
+    assigned = mixture.component_of_poles()
     if (np.bincount(assigned[assigned >= 0], minlength=mixture.k) < MIN_MEMBERS).any():
         return False
     mean = mixture.axes[:, 0]

@@ -359,7 +359,7 @@ def propose_sets_of_poles(
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
     warnings: list[Finding] = []
     mixture, criteria = _fit_mixture(poles, options.max_sets, exactly, seeds)
-    group = mixture.assigned()
+    group = mixture.component_of_poles()
     cones = cones95_deg(poles, mixture)
     order = list(range(mixture.k))
     if not seeds:

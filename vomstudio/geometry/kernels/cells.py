@@ -74,7 +74,7 @@ def _rotation(p, q, m):  # type: ignore[no-untyped-def]
 
 
 @part
-def _swung(k, s, x, y):  # type: ignore[no-untyped-def]
+def _rotate_pair(k, s, x, y):  # type: ignore[no-untyped-def]
     return k * x - s * y, s * x + k * y
 
 
@@ -93,22 +93,22 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
             break
         t, k, s = _rotation(a, b, d)
         a, b, d = a - t * d, b + t * d, 0.0
-        e, f = _swung(k, s, e, f)
-        v00, v01 = _swung(k, s, v00, v01)
-        v10, v11 = _swung(k, s, v10, v11)
-        v20, v21 = _swung(k, s, v20, v21)
+        e, f = _rotate_pair(k, s, e, f)
+        v00, v01 = _rotate_pair(k, s, v00, v01)
+        v10, v11 = _rotate_pair(k, s, v10, v11)
+        v20, v21 = _rotate_pair(k, s, v20, v21)
         t, k, s = _rotation(a, c, e)
         a, c, e = a - t * e, c + t * e, 0.0
-        d, f = _swung(k, s, d, f)
-        v00, v02 = _swung(k, s, v00, v02)
-        v10, v12 = _swung(k, s, v10, v12)
-        v20, v22 = _swung(k, s, v20, v22)
+        d, f = _rotate_pair(k, s, d, f)
+        v00, v02 = _rotate_pair(k, s, v00, v02)
+        v10, v12 = _rotate_pair(k, s, v10, v12)
+        v20, v22 = _rotate_pair(k, s, v20, v22)
         t, k, s = _rotation(b, c, f)
         b, c, f = b - t * f, c + t * f, 0.0
-        d, e = _swung(k, s, d, e)
-        v01, v02 = _swung(k, s, v01, v02)
-        v11, v12 = _swung(k, s, v11, v12)
-        v21, v22 = _swung(k, s, v21, v22)
+        d, e = _rotate_pair(k, s, d, e)
+        v01, v02 = _rotate_pair(k, s, v01, v02)
+        v11, v12 = _rotate_pair(k, s, v11, v12)
+        v21, v22 = _rotate_pair(k, s, v21, v22)
     trace = a + b + c
     smallest_diagonal, maximum = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20

@@ -38,9 +38,9 @@ class Kernel:
         self._run: Callable[..., Any] | None = None
 
     def __call__(self, *args: Any) -> Any:
-        return (self._run or self.ready())(*args)
+        return (self._run or self.load())(*args)
 
-    def ready(self) -> Callable[..., Any]:
+    def load(self) -> Callable[..., Any]:
         """Load the kernel, or compile and cache it, which takes seconds once."""
         from vomstudio.geometry.kernels import machine_code
 
@@ -127,7 +127,7 @@ def prepare_kernels(*modules: ModuleType) -> None:
     for module in modules:
         for value in vars(module).values():
             if isinstance(value, Kernel):
-                value.ready()
+                value.load()
 
 
 def part(function: Callable[..., Any]) -> KernelPart:

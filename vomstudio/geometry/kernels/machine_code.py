@@ -77,12 +77,12 @@ def entry(
         if code is None:
             code = _compile_kernel(source, signature)
             store_code(name, code)
-        return _linked(signature, code, compile_by_numba)
+        return _link(signature, code, compile_by_numba)
     except (_UncacheableKernelError, ValueError):
         return None
 
 
-def _linked(
+def _link(
     signature: Signature, code: bytes, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any]:
     if not code:
@@ -244,12 +244,12 @@ def load_code(name: str) -> bytes | None:
         with contextlib.suppress(OSError, InputError):
             content = read_whole(folder / name)
             code = content[len(_FORMAT) + _DIGEST_BYTES :]
-            if content == _sealed(code):
+            if content == _add_checksum(code):
                 return code
     return None
 
 
-def _sealed(code: bytes) -> bytes:
+def _add_checksum(code: bytes) -> bytes:
     return _FORMAT + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
 
 
@@ -266,7 +266,7 @@ def store_code(name: str, code: bytes) -> None:
         draft = folder / f"{name}.{os.getpid()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            draft.write_bytes(_sealed(code))
+            draft.write_bytes(_add_checksum(code))
             draft.replace(folder / name)
             _remove_outdated_code(folder, name.rpartition("-")[0], "code")
             return
@@ -341,7 +341,7 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
         yield code.co_exceptiontable.hex()
         yield repr(
             [
-                _ordered(co_const)
+                _order_sets(co_const)
                 for co_const in code.co_consts
                 if not isinstance(co_const, CodeType)
             ]
@@ -359,7 +359,7 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
         yield from _value(value)
 
 
-def _ordered(constant: Any) -> Any:
+def _order_sets(constant: Any) -> Any:
     """Sort a constant if it is a set, because the order of a set differs between processes."""
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 

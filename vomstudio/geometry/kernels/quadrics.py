@@ -15,7 +15,7 @@ _MIN_POINTS = 10
 
 
 @part
-def _solved(rows):  # type: ignore[no-untyped-def]
+def _solve(rows):  # type: ignore[no-untyped-def]
     """Solve rows (6, 7) in place by Gaussian elimination with pivots.
 
     Returns whether there is a solution, which is then the last column.
@@ -131,7 +131,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                 rows[i, j] /= n
             for j in range(i):
                 rows[i, j] = rows[j, i]
-        if not _solved(rows):
+        if not _solve(rows):
             continue
         fu, fv = rows[1, 6], rows[2, 6]
         fuu, fuv, fvv = 2.0 * rows[3, 6], rows[4, 6], 2.0 * rows[5, 6]

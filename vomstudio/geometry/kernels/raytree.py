@@ -20,7 +20,7 @@ def stack_space() -> tuple[IntArray, FloatArray]:
 
 
 @part
-def _finite(vector):  # type: ignore[no-untyped-def]
+def _is_finite(vector):  # type: ignore[no-untyped-def]
     return np.isfinite(vector[0]) and np.isfinite(vector[1]) and np.isfinite(vector[2])
 
 
@@ -93,7 +93,7 @@ def first_faces(  # type: ignore[no-untyped-def]
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]
         best_distance = ends[ray]
-        if not (_finite(s) and _finite(w)):
+        if not (_is_finite(s) and _is_finite(w)):
             continue
         top = 0
         stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, best_distance)
@@ -160,7 +160,7 @@ def first_points(  # type: ignore[no-untyped-def]
     leaves = (len(low) + 1) // 2
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]
-        if not (_finite(s) and _finite(w)):
+        if not (_is_finite(s) and _is_finite(w)):
             continue
         length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
         if length == 0.0:

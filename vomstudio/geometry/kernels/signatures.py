@@ -39,7 +39,7 @@ class _KernelParameter:
     dimensions: int
     is_contiguous: bool
 
-    def flat_arguments(self, position: int, value: Any) -> tuple[Any, ...]:
+    def to_flat_arguments(self, position: int, value: Any) -> tuple[Any, ...]:
         """Return the arguments of the machine code. Raises TypeError, OverflowError."""
         if self.dimensions == 0:
             return (self._number(value),)
@@ -132,7 +132,7 @@ class Signature:
             raise TypeError(f"A kernel takes {len(self._parameters)} arguments, not {len(args)}.")
         flat_arguments: list[Any] = []
         for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
-            flat_arguments += parameter.flat_arguments(position, value)
+            flat_arguments += parameter.to_flat_arguments(position, value)
         results_buffer, error_pointer = self._room(), ctypes.c_void_p()
         if (
             entry(

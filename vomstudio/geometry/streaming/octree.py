@@ -147,7 +147,7 @@ class CloudNodes:
         rows = rows[np.lexsort((-self.spacing[rows], -spacing_pixels[rows]))]
         return np.asarray(rows[np.cumsum(self.counts[rows]) <= max_points])
 
-    def closing(self, rows: IntArray) -> dict[int, float]:
+    def closing_spacings(self, rows: IntArray) -> dict[int, float]:
         """Return the spacing at which the points of the displayed nodes cover the surface.
 
         For each node, this is the finest spacing among the displayed nodes below it.
@@ -281,7 +281,7 @@ class NodeStore(CloudNodes):
             points[group] = cloud.points[ids[group] - self.starts[row]]
         return points
 
-    def touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
+    def find_touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
         """Return the loaded nodes whose cubes touch a box."""
         loaded_nodes = self.loaded()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))

@@ -59,7 +59,7 @@ class StreamedSurface(CloudSurface):
     def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         centre = np.asarray(centre, np.float64)
         ids = [np.zeros(0, np.int64)]
-        for row, cloud in self._store.touching(centre - radius, centre + radius):
+        for row, cloud in self._store.find_touching(centre - radius, centre + radius):
             near_ids = self._store.tree(row, cloud).query_ball_point(centre, radius)
             ids.append(np.asarray(near_ids, np.int64) + self._store.starts[row])
         return np.concatenate(ids)
@@ -89,16 +89,16 @@ class StreamedSurface(CloudSurface):
             distances_best, places_best = distances[order], positions[order]
         return np.asarray(places_best[np.isfinite(distances_best)])
 
-    def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def _vertices_near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         points = [np.zeros((0, 3))]
-        for _, cloud in self._store.touching(low, high):
+        for _, cloud in self._store.find_touching(low, high):
             is_inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
             points.append(cloud.points[is_inside])
         near_points = np.concatenate(points)
         return near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)]
 
     def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
-        near_points = self._near_box(centre - radius, centre + radius)
+        near_points = self._vertices_near_box(centre - radius, centre + radius)
         offsets = near_points - centre
         near_points = near_points[np.einsum("ij,ij->i", offsets, offsets) <= radius**2]
         if len(near_points) < 3:

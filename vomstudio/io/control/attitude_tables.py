@@ -201,7 +201,7 @@ def _require_angles(table: NamedTable, angles: FloatArray) -> None:
             )
             if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
                 finding = Finding("cameras.pitch-from-nadir")
-            raise table.at(int(row), finding, _NAMES[column])
+            raise table.cell_error(int(row), finding, _NAMES[column])
 
 
 def _north_references(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:
@@ -213,7 +213,7 @@ def _north_references(table: NamedTable, n: int, default_north: str) -> tuple[st
                 finding = Finding(
                     "table.unknown-word", cell=shorten(word), words=("grid", "true", "magnetic")
                 )
-                raise table.at(row, finding, "north")
+                raise table.cell_error(row, finding, "north")
             north_references.append(north if word else default_north)
         return tuple(north_references)
     if table.has(("magnetic heading",)):

@@ -84,7 +84,7 @@ def read_geo(path: Path) -> GeoFile:
         value_cells = cells[name_end : name_end + len(_COLUMNS)]
         if len(value_cells) < 2:
             raise InputError(
-                _too_few_cells(cells),
+                _too_few_cells_finding(cells),
                 file=path,
                 line=line_number,
                 field="x",
@@ -124,7 +124,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     ]
 
 
-def _too_few_cells(cells: list[str]) -> Finding:
+def _too_few_cells_finding(cells: list[str]) -> Finding:
     """Return the finding for a line without coordinates or with another delimiter."""
     text = " ".join(cells)
     sign = next((sign for sign in ",;" if text.count(sign) >= 2), None)

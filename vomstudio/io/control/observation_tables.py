@@ -266,10 +266,10 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
-        raise table.at(int(row), Finding("table.not-positive"), "length_m")
+        raise table.cell_error(int(row), Finding("table.not-positive"), "length_m")
     for bar, (first_label, second_label) in enumerate(zip(first_labels, second, strict=True)):
         if first_label == second_label:
-            raise table.at(
+            raise table.cell_error(
                 bar,
                 Finding("control.bar-of-one-point", label=shorten(first_label)),
                 "to",
@@ -333,7 +333,7 @@ def read_level_lines(path: str | Path) -> LevelTable:
     names = ("x1", "y1", "x2", "y2")
     ends = table.columns(tuple((name,) for name in names), names).reshape(-1, 2, 2)
     for row in np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < 1.0):
-        raise table.at(int(row), Finding("control.line-without-length"), "x2")
+        raise table.cell_error(int(row), Finding("control.line-without-length"), "x2")
     return LevelTable(photos, ends)
 
 
@@ -354,14 +354,14 @@ def read_compass(path: str | Path) -> CompassTable:
     ]
     length = np.linalg.norm(vectors, axis=1)
     for index in np.flatnonzero(~(length > 0)):
-        raise table.at(
+        raise table.cell_error(
             int(orientations.row_indices[index]),
             Finding("control.no-model-direction"),
             "model_x",
         )
     sigma = table.positive(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
     for row in np.flatnonzero(sigma > 90.0):
-        raise table.at(
+        raise table.cell_error(
             int(row),
             Finding("angle.out-of-range", value=sigma[row], minimum=0.0, maximum=90.0),
             "sigma_deg",

@@ -56,14 +56,14 @@ def project_points(
         if horizontal.is_geographic:
             for point in points:
                 if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
-                    raise _nowhere(path, line, point)
+                    raise _outside_crs_error(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
             to_grid = degrees_to_grid(code, horizontal.to_wkt())
             projected_points = []
             for point in points:
                 position = to_grid(point.position[0], point.position[1])
                 if position is None:
-                    raise _nowhere(path, line, point)
+                    raise _outside_crs_error(path, line, point)
                 projected_points.append(replace(point, position=(*position, point.position[2])))
             return projected_points, code
         code, unit = parse_crs(horizontal.to_wkt())
@@ -80,7 +80,7 @@ def project_points(
     return list(points), code
 
 
-def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
+def _outside_crs_error(path: Path, line: int | None, point: ControlPoint) -> InputError:
     x, y, _ = point.position
     if abs(x) <= 90 < abs(y) <= 180:
         return InputError(

@@ -49,17 +49,17 @@ def read_layer_table(path: Path, kind: FileKind, layer: str | None) -> TextTable
         If the layer is missing, or several layers contain orientations.
     """
 
-    def unreadable() -> InputError:
+    def reading_error() -> InputError:
         return other_kind(path, kind)
 
-    listed = list_layers(path, unreadable, has_sheets=True)
+    listed = list_layers(path, reading_error, has_sheets=True)
     names = [layer.name for layer in listed if layer.name not in _HIDDEN_LAYERS]
     if layer is not None and layer not in names:
         finding = Finding("drawing.unknown-layer", layer=layer, layers=names)
         raise UsageError(finding, file=path, field="--layer")
     points = [layer.name for layer in listed if layer.name in names and _may_have_points(layer)]
     requested = (points or names) if layer is None else [layer]
-    layers = read_layers(path, requested, None, unreadable, is_flat=False, has_sheets=True)
+    layers = read_layers(path, requested, None, reading_error, is_flat=False, has_sheets=True)
     build_table = _sheet_table if kind.key in SPREADSHEETS else _attribute_table
     tables = {layer.name: build_table(path, layer) for layer in layers}
     tables = {name: table for name, table in tables.items() if table.width and len(table)}

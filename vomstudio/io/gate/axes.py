@@ -58,7 +58,7 @@ def choose_axes(
     except InputError:
         axes_of_text = stated_axes(None, height_unit)
         if options.crs is None:
-            findings.append(unreadable(file, text or ""))
+            findings.append(crs_reading_finding(file, text or ""))
     axes = axes_of_text
     if options.crs is not None:
         axes = _typed_axes(options, height_unit, file)
@@ -76,7 +76,7 @@ def choose_axes(
     return axes, tuple(findings)
 
 
-def unreadable(file: Path, text: str) -> Finding:
+def crs_reading_finding(file: Path, text: str) -> Finding:
     """Return the finding for a CRS that is not known."""
     shown_text = " ".join(text.split())[:MAX_SHOWN_CHARACTERS]
     return Finding("frame.crs-unreadable", file=file.name, crs=shown_text)

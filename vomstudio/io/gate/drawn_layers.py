@@ -114,7 +114,7 @@ class RawLayer:
     fields: tuple[str, ...] = ()
     field: str | None = None
 
-    def only(self, rows: BoolArray) -> RawLayer:
+    def select_rows(self, rows: BoolArray) -> RawLayer:
         """Return the layer with only those features for which `rows` (n,) is True."""
         return replace(
             self,
@@ -276,7 +276,7 @@ def _read(
                 path,
                 [layer],
                 names,
-                lambda: _unreadable(path, given_layer, progress),
+                lambda: _reading_error(path, given_layer, progress),
                 progress,
                 is_flat=False,
             )
@@ -321,13 +321,13 @@ def _no_shapes_error(raw_layer: RawLayer, kinds: tuple[str, ...]) -> InputError:
     return InputError(Finding(code), file=raw_layer.path)
 
 
-def _unreadable(
+def _reading_error(
     path: Path, layer: str | None = None, progress: Progress | None = None
 ) -> InputError:
     if layer is not None:
         layers = [
             listed_layer.name
-            for listed_layer in list_layers(path, lambda: _unreadable(path), progress)
+            for listed_layer in list_layers(path, lambda: _reading_error(path), progress)
         ]
         if layer not in layers:
             finding = Finding("drawing.unknown-layer", layer=layer, layers=layers)
@@ -340,7 +340,7 @@ def _unreadable(
 
 def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
     """Return the only layer that may contain such shapes, or None if no layer qualifies."""
-    layers = list_layers(path, lambda: _unreadable(path), progress)
+    layers = list_layers(path, lambda: _reading_error(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
     # In GDAL, None means no geometry, and Unknown means any kind.
     accepted_types = ("Unknown", *kinds, "Curve", "GeometryCollection")
@@ -439,7 +439,7 @@ def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
     kinds = shapely.get_type_id(shapes)
     if np.isin(kinds, (3, 6)).any():
         return shapes, []
-    lines = _finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
+    lines = _is_finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
     rows = np.flatnonzero(lines)
     closed_rows = rows[shapely.is_closed(shapes[rows])]
     if not len(closed_rows):
@@ -465,7 +465,7 @@ def _parts(
 
     is_empty = shapely.is_missing(shapes) | shapely.is_empty(shapes)
     has_bounds = np.isfinite(shapely.bounds(shapes)).all(axis=1)
-    finite_indices = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
+    finite_indices = np.flatnonzero(~is_empty & has_bounds & _is_finite(shapes))
     merged_shapes = shapes[finite_indices]
     multi = np.flatnonzero(shapely.get_type_id(merged_shapes) == 5)
     merged_shapes[multi] = shapely.line_merge(merged_shapes[multi])
@@ -505,7 +505,7 @@ def _parts(
     return parts[unique_rows], feature[unique_rows], findings
 
 
-def _finite(shapes: ObjectArray) -> BoolArray:
+def _is_finite(shapes: ObjectArray) -> BoolArray:
     """Return a mask (n,) of the shapes whose coordinates are all finite."""
     import shapely
 

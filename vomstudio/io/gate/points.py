@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.axes import assumed_frame, choose_axes, require_crs, unreadable
+from vomstudio.io.gate.axes import assumed_frame, choose_axes, crs_reading_finding, require_crs
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
@@ -165,7 +165,7 @@ def _convert(
     source = axes.crs
     if source is None:
         reason = refusal(axes, _bounds(points))
-        finding = reason or unreadable(file, axes.kind)
+        finding = reason or crs_reading_finding(file, axes.kind)
         raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
     conversion = Reprojection.create(source, code, height_factor=axes.metres[2])

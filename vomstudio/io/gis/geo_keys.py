@@ -120,13 +120,13 @@ def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str 
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
     for key, offset, _, position in rows:
         if code == _USER_DEFINED and key == _UNIT_SIZE and offset == 34736:
-            name, size = "unit of the file", _double(keys.doubles, position)
+            name, size = "unit of the file", _read_double(keys.doubles, position)
     if not (isfinite(size) and size > 0):
         return None
     return f'LOCAL_CS["Without a place",UNIT["{name}",{size!r}]]'
 
 
-def _double(doubles: bytes, position: int) -> float:
+def _read_double(doubles: bytes, position: int) -> float:
     if len(doubles) < 8 * position + 8:
         return 0.0
     return float(struct.unpack_from("<d", doubles, 8 * position)[0])
@@ -145,7 +145,7 @@ def _decode_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> st
             with file.open(driver="GTiff") as dataset:
                 return None if dataset.crs is None else str(dataset.crs.to_wkt())
     except (RasterioError, ValueError) as error:
-        raise _damaged() from error
+        raise _damage_error() from error
 
 
 def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:
@@ -154,11 +154,11 @@ def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:
         return []
     count = struct.unpack_from("<H", directory, 6)[0]
     if count > _MAX_KEYS or 8 + 8 * count > len(directory):
-        raise _damaged()
+        raise _damage_error()
     return [struct.unpack_from("<4H", directory, 8 + 8 * k) for k in range(count)]
 
 
-def _damaged() -> InputError:
+def _damage_error() -> InputError:
     return InputError(Finding("frame.damaged-keys"), field="CRS")
 
 

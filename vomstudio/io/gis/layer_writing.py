@@ -57,7 +57,7 @@ def write_layer(
         write(
             str(part),
             shapely.to_wkb(geometry),
-            [_encodable(values) for values in columns.values()],
+            [_to_encodable(values) for values in columns.values()],
             np.array(list(columns), dtype=object),
             layer=layer,
             driver="GPKG",
@@ -74,7 +74,7 @@ def write_layer(
         ) from error
 
 
-def _encodable(values: AnyArray) -> AnyArray:
+def _to_encodable(values: AnyArray) -> AnyArray:
     """Replace lone surrogates in text; numbers are unchanged."""
     if values.dtype.kind not in "OU":
         return values

@@ -114,10 +114,10 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     warnings: list[Finding] = []
     skipped_count = 0
 
-    def unreadable() -> InputError:
-        return _unreadable(path)
+    def reading_error() -> InputError:
+        return _reading_error(path)
 
-    layers = list_layers(path, unreadable, progress)
+    layers = list_layers(path, reading_error, progress)
     symbols = symbol_layers(layer.name for layer in layers)
     names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
     read = (
@@ -125,7 +125,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             path,
             names,
             (*_NAME_COLUMNS, *_ATTRIBUTE_COLUMNS, *ENTITY_COLUMNS, "layer"),
-            unreadable,
+            reading_error,
             progress,
         )
         if names
@@ -170,7 +170,7 @@ def _is_valid(points: FloatArray) -> bool:
     return bool((np.abs(points - points[0]) > _MIN_RELATIVE_LENGTH * np.abs(points).max()).any())
 
 
-def _unreadable(path: Path) -> InputError:
+def _reading_error(path: Path) -> InputError:
     return InputError(
         unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,

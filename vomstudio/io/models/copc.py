@@ -116,10 +116,10 @@ class CopcFile:
         self._convert_axes()
         info = self.top.records.get(("copc", 1), b"")
         if len(info) < _INFO_BYTES or self.top.layer_count == 0:
-            raise self._damaged(tr("the first record is truncated"))
+            raise self._damage_error(tr("the first record is truncated"))
         x, y, z, half_size, spacing, offset, size = struct.unpack_from("<5d2Q", info)
         if not np.isfinite([x, y, z, half_size, spacing]).all() or half_size <= 0 or spacing <= 0:
-            raise self._damaged(tr("the bounding cube is not valid"))
+            raise self._damage_error(tr("the bounding cube is not valid"))
         self._corner = np.array([x, y, z]) - half_size
         self._side, self._spacing = 2.0 * half_size, spacing
         self._layout: RecordLayout = layout_of(self.top, self.path)
@@ -239,7 +239,7 @@ class CopcFile:
     def _records(self, nodes: OctreeNodes) -> AnyArray:
         point_count = int(nodes.points.sum())
         if point_count > self.top.points:
-            raise self._damaged(tr("the nodes contain more points than the whole file"))
+            raise self._damage_error(tr("the nodes contain more points than the whole file"))
         chunks: list[bytes] = []
         for offset, size, points in zip(nodes.offsets, nodes.sizes, nodes.points, strict=True):
             try:
@@ -250,11 +250,11 @@ class CopcFile:
                     Finding("file.unreadable", reason=error.strerror), file=self.path
                 ) from error
             if len(chunk) != size or not is_valid_chunk(chunk, int(points), self.top):
-                raise self._damaged(tr("a node does not agree with the hierarchy"))
+                raise self._damage_error(tr("a node does not agree with the hierarchy"))
             chunks.append(chunk)
         records = decompress(chunks, nodes.points.tolist(), self.top, FETCH_BATCH_POINTS)
         if records is None:
-            raise self._damaged(tr("a node cannot be decompressed"))
+            raise self._damage_error(tr("a node cannot be decompressed"))
         return records.reshape(-1).view(self._layout.kind)
 
     def _load_pages(self, levels: range | None, bounds: AnyArray | None) -> None:
@@ -271,15 +271,15 @@ class CopcFile:
 
     def _load_page(self, offset: int, size: int) -> None:
         if offset in self._read_offsets or offset + size > self.top.size or size % _ENTRY.itemsize:
-            raise self._damaged(tr("the hierarchy of nodes is truncated or circular"))
+            raise self._damage_error(tr("the hierarchy of nodes is truncated or circular"))
         self._read_offsets.add(offset)
         self._file.seek(offset)
         page = np.frombuffer(self._file.read(size), _ENTRY)
         level = page["key"][:, 0]
         if len(page) * _ENTRY.itemsize != size or not ((level >= 0) & (level <= MAX_LEVEL)).all():
-            raise self._damaged(tr("the hierarchy of nodes is not valid"))
+            raise self._damage_error(tr("the hierarchy of nodes is not valid"))
         if (page["key"][:, 1:] < 0).any() or (page["key"][:, 1:] >> level[:, None]).any():
-            raise self._damaged(tr("the hierarchy has nodes outside the bounding cube"))
+            raise self._damage_error(tr("the hierarchy has nodes outside the bounding cube"))
         has_points = page["points"] > 0
         end = page["offset"].astype(np.float64) + page["bytes"]
         if (
@@ -287,7 +287,7 @@ class CopcFile:
             or (end[has_points] > self.top.size).any()
             or (page["points"][has_points] > MAX_CHUNK_POINTS).any()
         ):
-            raise self._damaged(tr("the hierarchy of nodes refers to data outside the file"))
+            raise self._damage_error(tr("the hierarchy of nodes refers to data outside the file"))
         for key, node_offset, length, points in page.tolist():
             node = (int(key[0]), int(key[1]), int(key[2]), int(key[3]))
             if points == -1:
@@ -308,7 +308,7 @@ class CopcFile:
         cubes: AnyArray = np.stack([low, low + cube_size], axis=1) * self._factors
         return cubes
 
-    def _damaged(self, reason: str) -> InputError:
+    def _damage_error(self, reason: str) -> InputError:
         return InputError(Finding("file.damaged", reason=reason, format="COPC"), file=self.path)
 
 

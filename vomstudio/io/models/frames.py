@@ -130,12 +130,12 @@ def stored_registration(
     if options.to_crs is not None:
         crs = registration.frame.crs
         if crs is not None and _is_in_world(registration):
-            return SidecarRegistration(_reprojected(registration, crs, loaded_model))
-        return _unused(loaded_model.path, registration, options.to_crs)
+            return SidecarRegistration(_reproject_registration(registration, crs, loaded_model))
+        return _unused_registration(loaded_model.path, registration, options.to_crs)
     if options.up == "y" and loaded_model.turned_about is None:
-        return _unused(loaded_model.path, registration, "--up y")
+        return _unused_registration(loaded_model.path, registration, "--up y")
     if options.unit is not None and METRES[options.unit] != 1.0:
-        return _unused(loaded_model.path, registration, options.unit)
+        return _unused_registration(loaded_model.path, registration, options.unit)
     return stored
 
 
@@ -162,7 +162,7 @@ def registration_beside(
     if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated_text) == 1.0:
         # The CRS was stated later: the local frame is now that of the map.
         return SidecarRegistration(replace(registration, frame=Frame("crs", stated_text)))
-    return _unused(path, registration, stated_text)
+    return _unused_registration(path, registration, stated_text)
 
 
 def _is_in_world(registration: Registration) -> bool:
@@ -170,7 +170,9 @@ def _is_in_world(registration: Registration) -> bool:
     return registration.matrix == IDENTITY
 
 
-def _unused(model: Path, registration: Registration, stated_text: str) -> SidecarRegistration:
+def _unused_registration(
+    model: Path, registration: Registration, stated_text: str
+) -> SidecarRegistration:
     file = registration_path(model).name
     crs = registration.frame.crs or registration.frame.name()
     finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated_text)
@@ -185,7 +187,9 @@ def _is_same_crs(first: str, second: str) -> bool:
     return CRS.from_user_input(first).equals(CRS.from_user_input(second), ignore_axis_order=True)
 
 
-def _reprojected(registration: Registration, crs: str, loaded_model: LoadedModel) -> Registration:
+def _reproject_registration(
+    registration: Registration, crs: str, loaded_model: LoadedModel
+) -> Registration:
     """Return the registration of a model whose coordinates were converted from `crs`."""
     assert loaded_model.crs is not None
     conversion = Reprojection.create(crs, loaded_model.crs)

@@ -98,7 +98,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         make_folder(folder.parent)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     except OSError as error:
-        raise _unwritable(folder, error) from error
+        raise _writing_error(folder, error) from error
     try:
         # The computation takes as long as the writing and runs in parallel with it.
         with thread_pool(2) as pool:
@@ -118,7 +118,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         (draft / META).write_text(json.dumps(meta), encoding="utf-8")
         _replace_folder(draft, folder)
     except OSError as error:
-        raise _unwritable(folder, error) from error
+        raise _writing_error(folder, error) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
@@ -127,7 +127,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     return replace(loaded, data=data, path=source, resolution=spacing_or_none, height_unit=None)
 
 
-def _unwritable(folder: Path, error: OSError) -> TargetError:
+def _writing_error(folder: Path, error: OSError) -> TargetError:
     return TargetError(
         Finding("model.cache-unwritable", reason=failure_reason(folder.parent, error)), file=folder
     )
@@ -201,7 +201,7 @@ def open_cached(folder: Path) -> LoadedModel:
     except InputError:
         raise
     except (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError) as error:
-        raise _damaged(folder, str(error)) from error
+        raise _damage_error(folder, str(error)) from error
 
 
 def folder_of(path: Path, cache: Path) -> Path:
@@ -279,7 +279,7 @@ def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
     return None
 
 
-def _damaged(folder: Path, reason: str) -> InputError:
+def _damage_error(folder: Path, reason: str) -> InputError:
     return InputError(Finding("model.cache-damaged", reason=reason), file=folder)
 
 
@@ -287,11 +287,11 @@ def _read_meta(folder: Path) -> dict[str, Any]:
     try:
         meta = read_json(Path(folder) / META)
     except OSError as error:
-        raise _damaged(folder, f"{META}: {error.strerror}") from error
+        raise _damage_error(folder, f"{META}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise _damaged(folder, tr("{file} is not JSON", file=META)) from error
+        raise _damage_error(folder, tr("{file} is not JSON", file=META)) from error
     if not isinstance(meta, dict) or meta.get("version") != VERSION:
-        raise _damaged(folder, tr("it was written by another version"))
+        raise _damage_error(folder, tr("it was written by another version"))
     return meta
 
 
@@ -299,11 +299,11 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, AnyArray] = {}
     for name, stored_array in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
-            raise _damaged(folder, tr("the names are not valid"))
+            raise _damage_error(folder, tr("the names are not valid"))
         file = folder / f"{name}.npy"
         shape, kind = tuple(stored_array["shape"]), np.dtype(stored_array["dtype"])
         if kind.hasobject:
-            raise _damaged(folder, tr("{file} contains Python objects", file=file.name))
+            raise _damage_error(folder, tr("{file} contains Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
     warnings = [Finding.from_dict(row) for row in meta["warnings"]]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
@@ -324,18 +324,18 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         )
         order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER))
         if not order.is_valid(n):
-            raise _damaged(folder, tr("the order does not agree with the points"))
+            raise _damage_error(folder, tr("the order does not agree with the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:
-        raise _damaged(folder, tr("it is neither mesh nor cloud"))
+        raise _damage_error(folder, tr("it is neither mesh nor cloud"))
     per_row = [
         a for k, a in arrays.items() if k in ("colors", "uv", "normals") or k[:6] == "field_"
     ]
     if n == 0 or any(len(a) != n for a in per_row):
-        raise _damaged(folder, tr("the arrays have different lengths"))
+        raise _damage_error(folder, tr("the arrays have different lengths"))
     crs = meta["crs"]
     if crs is not None and not isinstance(crs, str):
-        raise _damaged(folder, tr("the reference system is not valid"))
+        raise _damage_error(folder, tr("the reference system is not valid"))
     return LoadedModel(
         data,
         meta["kind"],
@@ -357,9 +357,9 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
         size = math.prod(shape) * kind.itemsize
         # Checked before memory is allocated.
         if os.fstat(file.fileno()).st_size != len(header) + size:
-            raise _damaged(folder, wrong_size)
+            raise _damage_error(folder, wrong_size)
         if file.read(len(header)) != header:
-            raise _damaged(
+            raise _damage_error(
                 folder, tr("{file} does not agree with {index}", file=path.name, index=META)
             )
         array = np.empty(shape, kind)
@@ -368,7 +368,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
         while position < size and (n := file.readinto(view[position : position + BLOCK_BYTES])):
             position += n
     if position < size:
-        raise _damaged(folder, wrong_size)
+        raise _damage_error(folder, wrong_size)
     array.flags.writeable = False
     return array
 
@@ -395,7 +395,7 @@ def _checked_array(
 ) -> AnyArray:
     array = arrays[name]
     if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
-        raise _damaged(folder, tr("{name}.npy has the wrong shape or type", name=name))
+        raise _damage_error(folder, tr("{name}.npy has the wrong shape or type", name=name))
     return array
 
 
@@ -409,7 +409,7 @@ def _mesh(
     vertices = _checked_array(folder, arrays, "vertices", np.float64, 3)
     faces = _checked_array(folder, arrays, "faces", np.int32, 3)
     if len(faces) and (int(faces.min()) < 0 or int(faces.max()) >= len(vertices)):
-        raise _damaged(folder, tr("faces refer to vertices that do not exist"))
+        raise _damage_error(folder, tr("faces refer to vertices that do not exist"))
     offsets = arrays["material_offsets"]
     materials = []
     for record in meta["materials"]:
@@ -435,7 +435,7 @@ def _mesh(
         or (materials and offsets[-1] != len(faces))
         or np.any(np.diff(offsets) < 0)
     ):
-        raise _damaged(folder, tr("the materials do not agree with the faces"))
+        raise _damage_error(folder, tr("the materials do not agree with the faces"))
     uv = _checked_array(folder, arrays, "uv", np.float32, 2) if "uv" in arrays else None
     colors = _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
     return Mesh(vertices, faces, tuple(materials), offsets, uv, colors, fields)

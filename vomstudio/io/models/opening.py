@@ -31,7 +31,7 @@ from vomstudio.geometry.resolution import (
     resolving_points,
 )
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
+from vomstudio.io.gate.axes import choose_axes, crs_reading_finding, require_crs
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
@@ -323,12 +323,12 @@ def convert_axes(
     if axes.kind == "none" and loaded_model.units != UNKNOWN_UNITS:
         axes = replace(axes, units=loaded_model.units, unit_m=METRES.get(loaded_model.units[0]))
     if options.to_crs is not None and not axes.unusual_directions:
-        return _reprojected(loaded_model, axes, options, findings), None
+        return _reproject(loaded_model, axes, options, findings), None
     refusal_finding = refusal(axes, loaded_model.data.bounds)
     findings += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
     if axes.crs is None and has_crs and not axes.unusual_directions:
-        findings.append(unreadable(loaded_model.path, loaded_model.crs or axes.kind))
+        findings.append(crs_reading_finding(loaded_model.path, loaded_model.crs or axes.kind))
     data = _scale(loaded_model.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
     converted_data = replace(
@@ -358,7 +358,7 @@ def _axes(loaded_model: LoadedModel, options: FrameOptions, findings: list[Findi
     return axes
 
 
-def _reprojected(
+def _reproject(
     loaded_model: LoadedModel, axes: StatedAxes, options: FrameOptions, findings: list[Finding]
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""

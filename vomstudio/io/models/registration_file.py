@@ -252,7 +252,7 @@ def _registration_of_result(model: Path) -> Registration:
     try:
         registration = read_registration_of_result(model)
     except (OSError, ValueError) as error:
-        raise _damaged(model.with_name(RESULT), str(error)) from error
+        raise _damage_error(model.with_name(RESULT), str(error)) from error
     _require_valid(model.with_name(RESULT), registration)
     return registration
 
@@ -268,9 +268,9 @@ def read_registration(path: Path) -> StoredRegistration:
     try:
         registration_fields = read_json(path, SIDECAR_BYTES)
     except (OSError, ValueError) as error:
-        raise _damaged(path, str(error)) from error
+        raise _damage_error(path, str(error)) from error
     if not isinstance(registration_fields, dict) or registration_fields.get("format") != FORMAT:
-        raise _damaged(path, tr("the format is not “{format}”", format=FORMAT))
+        raise _damage_error(path, tr("the format is not “{format}”", format=FORMAT))
     version = registration_fields.get("version")
     if version != VERSION:
         finding = Finding(
@@ -279,12 +279,12 @@ def read_registration(path: Path) -> StoredRegistration:
         raise InputError(finding, file=path)
     files = registration_fields.get("files")
     if not isinstance(files, dict) or not all(isinstance(file, str) for file in files.values()):
-        raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
+        raise _damage_error(path, tr("“files” is not a list of names with their SHA-256"))
     try:
         values = decode_fields(Registration, _values_of(registration_fields), _NESTED)
         registration = Registration(**values)
     except (DocumentError, KeyError, TypeError, AttributeError) as error:
-        raise _damaged(path, str(error)) from error
+        raise _damage_error(path, str(error)) from error
     _require_valid(path, registration)
     return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
 
@@ -323,7 +323,7 @@ def _values_of(registration_fields: Mapping[str, Any]) -> dict[str, Any]:
 def _require_valid(path: Path, registration: Registration) -> None:
     reason = _invalid_reason(registration)
     if reason is not None:
-        raise _damaged(path, reason)
+        raise _damage_error(path, reason)
 
 
 def _invalid_reason(registration: Registration) -> str | None:
@@ -379,6 +379,6 @@ def _invalid_covariance_reason(rows: Sequence[Sequence[float]]) -> str | None:
     return None
 
 
-def _damaged(path: Path, reason: str) -> InputError:
+def _damage_error(path: Path, reason: str) -> InputError:
     finding = Finding("registration.damaged", file=path.name, reason=reason)
     return InputError(finding, file=path)

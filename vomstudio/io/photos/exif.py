@@ -81,7 +81,7 @@ def exif_from_tags(
     """Return the EXIF metadata from the values of the three directories by tag number."""
     problems = [] if problems is None else problems
     tags = {**main_tags, **exif}
-    orientation = _whole(tags.get(0x0112))
+    orientation = _whole_number(tags.get(0x0112))
     if orientation not in range(1, 9):
         # 0 and a missing tag mean that the photo is shown as stored.
         if orientation not in (None, 0):
@@ -103,7 +103,7 @@ def exif_from_tags(
         taken_at=_date(tags),
         exposure_s=_positive(tags.get(0x829A)) or _power(tags.get(0x9201), -1.0),
         f_number=_positive(tags.get(0x829D)) or _aperture(tags),
-        iso=_positive(_first(tags.get(0x8827))),
+        iso=_positive(_first_value(tags.get(0x8827))),
         digital_zoom=zoom,
         latitude_deg=latitude,
         longitude_deg=longitude,
@@ -156,7 +156,7 @@ def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
     if value is None:
         return None, None
     raw = gps.get(5, 0)
-    code = raw[0] if isinstance(raw, bytes) and raw else _whole(raw)
+    code = raw[0] if isinstance(raw, bytes) and raw else _whole_number(raw)
     # 2 and 3 were introduced with Exif 3.0.
     is_below = code in (1, 3)
     reference = "ellipsoid" if code in (2, 3) else "below sea level" if is_below else "sea level"
@@ -184,12 +184,12 @@ def _sexagesimal(value: Any) -> float | None:
 
 def _focal_plane(tags: Mapping[int, Any]) -> float | None:
     pixels_per_unit = _positive(tags.get(0xA20E))
-    unit = _UNITS_MM.get(_whole(tags.get(0xA210)) or 2)
+    unit = _UNITS_MM.get(_whole_number(tags.get(0xA210)) or 2)
     return pixels_per_unit / unit if pixels_per_unit and unit else None
 
 
 def _pixels(tags: Mapping[int, Any]) -> tuple[int, int] | None:
-    width, height = (_whole(tags.get(tag)) for tag in (0xA002, 0xA003))
+    width, height = (_whole_number(tags.get(tag)) for tag in (0xA002, 0xA003))
     return (width, height) if width and height and width > 0 and height > 0 else None
 
 
@@ -220,7 +220,7 @@ def _power(value: Any, factor: float) -> float | None:
 
 def _number(value: Any) -> float | None:
     try:
-        number = float(_first(value))
+        number = float(_first_value(value))
     except (TypeError, ValueError, ZeroDivisionError, OverflowError):
         return None
     return number if math.isfinite(number) else None
@@ -231,7 +231,7 @@ def _positive(value: Any) -> float | None:
     return number if number is not None and 0 < number < 1e9 else None
 
 
-def _whole(value: Any) -> int | None:
+def _whole_number(value: Any) -> int | None:
     number = _number(value)
     return int(number) if number is not None and abs(number) < 2**31 else None
 
@@ -240,7 +240,7 @@ def _sequence(value: Any) -> list[Any]:
     return list(value) if isinstance(value, tuple | list) else [] if value is None else [value]
 
 
-def _first(value: Any) -> Any:
+def _first_value(value: Any) -> Any:
     items = _sequence(value)
     return items[0] if items else None
 

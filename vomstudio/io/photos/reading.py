@@ -161,7 +161,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     for path in files:
         code = _UNSUPPORTED_CODES.get(path.suffix.lower())
         if code and not _has_photo_beside(path, pictures):
-            name = _printable(path.relative_to(root).as_posix())
+            name = _to_printable(path.relative_to(root).as_posix())
             result.skipped.append((name, Finding(code)))
     for path in mask_finder.unused_masks():
         result.skipped.append((path.relative_to(root).as_posix(), Finding("mask.without-photo")))
@@ -233,7 +233,7 @@ def _is_broken_link(path: Path) -> bool:
     return path.is_symlink() and not path.exists()
 
 
-def _printable(name: str) -> str:
+def _to_printable(name: str) -> str:
     """Return a file name that can be printed, whatever its bytes."""
     return name.encode("utf-8", "replace").decode()
 
@@ -264,10 +264,10 @@ def _drop_unprintable_names(paths: Sequence[Path], root: Path, result: PhotoFold
     printable_photos = []
     for path in paths:
         name = path.relative_to(root).as_posix()
-        if _printable(name) == name:
+        if _to_printable(name) == name:
             printable_photos.append(path)
         else:
-            result.skipped.append((_printable(name), Finding("file.name-encoding")))
+            result.skipped.append((_to_printable(name), Finding("file.name-encoding")))
     return printable_photos
 
 

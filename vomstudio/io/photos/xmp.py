@@ -101,7 +101,7 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
     if not packet:
         return {}
     data = packet if isinstance(packet, bytes) else packet.encode("utf-8", "replace")
-    packet_xml = _between(data, b"<x:xmpmeta", b"</x:xmpmeta>") or _between(
+    packet_xml = _text_between(data, b"<x:xmpmeta", b"</x:xmpmeta>") or _text_between(
         data, b"<rdf:RDF", b"</rdf:RDF>"
     )
     if not packet_xml or len(packet_xml) > MAX_PACKET_BYTES:
@@ -116,7 +116,7 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
     return tags
 
 
-def _between(data: bytes, start: bytes, end: bytes) -> bytes:
+def _text_between(data: bytes, start: bytes, end: bytes) -> bytes:
     """Return the part from the first `start` to the next `end`, in one pass."""
     start_position = data.find(start)
     last = data.find(end, start_position) if start_position >= 0 else -1

@@ -28,7 +28,7 @@ def require_file(path: Path) -> int:
     except (FileNotFoundError, NotADirectoryError) as error:
         raise InputError(Finding("file.missing"), file=path) from error
     except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
+        raise _reading_error(path, error) from error
     if stat.S_ISDIR(status.st_mode):
         raise InputError(folder_finding(path), file=path)
     if not (stat.S_ISREG(status.st_mode) or stat.S_ISFIFO(status.st_mode)):
@@ -48,10 +48,10 @@ def read_bytes(path: Path) -> bytes:
     except PermissionError as error:
         raise InputError(Finding("file.no-permission"), file=path) from error
     except OSError as error:
-        raise _unreadable(path, error) from error
+        raise _reading_error(path, error) from error
 
 
-def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
+def _reading_error(path: Path, error: OSError | ValueError) -> InputError:
     reason = getattr(error, "strerror", None) or error
     return InputError(Finding("file.unreadable", reason=reason), file=path)
 

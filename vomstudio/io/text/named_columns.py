@@ -189,7 +189,7 @@ class NamedTable:
         if not allow_empty:
             for row, word in enumerate(texts):
                 if not word:
-                    raise self.at(row, Finding("table.value-missing"), title)
+                    raise self.cell_error(row, Finding("table.value-missing"), title)
         return texts
 
     def columns(self, names: Sequence[Sequence[str]], title: Sequence[str]) -> FloatArray:
@@ -199,7 +199,7 @@ class NamedTable:
         ]
         values = np.asarray(self.table.numbers(column_numbers), np.float64)
         for row, column in np.argwhere(~np.isfinite(values)):
-            raise self.at(int(row), Finding("table.value-missing"), title[int(column)])
+            raise self.cell_error(int(row), Finding("table.value-missing"), title[int(column)])
         return values
 
     def positive(self, names: Sequence[str], title: str) -> FloatArray:
@@ -209,10 +209,10 @@ class NamedTable:
             return np.full(len(self.table), np.nan)
         values = np.asarray(self.table.numbers([column])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
-            raise self.at(int(row), Finding("table.not-positive"), title)
+            raise self.cell_error(int(row), Finding("table.not-positive"), title)
         for line, value in enumerate(values.tolist()):
             if (finding := check_error(value)) is not None:
-                raise self.at(line, finding, title)
+                raise self.cell_error(line, finding, title)
         return values
 
     def sigma(self) -> FloatArray:
@@ -232,7 +232,7 @@ class NamedTable:
         texts = [cell.casefold() for cell in self.table.cells(column)]
         for row, word in enumerate(texts):
             if word not in _CONTROL | _CHECK:
-                raise self.at(
+                raise self.cell_error(
                     row,
                     Finding("table.unknown-word", cell=shorten(word), words=("control", "check")),
                     "use",
@@ -245,7 +245,7 @@ class NamedTable:
         for row, label in enumerate(labels):
             first_row = first_rows.setdefault(label, row)
             if first_row != row:
-                raise self.at(
+                raise self.cell_error(
                     row,
                     Finding(
                         "table.repeated-label",
@@ -259,9 +259,9 @@ class NamedTable:
         """Raise InputError if coordinates (n, 3) are out of range."""
         for row, position in enumerate(positions.tolist()):
             if (finding := check_coordinates((position[0], position[1], position[2]))) is not None:
-                raise self.at(row, finding, "x")
+                raise self.cell_error(row, finding, "x")
 
-    def at(self, row: int, cause: Finding, title: str) -> InputError:
+    def cell_error(self, row: int, cause: Finding, title: str) -> InputError:
         """Return an error with file, line and column."""
         return InputError(
             cause, file=self.path, line=int(self.table.line_numbers[row]), field=title

@@ -111,7 +111,7 @@ class OrientationColumns:
         return columns
 
     @property
-    def known(self) -> set[int]:
+    def known_columns(self) -> set[int]:
         """Numbers of the columns with a known meaning."""
         return set(self._columns.values())
 
@@ -161,7 +161,7 @@ class OrientationColumns:
         """Return the first column in which each cell contains both angles of a plane, or None."""
         for column in range(self.table.width):
             cells = [cell for cell in self.table.cells(column) if cell]
-            if cells and column not in self.known and all(map(is_attitude, cells)):
+            if cells and column not in self.known_columns and all(map(is_attitude, cells)):
                 return column
         return None
 

@@ -314,7 +314,7 @@ class _TableReader:
         If its name does not denote a dip quadrant (it may be a limb or a site), it is reported and
         not used.
         """
-        other_columns = sorted(set(range(self.table.width)) - self.columns.known)
+        other_columns = sorted(set(range(self.table.width)) - self.columns.known_columns)
         candidates = [
             other_column
             for other_column in other_columns

@@ -48,7 +48,7 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
         else:
             row_errors.append((None, None))
     rotations = shared_rotations(row_errors)
-    return rotations if rotations.known else None
+    return rotations if rotations.has_known_errors else None
 
 
 def stated_bowing_deg(comments: Iterable[str]) -> float | None:

@@ -159,7 +159,7 @@ class TextTable:
         for i, cell in enumerate(self.cells(column)):
             value = parse_number(cell, decimal_comma=allow_comma)
             if value is None:
-                raise self._not_a_number(i, column, cell)
+                raise self._number_error(i, column, cell)
             values.append(value)
             for mark in ",.":
                 if mark in cell:
@@ -173,7 +173,7 @@ class TextTable:
             )
         return values
 
-    def _not_a_number(self, row: int, column: int, cell: str) -> InputError:
+    def _number_error(self, row: int, column: int, cell: str) -> InputError:
         code = "table.decimal-comma" if is_comma_number(cell) else "table.not-a-number"
         return InputError(
             Finding(code, cell=shorten(cell)),

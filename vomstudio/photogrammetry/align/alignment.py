@@ -20,7 +20,7 @@ import numpy as np
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.files.regular import read_json, read_whole
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.progress import Executor, Progress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
@@ -110,8 +110,8 @@ class Alignment:
             "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered],
             "reprojection_error_px": self.reprojection_error_px,
             "tie_points": self.tie_points,
-            "cameras": [asdict(c) | {"reasons": plain(c.reasons)} for c in self.cameras],
-            "notes": plain(self.notes),
+            "cameras": [asdict(c) | {"reasons": to_plain(c.reasons)} for c in self.cameras],
+            "notes": to_plain(self.notes),
         }
         temporary_path = folder / (_HEADER_FILE + ".part")
         temporary_path.write_text(json.dumps(header, indent=1), encoding="utf-8")

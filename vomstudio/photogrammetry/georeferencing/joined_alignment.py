@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -49,7 +49,7 @@ def join_alignment(
             (stage_work.folder / f"part{number}").mkdir(exist_ok=True)
             part.save(stage_work.folder / f"part{number}")
         stage_work.finish(
-            parts=len(parts), findings=plain(_report_findings(report)), report=asdict(report)
+            parts=len(parts), findings=to_plain(_report_findings(report)), report=asdict(report)
         )
     facts = stage_work.facts
     parts = tuple(SparseScene.load(stage_work.folder / f"part{k}") for k in range(facts["parts"]))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.progress import Executor, Progress, ResumedProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
@@ -478,7 +478,7 @@ class _Run:
             "registered": len(scene.views),
             "unregistered": missing_names,
             "survey": survey.to_dict(),
-            "alignment_notes": plain(alignment.notes),
+            "alignment_notes": to_plain(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
             "sparse": str(outputs.sparse),
@@ -497,7 +497,7 @@ class _Run:
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),
-            "warnings": plain(self.log.notes),
+            "warnings": to_plain(self.log.notes),
             "tie_points": len(scene.points),
             "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
@@ -154,7 +154,7 @@ def _placement(report: Placement) -> dict[str, Any]:
         "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": plain(report.decisions),
+        "decisions": to_plain(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
@@ -165,7 +165,7 @@ def _placement(report: Placement) -> dict[str, Any]:
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": plain([item for item in report.warnings if item not in bowing]),
+        "warnings": to_plain([item for item in report.warnings if item not in bowing]),
     }
 
 
@@ -222,7 +222,7 @@ def add_edge_bowing(
     figures |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
     for finding in findings:
         note(finding)
-    return figures | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
+    return figures | {"warnings": [*registration.get("warnings", ()), *to_plain(findings)]}
 
 
 def cameras_after_placement(

@@ -85,7 +85,7 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _lifted(points, tri, x, y):  # type: ignore[no-untyped-def]
+def _lifted_determinant(points, tri, x, y):  # type: ignore[no-untyped-def]
     """Return the slopes and the height at a position of the plane through lifted points."""
     ax, ay = points[tri[0], 0] - x, points[tri[0], 1] - y
     bx, by = points[tri[1], 0] - x, points[tri[1], 1] - y
@@ -139,7 +139,7 @@ def _enter(points, tri, new, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _too_long(points, tri, limit):  # type: ignore[no-untyped-def]
+def _has_long_edge(points, tri, limit):  # type: ignore[no-untyped-def]
     for k in range(3):
         a, b = tri[k], tri[(k + 1) % 3]
         dx, dy = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1]
@@ -155,14 +155,14 @@ def _settle(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri)
     Returns whether its sides do not exceed the limit.
     """
     for _ in range(MAX_EXCHANGES):
-        f, g, h = _lifted(points, tri, x, y)
+        f, g, h = _lifted_determinant(points, tri, x, y)
         if math.isnan(f):
             return False
         new = _deepest_inside(
             points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit
         )
         if new < 0:
-            if _too_long(points, tri, limit):
+            if _has_long_edge(points, tri, limit):
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import AnyArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.frames import world_north
@@ -195,7 +195,7 @@ def write_elevation(
             part_by_target["contours"].unlink()
             write_contours(part_by_target["contours"], lines, crs)
         part_by_target["sidecar"].write_text(
-            json.dumps(metadata | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False)
+            json.dumps(metadata | {"warnings": to_plain(warnings)}, indent=1, ensure_ascii=False)
             + "\n",
             "utf-8",
         )

@@ -119,7 +119,7 @@ def map_fractures(
     else:
         columns = _attributes(options) if sets is None else (_REPEAT,)
         raw = read_raw_lines(request.traces, options.layer, columns, progress, request.frame)
-    placed_layer = _placed(raw, attitude)
+    placed_layer = _place_layer(raw, attitude)
     drawn_layer, plane = placed_layer.drawn, placed_layer.plane
     warnings: list[Finding] = list(drawn_layer.warnings)
     if place is not None:
@@ -210,7 +210,7 @@ class _Placed:
         return self.plane.project_circle(circle)
 
 
-def _placed(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
+def _place_layer(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
     """Project traces onto a plane if they are three-dimensional or if a plane is given."""
     lines, lacks_heights = vertices_with_heights(raw_layer.shapes)
     plane = find_trace_plane(lines) if attitude is None else None
@@ -221,14 +221,14 @@ def _placed(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
         is_outline = raw_layer.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
-            raw_layer = raw_layer.only(~is_outline)
+            raw_layer = raw_layer.select_rows(~is_outline)
         drawn_first_picks = _first_picks(extract_lines(raw_layer))
         return _Placed(_add_findings(drawn_first_picks, findings), None, (math.nan, math.nan))
     findings = []
     if lacks_heights.any() and not plane.is_horizontal:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
-        raw_layer = raw_layer.only(~lacks_heights)
+        raw_layer = raw_layer.select_rows(~lacks_heights)
     projected_layer = replace(raw_layer, shapes=plane.project(raw_layer.shapes))
     drawn_first_picks = _first_picks(extract_lines(projected_layer, include_rings=False))
     findings = [plane.finding(len(drawn_first_picks.shapes)), *findings]

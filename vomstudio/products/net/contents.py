@@ -103,9 +103,9 @@ class NetSet:
         return self.group or self.name
 
     @property
-    def registered(self) -> bool:
+    def is_registered(self) -> bool:
         """Whether the registration error is known for any feature."""
-        return self.turns is not None and self.turns.known
+        return self.turns is not None and self.turns.has_known_errors
 
     def vectors(self) -> FloatArray:
         """Return the unit vectors (n, 3) of the lines or of the poles of the planes."""
@@ -489,7 +489,7 @@ def describe_means(means: Sequence[NetMean]) -> str:
 
 def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone."""
-    if s.turns is None or not s.turns.known:
+    if s.turns is None or not s.turns.has_known_errors:
         return None
     vectors = s.vectors()
     values, axes = orientation_tensor(vectors)

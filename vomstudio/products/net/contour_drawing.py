@@ -77,7 +77,7 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
     bar_thickness = bar_width(plan, font, page.is_beside)
     if page.is_beside:
         height = bar_height(plan, font, page.height)
-        x_left, y_low = page.legend_x, page.pad + (page.under + 0.8) * row
+        x_left, y_low = page.legend_x, page.pad + (page.entries_below + 0.8) * row
         for i, line in enumerate(reversed(page.bar_words)):
             page.text(x_left, y_low + height + (0.8 + i) * row, line)
     else:

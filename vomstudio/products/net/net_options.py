@@ -54,9 +54,9 @@ def parse_cone(text: str) -> NetCircle:
     ------
     UsageError
     """
-    trend, plunge, half_angle = _three(text, "--cone")
+    trend, plunge, half_angle = _parse_three(text, "--cone")
     if not 0.0 < half_angle <= 90.0:
-        raise _out_of_range("half-angle", half_angle, 0, 90, "--cone")
+        raise _range_error("half-angle", half_angle, 0, 90, "--cone")
     return NetCircle(_line(trend, plunge, "--cone"), half_angle, tr("Cone {cone}", cone=text))
 
 
@@ -67,11 +67,11 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
     ------
     UsageError
     """
-    direction, dip, rake = _three(text, "--slip-line")
+    direction, dip, rake = _parse_three(text, "--slip-line")
     if not 0.0 <= dip <= 90.0:
-        raise _out_of_range("dip", dip, 0, 90, "--slip-line")
+        raise _range_error("dip", dip, 0, 90, "--slip-line")
     if not abs(rake) <= 180.0:
-        raise _out_of_range("rake", rake, -180, 180, "--slip-line")
+        raise _range_error("rake", rake, -180, 180, "--slip-line")
     plane = Plane(direction, dip)
     rake_text = tr("rake {rake:g}", rake=rake)
     line = line_from_rake(plane, rake)
@@ -80,11 +80,11 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
         line = Line(direction - 90.0 + rake, 0.0)
     return (
         NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
-        _typed_mark(line, rake_text),
+        _parse_mark(line, rake_text),
     )
 
 
-def _typed_mark(line: Line, text: str) -> NetMark:
+def _parse_mark(line: Line, text: str) -> NetMark:
     label = tr("{said}: {line}", said=text, line=format_line(line))
     return NetMark(line, label, TYPED_LINE, typed_text=text)
 
@@ -109,11 +109,11 @@ def parse_rotation(text: str) -> tuple[Line, float]:
     ------
     UsageError
     """
-    trend, plunge, angle = _three(text, "--rotate")
+    trend, plunge, angle = _parse_three(text, "--rotate")
     return _line(trend, plunge, "--rotate"), angle
 
 
-def _three(text: str, field: str) -> tuple[float, float, float]:
+def _parse_three(text: str, field: str) -> tuple[float, float, float]:
     try:
         first, second, third = (float(word) for word in text.split("/"))
         if np.isfinite([first, second, third]).all():
@@ -125,11 +125,11 @@ def _three(text: str, field: str) -> tuple[float, float, float]:
 
 def _line(trend: float, plunge: float, field: str) -> Line:
     if not 0.0 <= plunge <= 90.0:
-        raise _out_of_range("plunge", plunge, 0, 90, field)
+        raise _range_error("plunge", plunge, 0, 90, field)
     return Line(trend, plunge)
 
 
-def _out_of_range(angle: str, value: float, minimum: int, maximum: int, field: str) -> UsageError:
+def _range_error(angle: str, value: float, minimum: int, maximum: int, field: str) -> UsageError:
     cause = Finding(
         "angle.out-of-range", angle=angle, value=value, minimum=minimum, maximum=maximum
     )
@@ -204,7 +204,7 @@ class Turning:
         return replace(circle, axis=axis, label=label)
 
     def rotate_mark(self, mark: NetMark) -> NetMark:
-        return _typed_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.typed_text)
+        return _parse_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.typed_text)
 
     def rotate_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):

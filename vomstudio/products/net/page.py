@@ -189,14 +189,14 @@ class NetPage:
 
     def _foot(self) -> float:
         """Return the height of the caption and the colour bar below a legend beside the net."""
-        top_of_foot = (self.under + 1.0) * self.row
+        top_of_foot = (self.entries_below + 1.0) * self.row
         if self.bar is None:
             return top_of_foot
         words = (len(self.bar_words) + 1.0) * self.row
         return top_of_foot + bar_height(self.bar, self.font, self.height) + words
 
     @property
-    def under(self) -> int:
+    def entries_below(self) -> int:
         """Number of text rows below the legend."""
         return len(self.foot) + len(self.words)
 
@@ -352,7 +352,7 @@ class NetPage:
         if self.is_beside:
             y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
-            y = self.pad + (len(self.rows) + self.under - 0.5) * self.row
+            y = self.pad + (len(self.rows) + self.entries_below - 0.5) * self.row
         step = self.row * (1.15 if self.is_beside else 1.0)
         for row in self._shown_rows():
             for offset, entry in row:
@@ -361,7 +361,7 @@ class NetPage:
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
         for i, line in enumerate([*self.words, *self.foot]):
-            y = self.pad + (self.under - i - 0.5) * self.row
+            y = self.pad + (self.entries_below - i - 0.5) * self.row
             text = shorten_text(line, self.font, self.legend_width)
             color = self.style.soft if i >= len(self.words) else self.style.ink
             if text:

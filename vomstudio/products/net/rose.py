@@ -323,7 +323,7 @@ def _quantity(column: str) -> str:
 
 def mean_words(rose: Rose | AngleHistogram) -> str:
     """Describe the mean of a rose or histogram."""
-    if isinstance(rose, Rose) and not rose.preferred and rose.rayleigh_p is not None:
+    if isinstance(rose, Rose) and not rose.has_preferred_direction and rose.rayleigh_p is not None:
         return tr("no preferred direction (Rayleigh p = {p})", p=f"{rose.rayleigh_p:.2g}")
     if rose.mean_deg is None:
         return tr("no mean")

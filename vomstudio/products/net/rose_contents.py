@@ -123,7 +123,7 @@ def roses_of_table(
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
             w = None if weights is None else weights[rows]
-            rose = _one(of, angles[rows], bin_deg, w)
+            rose = _count_one(of, angles[rows], bin_deg, w)
             if rose.total > 0:
                 roses[name] = rose
             else:
@@ -164,7 +164,7 @@ def roses_of_sets(
         if weights is not None:
             set_weights = [weights.get(id_) for id_ in set_.ids]
             w = np.array([np.nan if item is None else item for item in set_weights])
-        rose = _one(of, angles, bin_deg, w)
+        rose = _count_one(of, angles, bin_deg, w)
         if rose.total > 0:
             roses[set_.name] = rose
             counted_sets[set_.name] = Counted(set_.ids, angles, set_.color)
@@ -173,7 +173,7 @@ def roses_of_sets(
     return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), counted_sets)
 
 
-def _one(
+def _count_one(
     of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
 ) -> Rose | AngleHistogram:
     if of in HISTOGRAM_ANGLES:

@@ -71,7 +71,7 @@ def draw_rose(
                 zorder=layer("poles"),
             )
             ax.add_patch(petal)
-    if rose.preferred and rose.mean_deg is not None:
+    if rose.has_preferred_direction and rose.mean_deg is not None:
         for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
             ax.plot(
                 *_ray(end, (1.0, 1.1)),
@@ -90,7 +90,7 @@ def draw_rose(
         weight="bold",
         color=style.ink,
     )
-    place = _clearest(rose)
+    place = _clearest_azimuth(rose)
     for share, radius in zip(rings, radii, strict=True):
         x, y = _ray(place, (float(radius), float(radius)))
         label = ax.text(
@@ -106,7 +106,7 @@ def draw_rose(
         label.set_bbox({"facecolor": style.net, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
-def _clearest(rose: Rose) -> float:
+def _clearest_azimuth(rose: Rose) -> float:
     """Return the azimuth for ring labels, near north or south where petals are shortest."""
     candidates = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
     span = np.arange(-15.0, 16.0, 1.0)

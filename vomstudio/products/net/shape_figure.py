@@ -72,7 +72,7 @@ def write_shapes(
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
     """Draw symbols by verdict, name those that are not good, and return the symbol count."""
     known_shapes = [
-        row for row in rows if _finite(row["coplanarity"]) and _finite(row["collinearity"])
+        row for row in rows if _is_finite(row["coplanarity"]) and _is_finite(row["collinearity"])
     ]
     largest_value = max((float(row["coplanarity"]) for row in known_shapes), default=100.0)
     top = 10.0 ** math.ceil(math.log10(max(largest_value * 1.5, 100.0)))
@@ -143,5 +143,5 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
             line(position, color=style.ink, linewidth=style.line_pt, linestyle="--", zorder=1)
 
 
-def _finite(value: object) -> bool:
+def _is_finite(value: object) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)

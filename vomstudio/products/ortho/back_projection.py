@@ -114,14 +114,14 @@ class ProjectedLines:
         return sum(len(line.points) for line in self.lines)
 
     @property
-    def off_surface(self) -> int:
+    def count_off_surface(self) -> int:
         """Number of points that do not hit the surface."""
         return sum(int((~line.is_met).sum()) for line in (*self.lines, *self.skipped))
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
         """Findings about points off the surface."""
-        return off_surface_findings(self.off_surface, len(self.skipped))
+        return off_surface_findings(self.count_off_surface, len(self.skipped))
 
 
 def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
@@ -489,7 +489,7 @@ def facts_of(brought_projected_lines: ProjectedLines, table: str) -> Mapping[str
     return {
         "lines": len(brought_projected_lines.lines),
         "points": brought_projected_lines.points,
-        "off_surface": brought_projected_lines.off_surface,
+        "off_surface": brought_projected_lines.count_off_surface,
         "table": table,
         "skipped": [line.name for line in brought_projected_lines.skipped],
     }

@@ -82,7 +82,7 @@ class CloudSource:
         divisor = np.where(is_visible, weight, 1.0)
         rgb = np.clip(color / divisor[..., None] + 0.5, 0, 255).astype(np.uint8)
         z = np.where(is_visible, depth / divisor, np.nan).astype(np.float32)
-        is_visible &= ~self._seen_through(is_visible, z)
+        is_visible &= ~self._is_seen_through(is_visible, z)
         closed_picture = self._close_holes(is_visible, rgb, z)
         inner_slices = (slice(halo, -halo), slice(halo, -halo))
         alpha = np.where(is_visible | closed_picture, 255, 0).astype(np.uint8)
@@ -97,7 +97,7 @@ class CloudSource:
     def warnings(self) -> list[Finding]:
         return []
 
-    def _seen_through(self, is_visible: BoolArray, z: Float32Array) -> BoolArray:
+    def _is_seen_through(self, is_visible: BoolArray, z: Float32Array) -> BoolArray:
         """Find pixels that show a deeper surface through a hole that will be closed.
 
         A morphological opening of the depth removes pixels that are deeper and not wider than such

@@ -51,7 +51,7 @@ class MeshSource:
         all_faces = np.arange(len(self._faces))
         materials = np.searchsorted(mesh.material_offsets, all_faces, side="right")
         self._material_of = materials.astype(np.int32)
-        self._store = TextureStore(self._coarser())
+        self._store = TextureStore(self._coarser_levels())
         self._uv = np.zeros((0, 2), np.float32)
         self._mapped = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
@@ -174,7 +174,7 @@ class MeshSource:
                 pixels[pixel_materials == material_index],
             )
 
-    def _coarser(self) -> dict[Path, int]:
+    def _coarser_levels(self) -> dict[Path, int]:
         """Return, for each texture, the number of finest levels that no pixel requires."""
         return {
             path: min(_MAX_LEVELS, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))

@@ -23,7 +23,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
@@ -177,13 +177,13 @@ def write_orthophoto(
             "software": f"VOM Studio {__version__}",
         }
         if reduced_picture is not None:
-            drawing = replace(drawing, picture=reduced_picture.within())
+            drawing = replace(drawing, picture=reduced_picture.reduced_picture())
         if drawings:
             progress.stage(tr("Writing the drawing"))
             parts = {format_: paths[target] for format_, target in drawings.items()}
             write_drawings(parts, drawing, shown_crs, metadata["picture_id"], raster_turn(plan))
             metadata["drawn"] = len(drawing.shapes)
-        metadata["warnings"] = plain(warnings)
+        metadata["warnings"] = to_plain(warnings)
         paths[sidecar].write_text(_sidecar_text(metadata), "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in pages:
@@ -319,7 +319,7 @@ class _Reduced:
         position = self.out[row // f :, column // f :]
         position[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
-    def within(self) -> ByteArray:
+    def reduced_picture(self) -> ByteArray:
         """Return the picture, resized to exactly the covered pixels."""
         from PIL import Image
 

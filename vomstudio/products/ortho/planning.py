@@ -190,7 +190,7 @@ def lay_grid(
         )
     ) is not None:
         notes.append(warning)
-    return GridLayout(Grid.over(low, high, gsd), reference, points, tuple(notes))
+    return GridLayout(Grid.covering(low, high, gsd), reference, points, tuple(notes))
 
 
 def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:

@@ -33,7 +33,7 @@ class Grid:
     height: int
 
     @classmethod
-    def over(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
+    def covering(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
         """Build the grid that covers (x, y) from `low` to `high`.
 
         The excess of the last pixels is distributed equally to both sides, so that the opposite

@@ -205,7 +205,7 @@ def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
     return max(MARGIN_MM, 0.68 * text_mm * max_length + 7.5)
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     return html.escape(replace_control_characters(text))
 
 
@@ -246,7 +246,7 @@ def svg_text(drawing: Drawing) -> str:
     out.append(f'<g id="plane" {transform} stroke-width="{0.35 / mm:.6g}" fill="none">')
     ids: set[str] = set()
     for layer in drawing.layers:
-        name = _escaped(layer)
+        name = _escape(layer)
         out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
         out += [_svg_shape(shape, mm, ids) for shape in drawing.shapes if shape.layer == layer]
         out.append("</g>")
@@ -258,7 +258,7 @@ def svg_text(drawing: Drawing) -> str:
 
 def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
     """Return the SVG element of a shape, whose id is unique among `ids`."""
-    title = _escaped(shape.label or str(shape.values.get("name", "")))
+    title = _escape(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
         own_class = f'class="{PROGRAM_CLASS}"'
@@ -280,7 +280,7 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
         del values["id"]
     else:
         ids.add(str(values["id"]))
-    text = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
+    text = "".join(f' {key}="{_escape(str(value))}"' for key, value in values.items() if value)
     tag = "polygon" if shape.is_closed else "polyline"
     style_attributes = f'stroke="{shape.color}"'
     if shape.is_filled:
@@ -372,7 +372,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
             row, right, box = min(
                 free_positions,
                 key=lambda s: (
-                    _covers(s[2], dots) > 0,
+                    _count_covered(s[2], dots) > 0,
                     2 * symbols.count(s[2]) + strokes.count(s[2]),
                 ),
             )
@@ -394,7 +394,7 @@ class _Coverage:
         self._low = low
         cells = np.clip(np.ceil((high - low) / step).astype(int), 1, _MAX_CELLS)
         self._step = (high - low) / cells
-        points = np.concatenate([np.empty((0, 2)), *(_along(line, step) for line in lines)])
+        points = np.concatenate([np.empty((0, 2)), *(_resample(line, step) for line in lines)])
         position = np.floor((points - low) / self._step).astype(int)
         position = position[((position >= 0) & (position < cells)).all(axis=1)]
         counts = np.zeros(cells + 1, np.int64)
@@ -418,13 +418,13 @@ def _is_free(box: LabelBox, bounds: FloatArray, occupied_label_boxes: list[Label
     )
 
 
-def _covers(box: LabelBox, dots: FloatArray) -> int:
+def _count_covered(box: LabelBox, dots: FloatArray) -> int:
     """Count the dots in a box."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
 
 
-def _along(line: FloatArray, step: float) -> FloatArray:
+def _resample(line: FloatArray, step: float) -> FloatArray:
     """Return points (n, 2) along a polyline that are at most one step apart."""
     return np.concatenate(
         [
@@ -453,7 +453,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
         position_attributes = (
             f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
         )
-        text = _escaped(label.shape.label)
+        text = _escape(label.shape.label)
         # Draw a separate halo, because not all programs support paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
         elements.append(f"<text {position_attributes} {halo}>{text}</text>")
@@ -488,7 +488,7 @@ def _frame(
     def text(x: float, y: float, text: str, anchor: str, attributes: str = "") -> None:
         out.append(
             f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {attributes}>'
-            f"{_escaped(text)}</text>"
+            f"{_escape(text)}</text>"
         )
 
     bottom = y_top + height

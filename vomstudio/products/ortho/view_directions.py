@@ -97,7 +97,7 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> ViewDirection:
 
 def view_against_plane(plane: Plane) -> ViewDirection:
     """Return the view against the upward normal (or dip direction if vertical) of a plane."""
-    return _along(
+    return _view_along(
         -plane.normal(),
         AGAINST_NORMAL,
         Finding("view.against-normal"),
@@ -117,12 +117,12 @@ def view_along_axis(
         down = -down
     distances, is_estimated = _facing_away(data, ViewFrame.looking(down), to_world)
     if math.isnan(distances):
-        return _along(down, DOWN_PLUNGE, Finding("view.down-plunge-unseen"))
+        return _view_along(down, DOWN_PLUNGE, Finding("view.down-plunge-unseen"))
     if distances > 0.5:
         code = "view.up-plunge-estimated" if is_estimated else "view.up-plunge"
-        return _along(-down, UP_PLUNGE, Finding(code, share_percent=100 * distances))
+        return _view_along(-down, UP_PLUNGE, Finding(code, share_percent=100 * distances))
     code = "view.down-plunge-estimated" if is_estimated else "view.down-plunge"
-    return _along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - distances)))
+    return _view_along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - distances)))
 
 
 def cost_of_direction(
@@ -198,6 +198,6 @@ def _facing_away(
     return cloud_picture.share_facing_away(frame.to_view(world, world[0]), normals, up)
 
 
-def _along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:
+def _view_along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:
     trend, plunge, _ = vectors_to_lines(direction, is_directed=True)
     return ViewDirection(float(trend[0]), float(plunge[0]), sense, reason)

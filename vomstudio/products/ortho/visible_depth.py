@@ -77,11 +77,11 @@ def _cloud_depths(
         if len(rows):
             depth = source.draw(tile).depth.astype(np.float64)
             place = pixels[rows] - [tile.column, tile.row]
-            depths[rows] = _between(depth, place, _MAX_STEP * max(gsd, spacing))
+            depths[rows] = _interpolate(depth, place, _MAX_STEP * max(gsd, spacing))
     return depths
 
 
-def _between(depth: FloatArray, position: FloatArray, limit: float) -> FloatArray:
+def _interpolate(depth: FloatArray, position: FloatArray, limit: float) -> FloatArray:
     """Interpolate depths between pixel centres on the same surface as the pixel itself."""
     height, width = depth.shape
     last_pixel = np.array([width - 1, height - 1])

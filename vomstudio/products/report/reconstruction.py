@@ -163,7 +163,7 @@ def _registration(result: Mapping[str, Any]) -> str:
     summary = summary_of(result_registration(result, ""))
     facts = [(tr("Coordinate system"), str(registration["crs"]))] if registration.get("crs") else []
     if registration.get("heights"):
-        facts.append((tr("Heights"), _plain(registration["heights"])))
+        facts.append((tr("Heights"), _plain_text(registration["heights"])))
     if reason := registration.get("refused"):
         findings = (
             Finding("reconstruct.local-frame", reason=_sentence(reason)),
@@ -192,7 +192,7 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     rows = []
     for point in points:
         misclosure = point["residual_m"] or (None, None, None)
-        cells = [point["label"], _plain(point["role"]), str(point["photos"])]
+        cells = [point["label"], _plain_text(point["role"]), str(point["photos"])]
         cells += [number(value, 3) for value in misclosure] + [number(point["residual_px"], 2)]
         rows.append(("out" if point["role"] in ("left out", "unseen") else "", cells))
     caption = tr("Residuals: model minus survey")
@@ -264,15 +264,15 @@ def _facts(values: Mapping[str, Any], unit: str = "m") -> str:
         label = _label(str(key), unit)
         if isinstance(value, Mapping):
             rows += [
-                ("", [tr("{figure}, {part}", figure=label, part=_label(name)), _plain(item)])
+                ("", [tr("{figure}, {part}", figure=label, part=_label(name)), _plain_text(item)])
                 for name, item in value.items()
             ]
         else:
-            rows.append(("", [label, _plain(value)]))
+            rows.append(("", [label, _plain_text(value)]))
     return table(["", ""], rows)
 
 
-def _plain(value: Any) -> str:
+def _plain_text(value: Any) -> str:
     if isinstance(value, bool):
         return tr("yes") if value else tr("no")
     if isinstance(value, float):

@@ -39,10 +39,10 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
     position = positions - centre
     sizes = np.linalg.norm(residuals, axis=1)
     max_distance = float(np.ptp(position, axis=0).max()) or 1.0
-    times = _nice(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
+    times = _round_up(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
     unit = "m" if is_scaled else tr("model units")
-    worst_error = _weakest(registration)
+    worst_error = _weakest_axis(registration)
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
         if worst_error is not None:
@@ -136,14 +136,14 @@ def _points(registration: Mapping[str, Any]) -> tuple[list[str], FloatArray, Flo
     )
 
 
-def _weakest(registration: Mapping[str, Any]) -> FloatArray | None:
+def _weakest_axis(registration: Mapping[str, Any]) -> FloatArray | None:
     covariance = np.array(registration.get("covariance", []), np.float64)
     if covariance.shape != (7, 7) or not covariance.any():
         return None
     return np.asarray(np.linalg.eigh(covariance[:3, :3])[1][:, -1], np.float64)
 
 
-def _nice(value: float) -> float:
+def _round_up(value: float) -> float:
     """Round a value down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)

@@ -142,7 +142,7 @@ def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
         fit.max_confidence95_deg,
         fit.min_confidence95_deg,
     )
-    return Check(name, _plane(truth), _plane(plane), error, stated_error, _within(ratio))
+    return Check(name, _plane(truth), _plane(plane), error, stated_error, _is_within(ratio))
 
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
@@ -155,7 +155,7 @@ def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
         axis.max_confidence95_deg,
         axis.min_confidence95_deg,
     )
-    return Check(name, _line(truth), _line(axis.beta), error, stated_error, _within(ratio))
+    return Check(name, _line(truth), _line(axis.beta), error, stated_error, _is_within(ratio))
 
 
 def slip_check(
@@ -231,7 +231,7 @@ def _relative_distance(distance: float, limit_deg: float) -> float:
     return 0.0 if abs(distance) <= _ROUNDING else math.inf
 
 
-def _within(ratio: float | None) -> bool | None:
+def _is_within(ratio: float | None) -> bool | None:
     return None if ratio is None else ratio <= 1.0
 
 

@@ -120,7 +120,7 @@ class ExtendedPlane(PrintableResult):
         return {
             "plane_distance_m": bands.distance_m.astype(np.float32),
             "plane_error95_m": bands.error95_m.astype(np.float32),
-            "bed": np.where(bands.inside, bands.bed, np.nan).astype(np.float32),
+            "bed": np.where(bands.is_in_band, bands.bed, np.nan).astype(np.float32),
         }
 
 
@@ -195,7 +195,7 @@ def extend(
         thickness_m,
         tuple(beds),
         float(sum(bed.length_m for bed in beds)),
-        float(np.mean(point_bands.inside)),
+        float(np.mean(point_bands.is_in_band)),
         _warnings(beds, thickness_m),
         tuple(traces),
         point_bands,

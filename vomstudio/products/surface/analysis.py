@@ -378,7 +378,7 @@ def _trim(
     """Return the part to exclude, and a mask (n,) of points for which the plane is valid."""
     from scipy.ndimage import distance_transform_edt
 
-    if not planar_part.trims:
+    if not planar_part.is_trimmed:
         return None, np.ones(len(points), np.bool_)
     position = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
     column, row = np.floor(position[:2]).astype(np.int64)
@@ -451,7 +451,7 @@ def _roughness(
         )
     elif exponent is None:
         results["hurst_reason"] = Finding("roughness.below-noise", noise_m=noise)
-    elif not exponent.straight:
+    elif not exponent.is_single:
         results["hurst_reason"] = Finding(
             "roughness.several-exponents", short=exponent.short, long=exponent.long
         )
@@ -473,7 +473,7 @@ def _roughness(
     line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
-    elif not line.claimed:
+    elif not line.is_significant:
         results["smoothest_reason"] = Finding("roughness.no-direction", p=line.p)
     else:
         results["smoothest"] = SmoothestLine(

@@ -78,7 +78,7 @@ def write_for_program(
             Finding("export.nothing-to-write", program=format_, reason=tr(empty_reason)),
             file=out,
         )
-    texts = _texts(format_, out, rows, layers)
+    texts = _format_rows(format_, out, rows, layers)
     skipped_features = [
         {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(row_reason)}
         for row in rejected_rows
@@ -103,7 +103,7 @@ def _figures() -> Mapping[str, Figure]:
     return {figure.name: figure for figure in figures}
 
 
-def _texts(
+def _format_rows(
     format_: str, out: Path, rows: Sequence[Row], layers: Sequence[Layer]
 ) -> dict[Path, str]:
     if format_ == "stereonet":
@@ -138,7 +138,7 @@ def _stereonet(out: Path, rows: Sequence[Row]) -> dict[Path, str]:
     return texts
 
 
-def _all(row: Mapping[str, Any]) -> bool:
+def _select_all(row: Mapping[str, Any]) -> bool:
     return True
 
 
@@ -155,8 +155,8 @@ def _has_slip(row: Mapping[str, Any]) -> bool:
 
 
 _ACCEPTED_ROWS: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
-    "stereonet": (_all, _NO_ORIENTATION),
-    "orient": (_all, _NO_ORIENTATION),
+    "stereonet": (_select_all, _NO_ORIENTATION),
+    "orient": (_select_all, _NO_ORIENTATION),
     "faultkin": (_has_slip, _NO_SLIP),
     "wintensor": (fault_slips.is_line_on_plane, _NO_FAULT),
     "gempy": (_is_positioned_plane, _NO_PLANE),

@@ -309,30 +309,30 @@ def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
 
     from vomstudio.io.gis.vector_layers import list_layers, read_layers
 
-    def unreadable() -> InputError:
-        return _unreadable(path)
+    def reading_error() -> InputError:
+        return _reading_error(path)
 
-    names = [layer.name for layer in list_layers(path, unreadable, progress)]
+    names = [layer.name for layer in list_layers(path, reading_error, progress)]
     layer_by_name = {name: _layer_of(name) for name in names}
     if len(names) == 1 and not layer_by_name[names[0]]:
         layer_by_name = {names[0]: _layer_of(path.stem)}
     read_names = [name for name, layer in layer_by_name.items() if layer]
     if not read_names:
         return
-    for read in read_layers(path, read_names, _COLUMNS, unreadable, progress, is_flat=False):
+    for read in read_layers(path, read_names, _COLUMNS, reading_error, progress, is_flat=False):
         crs = read.crs or (_WGS84 if path.suffix.lower() == ".kml" else None)
         columns = {name.casefold(): values for name, values in (read.columns or {}).items()}
         try:
             shapes = shapely.from_wkb([] if read.shapes is None else read.shapes)
         except shapely.GEOSException as error:
-            raise unreadable() from error
+            raise reading_error() from error
         for i, shape in enumerate(shapes):
             values = {name: values[i] for name, values in columns.items()}
             for points in _points(shape):
                 yield _Row(layer_by_name[read.name], points, values, crs)
 
 
-def _unreadable(path: Path) -> InputError:
+def _reading_error(path: Path) -> InputError:
     return InputError(
         Finding("import.not-vectors"),
         file=path,

@@ -74,7 +74,7 @@ class JournalFiles:
             log and not _is_same_file(log, self._log_stamp)
         ):
             self._file_stamp, self._log_stamp = previous_file_stamp, log
-            return self._why_lost()
+            return self._loss_finding()
         return None
 
     def write_failure(self, head: Head) -> Finding | None:
@@ -98,9 +98,9 @@ class JournalFiles:
             # The file was touched but not written.
             self.record_state()
             return None
-        return self._why_lost()
+        return self._loss_finding()
 
-    def _why_lost(self) -> Finding:
+    def _loss_finding(self) -> Finding:
         folder = self._path.parent
         if not folder.is_dir():
             return Finding("journal.folder-gone")

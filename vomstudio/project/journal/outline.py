@@ -35,7 +35,7 @@ def _line(row: JournalRow) -> str:
     if row.kind == "draft":
         parts.append(_draft(row.after))
     else:
-        parts += _touched(_fields(row.before), _fields(row.after))
+        parts += _changed_parts(_fields(row.before), _fields(row.after))
     return ": ".join(parts[:1]) + "".join(f"; {part}" for part in parts[1:])
 
 
@@ -55,7 +55,7 @@ def _draft(state: Mapping[str, Any] | None) -> str:
     return f"tool {_word(state.get('tool'))}, vertices {count}"
 
 
-def _touched(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+def _changed_parts(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     counts: dict[str, int] = {}
     for id_ in dict.fromkeys([*before, *after]):
         change = _change(before.get(id_), after.get(id_))

@@ -88,7 +88,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
             notice: Finding | None = None
             problem: Finding | None = None
             if number != seq + 1:
-                notice = _missing_rows(seq + 1, number - 1)
+                notice = _missing_rows_finding(seq + 1, number - 1)
             elif stored_checksum != checksum(total, values):
                 problem = Finding("row.checksum")
             elif not all(type(word) is str for word in (kind, label, time, version)):
@@ -113,7 +113,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[JournalRow]:
             )
         head = db.execute("SELECT seq FROM head").fetchone()
         if head is not None and head[0] > seq:
-            missing_rows = _missing_rows(seq + 1, head[0])
+            missing_rows = _missing_rows_finding(seq + 1, head[0])
             yield JournalRow(
                 head[0], "gap", None, "", None, None, "", "", None, notice=missing_rows
             )
@@ -131,7 +131,7 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[JournalRow
     return [_to_row(values) for values in reversed(rows)]
 
 
-def _missing_rows(first_seq: int, last_seq: int) -> Finding:
+def _missing_rows_finding(first_seq: int, last_seq: int) -> Finding:
     return Finding(
         "journal.rows-missing", count=last_seq - first_seq + 1, first=first_seq, last=last_seq
     )

@@ -131,7 +131,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
         intersection = intersection_line(*means)
     except GeometryError as error:
         return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
-    covariance = intersect_planes(*moved_means).covariance()[0] if turns.known else None
+    covariance = intersect_planes(*moved_means).covariance()[0] if turns.has_known_errors else None
     direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
     total_region = region_of_line(

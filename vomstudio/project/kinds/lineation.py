@@ -167,7 +167,7 @@ def _registration_covariance(
     """
     plane = None if base is None else get_feature(context.records, feature.plane_id)
     turns = turns_of([context.model(feature.model_id), model_of(context.records, plane)])
-    if not turns.of([0] if base is None else [0, 1]).known:
+    if not turns.of([0] if base is None else [0, 1]).has_known_errors:
         return None
     line = move_vectors(direction, turns.of([0]))
     if base is not None:

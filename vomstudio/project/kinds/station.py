@@ -182,7 +182,7 @@ def about(subject: Subject) -> list[str]:
     ]
 
 
-def _what(subject: Subject) -> str:
+def _kind_text(subject: Subject) -> str:
     return str(subject.feature.what)
 
 
@@ -201,7 +201,12 @@ PHOTO = text_figure(
     words=("photo",),
 )
 WHAT = replace(
-    of.KIND, title=_("Kind"), explanation=_("Station or sample"), value=_what, words=(), shown=None
+    of.KIND,
+    title=_("Kind"),
+    explanation=_("Station or sample"),
+    value=_kind_text,
+    words=(),
+    shown=None,
 )
 """Used only in files; elsewhere, `kind` is the feature type."""
 

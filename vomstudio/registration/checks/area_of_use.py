@@ -54,7 +54,7 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
     to_degrees = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
     west, south, east, north = area.bounds
 
-    def beyond(x: float, y: float) -> tuple[float, float, float]:
+    def distance_beyond(x: float, y: float) -> tuple[float, float, float]:
         longitude, latitude = to_degrees.transform(x, y)[:2]
         if not np.isfinite([longitude, latitude]).all():
             return np.inf, np.nan, np.nan
@@ -65,4 +65,4 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
         )
         return max(degrees_beyond, south - latitude, latitude - north, 0.0), longitude, latitude
 
-    return beyond
+    return distance_beyond

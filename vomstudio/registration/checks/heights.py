@@ -10,7 +10,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.checks.comparison import is_far_better_fit, residual_misfit
-from vomstudio.registration.selection import selected
+from vomstudio.registration.selection import select_names
 from vomstudio.registration.similarity import fit_similarity
 
 # Heights of valid points are seldom all equal, so a low significance suffices.
@@ -68,7 +68,7 @@ def missing_height_findings(
     return [
         Finding(
             "control.missing-heights",
-            labels=selected(labels, is_placeholder),
+            labels=select_names(labels, is_placeholder),
             height=float(world[is_placeholder, 2][0]),
         )
     ]

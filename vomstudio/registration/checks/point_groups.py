@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.selection import selected
+from vomstudio.registration.selection import select_names
 from vomstudio.registration.similarity import fit_similarity
 
 # Ratio to the median spacing from which groups are separate.
@@ -150,7 +150,7 @@ def separate_group_findings(
     list of Finding
     """
     centres = [np.median(world[rows], axis=0) for rows in (mask, ~mask)]
-    names = [selected(labels, rows) for rows in (mask, ~mask)]
+    names = [select_names(labels, rows) for rows in (mask, ~mask)]
     distance = float(np.linalg.norm(centres[0] - centres[1]))
     if float(np.linalg.norm(centres[0] - centres[1][[1, 0, 2]])) < distance / _SEPARATION_FACTOR:
         return [Finding("control.group-swapped", first=names[0], second=names[1])]

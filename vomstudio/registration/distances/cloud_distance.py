@@ -99,7 +99,7 @@ class CloudSides:
         planes = self._grid.planes(self._points[unique_nearest], self._radius)
         # Fewer than three points, or collinear points, have no plane: use the nearest point.
         has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
-        normals = self.turned(self._points[unique_nearest], planes.normal, unique_nearest)
+        normals = self.orient_normals(self._points[unique_nearest], planes.normal, unique_nearest)
         normals, has_plane, centre = normals[inverse], has_plane[inverse], planes.mean[inverse]
         offset = positions[rows] - self._points[nearest_rows]
         length = np.linalg.norm(offset, axis=1)
@@ -113,7 +113,7 @@ class CloudSides:
         normal[rows] = normals
         return distance, beyond_edge, normal
 
-    def turned(
+    def orient_normals(
         self, positions: FloatArray, normals: FloatArray, rows: IntArray | None = None
     ) -> FloatArray:
         """Orient normals (k, 3) at positions (k, 3) towards the side of the cloud.

@@ -160,7 +160,7 @@ def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
                 point = triangulate(*marks.select(near_marks))
             else:
                 near_marks, point = np.arange(len(distance_px)), triangulate(*marks)
-            lengths.append(_unfitted(len(near_marks)) * mark_distances(marks, point))
+            lengths.append(_unfitted_share(len(near_marks)) * mark_distances(marks, point))
         previous_scatter, scatter = (
             scatter,
             float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH,
@@ -170,7 +170,7 @@ def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
     return scatter
 
 
-def _unfitted(count: int) -> float:
+def _unfitted_share(count: int) -> float:
     """Return the ratio of the errors of marks to their distances from a fitted position."""
     if count == 2:
         # One degree of freedom remains, shared by both marks.

@@ -87,9 +87,11 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(all_rows):
         rows = np.flatnonzero(is_near)
         point = triangulate(*marks.select(rows))
-        return rows, [_wrong(label, marks, int(row), point) for row in np.flatnonzero(~is_near)]
-    worst_row, point = _worst(marks)
-    wrong_marks = [_wrong(label, marks, worst_row, point)]
+        return rows, [
+            _wrong_mark(label, marks, int(row), point) for row in np.flatnonzero(~is_near)
+        ]
+    worst_row, point = _find_worst_mark(marks)
+    wrong_marks = [_wrong_mark(label, marks, worst_row, point)]
     return (
         all_rows if wrong_marks[0].expected is None else np.delete(all_rows, worst_row)
     ), wrong_marks
@@ -122,11 +124,11 @@ def find_misplaced(
     is_far = mark_distances(marks, position) > max(limit_px, outlier_px)
     if not is_far.any() or is_far.all() or is_meeting(marks, limit_px):
         return np.arange(len(is_far)), []
-    wrong_marks = [_wrong(label, marks, int(row), position) for row in np.flatnonzero(is_far)]
+    wrong_marks = [_wrong_mark(label, marks, int(row), position) for row in np.flatnonzero(is_far)]
     return np.flatnonzero(~is_far), wrong_marks
 
 
-def _wrong(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMark:
+def _wrong_mark(label: str, marks: Marks, row: int, position: FloatArray) -> WrongMark:
     """Return the wrong mark; the other marks intersect at `position` (3,), NaN if unknown."""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
@@ -152,7 +154,7 @@ def is_meeting(marks: Marks, limit_px: float) -> bool:
     return bool(np.isfinite(point).all() and mark_distances(marks, point).max() <= limit_px)
 
 
-def _worst(marks: Marks) -> tuple[int, FloatArray]:
+def _find_worst_mark(marks: Marks) -> tuple[int, FloatArray]:
     """Return the mark without which the others agree best, and the position they give.
 
     The position is NaN if leaving out another mark is nearly as good.

@@ -111,11 +111,11 @@ class Streamer:
         rows = self._nodes.choose(view, max_points)
         if self._unreadable_rows:
             rows = rows[[row not in self._unreadable_rows for row in rows.tolist()]]
-        return self._nodes.closing(rows)
+        return self._nodes.closing_spacings(rows)
 
     def closing(self, rows: list[int]) -> dict[int, float]:
         """Return the spacing, as `needed` does, for given nodes."""
-        return self._nodes.closing(np.array(rows, np.int64))
+        return self._nodes.closing_spacings(np.array(rows, np.int64))
 
     def look(self, view: CloudView) -> dict[int, float] | None:
         """Fetch and return the required nodes, or return None if the view is unchanged.

@@ -78,14 +78,14 @@ class ClipHandles(QObject):
         """Return whether points (n, 3) in the World frame are inside the box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
-        return self.box.holds(points)
+        return self.box.contains(points)
 
     def meets(self, drawing: FeatureDrawing) -> bool:
         """Return whether any part of a feature is inside the box."""
         if self.box is None:
             return True
         points = drawing.line if len(drawing.line) else drawing.anchor
-        return bool(self.box.holds(points).any())
+        return bool(self.box.contains(points).any())
 
     # -- drag of a face
 

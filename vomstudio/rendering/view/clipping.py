@@ -45,7 +45,7 @@ def limits_for(
     scale = float(np.cbrt(abs(np.linalg.det(to_world[:3, :3])))) or 1.0
 
     def inside(local_points: FloatArray) -> BoolArray:
-        return box.holds((local_points + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
+        return box.contains((local_points + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
 
     return PickLimits(depth_range[0] / scale, depth_range[1] / scale, inside)
 

@@ -101,7 +101,7 @@ class Stroke:
         """Return the patch fields derived from its ids; `is_whole` includes those of a record."""
         if is_whole:
             return record_figures(self.surface, ids)
-        points, weights = self.surface.weighted(ids)
+        points, weights = self.surface.weighted_points(ids)
         figures = _moments_and_area(self.surface, ids, points, moments(points, weights))
         spacing = self.surface.resolution_near(points) if self.is_quick else self.resolution
         return {**figures, "resolution": spacing}
@@ -132,7 +132,7 @@ class Stroke:
 
 def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
     """Return the patch fields derived from the ids (k,) of its faces or points."""
-    points, weights = surface.weighted(ids)
+    points, weights = surface.weighted_points(ids)
     patch_moments = moments(points, weights)
     ring: tuple[Any, ...] = ()
     with contextlib.suppress(VomError):

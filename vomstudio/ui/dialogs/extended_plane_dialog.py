@@ -139,7 +139,7 @@ class ExtendDialog(QDialog):
         open_model, bands = self._studio.models.get(self._model_id), self.extension.bands
         if open_model is None or bands is None:
             return
-        values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
+        values = np.where(bands.is_in_band, bands.distance_m, np.nan).astype(np.float32)
         if not open_model.give_fields({FIELD: values}):
             self._studio.warn(Finding("model.fields-too-large"))
             return

@@ -146,7 +146,7 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
     is_progressive = has_several_scans = False
     for index, (marker, start, length) in enumerate(_segments(file)):
         if index > _MAX_PARTS:
-            raise HeaderError(_too_many_parts())
+            raise HeaderError(_too_many_parts_text())
         file.seek(start)
         if marker == 0xE1 and file.read(6) == b"Exif\0\0":
             exif += file.read(length - 6)
@@ -216,7 +216,7 @@ def _check_scans(file: BinaryIO, start: int) -> None:
             raise HeaderError(tr("it has an implausible number of scans"))
         file.seek(position + 2)
         offset = position + 2 + max(2, int.from_bytes(file.read(2), "big"))
-    raise HeaderError(_too_many_parts())
+    raise HeaderError(_too_many_parts_text())
 
 
 def _next_segment(file: BinaryIO, offset: int) -> tuple[int, int]:
@@ -253,7 +253,7 @@ def _check_chunks(file: BinaryIO) -> None:
         other_chunk_count += kind != b"IDAT"
         chunks += 1
         if other_chunk_count > _MAX_PARTS or chunks > max_chunks:
-            raise HeaderError(_too_many_parts())
+            raise HeaderError(_too_many_parts_text())
         if kind == b"IEND":
             return
         offset += 12 + length
@@ -337,7 +337,7 @@ def _check_tags(file: BinaryIO) -> None:
     total_count = 0
     for index, entries in enumerate(_all_directories(file)):
         if index > _MAX_DIRECTORIES:
-            raise HeaderError(_too_many_parts())
+            raise HeaderError(_too_many_parts_text())
         for kind, count, _, value_field in entries:
             needed_size = count * _SIZES.get(kind, 1)
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
@@ -444,7 +444,7 @@ def _numbers(
     )
 
 
-def _too_many_parts() -> str:
+def _too_many_parts_text() -> str:
     return tr("its header has an implausible number of parts")
 
 

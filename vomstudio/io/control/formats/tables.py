@@ -69,7 +69,7 @@ def marks_of(path: Path) -> list[Mark]:
     for row, (label, name, (x, y)) in enumerate(zip(labels, names, pixels.tolist(), strict=True)):
         first_row = first_rows.setdefault((label, name), row)
         if first_row != row:
-            raise table.at(
+            raise table.cell_error(
                 row,
                 Finding(
                     "control.mark-repeated",

@@ -58,7 +58,7 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
 
 
 @step
-def _rounded(mantissa, exponent):  # type: ignore[no-untyped-def]
+def _round(mantissa, exponent):  # type: ignore[no-untyped-def]
     """Return ``mantissa * 10**exponent``, correctly rounded, or NaN if that is not certain."""
     if mantissa == 0:
         return 0.0
@@ -151,7 +151,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
         if 97 <= c <= 122 and c != 110 and c != 105:
             return 0.0, NO_NUMBER, i
         return 0.0, LEFT_OVER, i
-    value = _rounded(mantissa, exponent)
+    value = _round(mantissa, exponent)
     if np.isnan(value):
         return 0.0, LEFT_OVER, i
     return -value if is_negative else value, READY, i

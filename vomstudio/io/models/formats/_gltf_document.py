@@ -196,7 +196,7 @@ class Document:
             raise self.error(tr("it has the wrong type"), f"{kind}[{index}]")
         return entry
 
-    def whole(self, parent: dict[str, Any], key: str, default_value: int, field: str) -> int:
+    def integer(self, parent: dict[str, Any], key: str, default_value: int, field: str) -> int:
         """Return a count or offset. Raises InputError if it is not a non-negative integer."""
         value = parent.get(key, default_value)
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**62:
@@ -242,7 +242,7 @@ class Document:
             data = self._binary
         else:
             raise self.error(tr("the data are missing"), field)
-        length = self.whole(buffer, "byteLength", len(data), field)
+        length = self.integer(buffer, "byteLength", len(data), field)
         if length > len(data):
             raise InputError(
                 Finding("file.truncated", size=len(data), expected=length),
@@ -266,11 +266,11 @@ class Document:
         if is_compressed and has_fallback and "uri" not in buffer:
             raise self.error(tr("the data are compressed"), field)
         data = self._buffer(view.get("buffer"))
-        start = self.whole(view, "byteOffset", 0, field)
-        length = self.whole(view, "byteLength", 0, field)
+        start = self.integer(view, "byteOffset", 0, field)
+        length = self.integer(view, "byteLength", 0, field)
         if start + length > len(data):
             raise self.error(tr("it extends beyond its buffer"), field)
-        return data[start : start + length], self.whole(view, "byteStride", 0, field)
+        return data[start : start + length], self.integer(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> AnyArray:
         """Return values (n, width) as stored, with normalised values as floats.
@@ -288,7 +288,7 @@ class Document:
                 tr("the number of {width} values per row is wrong", width=width), field
             )
         dtype = np.dtype(COMPONENTS[kind])
-        count = self.whole(accessor, "count", 0, field)
+        count = self.integer(accessor, "count", 0, field)
         sparse_accessor = accessor.get("sparse")
         if "bufferView" in accessor:
             values = self._typed_values(
@@ -316,7 +316,7 @@ class Document:
         field: str,
     ) -> AnyArray:
         data, stride = self.view(view)
-        start = self.whole(owner, "byteOffset", 0, field)
+        start = self.integer(owner, "byteOffset", 0, field)
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
@@ -328,7 +328,7 @@ class Document:
     def _apply_sparse(
         self, values: AnyArray, sparse_accessor: dict[str, Any], field: str
     ) -> AnyArray:
-        count = self.whole(sparse_accessor, "count", 0, f"{field}.sparse")
+        count = self.integer(sparse_accessor, "count", 0, f"{field}.sparse")
         indices, replacements = (
             self.section("indices", sparse_accessor),
             self.section("values", sparse_accessor),

@@ -67,7 +67,7 @@ def read_header(top: bytes, path: Path) -> Header:
     names: set[tuple[int, str]] = set()
     line_number = 0
 
-    def wrong(reason: str) -> InputError:
+    def header_error(reason: str) -> InputError:
         return InputError(
             Finding("file.damaged", reason=reason, format="PLY"), file=path, line=line_number
         )
@@ -75,7 +75,7 @@ def read_header(top: bytes, path: Path) -> Header:
     while True:
         ends = [e for e in (top.find(b"\n", position), top.find(b"\r", position)) if e >= 0]
         if not ends:
-            raise wrong(tr("the PLY header has no 'end_header'"))
+            raise header_error(tr("the PLY header has no 'end_header'"))
         end = min(ends)
         line = decode(top[position:end])
         position = end + (2 if top[end : end + 2] == b"\r\n" else 1)
@@ -90,24 +90,28 @@ def read_header(top: bytes, path: Path) -> Header:
                 textures.append(line.split(None, 2)[2].strip())
         elif words[0] == "format":
             if len(words) < 2 or words[1] not in FORMATS:
-                raise wrong(tr("the PLY format '{format}' is unknown", format=" ".join(words[1:])))
+                raise header_error(
+                    tr("the PLY format '{format}' is unknown", format=" ".join(words[1:]))
+                )
             byte_order = FORMATS[words[1]]
         elif words[0] == "element":
             if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
-                raise wrong(
+                raise header_error(
                     tr("'{line}' does not name an element and its count", line=line.strip())
                 )
             elements.append((words[1], int(words[2]), []))
         elif words[0] == "property":
             if not elements:
-                raise wrong(tr("a property precedes the first element"))
+                raise header_error(tr("a property precedes the first element"))
             is_list = words[1:2] == ["list"]
             kinds = words[2:4] if is_list else words[1:2]
             if len(words) != (5 if is_list else 3) or any(kind not in TYPES for kind in kinds):
-                raise wrong(tr("'{line}' is not a property of a known type", line=line.strip()))
+                raise header_error(
+                    tr("'{line}' is not a property of a known type", line=line.strip())
+                )
             if is_list:
                 if TYPES[kinds[0]][0] == "f":
-                    raise wrong(
+                    raise header_error(
                         tr(
                             "'{line}' counts a list with a non-integer type",
                             line=line.strip(),
@@ -118,7 +122,7 @@ def read_header(top: bytes, path: Path) -> Header:
                 header_property = Property(words[2], TYPES[kinds[0]])
             key = (len(elements), header_property.name)
             if key in names:
-                raise wrong(
+                raise header_error(
                     tr(
                         "an element has the property '{property}' twice",
                         property=header_property.name,
@@ -127,7 +131,7 @@ def read_header(top: bytes, path: Path) -> Header:
             names.add(key)
             elements[-1][2].append(header_property)
         else:
-            raise wrong(
+            raise header_error(
                 tr("the line '{line}' of the PLY header is unknown", line=line.strip()[:60])
             )
     if byte_order is None:

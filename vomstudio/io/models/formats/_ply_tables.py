@@ -41,7 +41,7 @@ class Table:
     lists: dict[str, tuple[IntArray, GenericArray]] = field(default_factory=dict)
 
 
-def _missing(element: Element, count: int, findings: list[Finding]) -> None:
+def _report_missing(element: Element, count: int, findings: list[Finding]) -> None:
     """Append a finding that the file has fewer records than its header states."""
     if element.name == "vertex":
         findings.append(points_missing(count, element.count))
@@ -71,7 +71,7 @@ def read_binary(
             n = min(element.count, (len(buffer) - offset) // min_record_bytes)
             table, offset = _binary_table(buffer, offset, element, n, header.byte_order, budget)
             if table.n < element.count:
-                _missing(element, table.n, findings)
+                _report_missing(element, table.n, findings)
                 offset = len(buffer)
         else:
             table = Table(0)
@@ -250,7 +250,7 @@ def read_text(
         if row < element.count:
             if is_truncated and offset >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
-            _missing(element, row, findings)
+            _report_missing(element, row, findings)
             offset = len(buffer)
         tables.setdefault(element.name, rows.table(row, findings))
     if is_truncated and len(findings) == message_count:

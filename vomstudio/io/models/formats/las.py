@@ -89,12 +89,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         NotImplementedError,
         UnicodeError,
     ) as error:
-        raise _damaged(path, error) from error
+        raise _damage_error(path, error) from error
     except BaseException as error:
         # Rust panics are not derived from Exception.
         if type(error).__name__ != "PanicException":
             raise
-        raise _damaged(path, error) from error
+        raise _damage_error(path, error) from error
     reference = las_reference(path)
     cloud = drop_invalid_points(cloud, findings, path)
     return LoadedModel(
@@ -107,7 +107,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     )
 
 
-def _damaged(path: Path, error: BaseException) -> InputError:
+def _damage_error(path: Path, error: BaseException) -> InputError:
     return InputError(
         Finding("file.damaged", reason=_short_message(error), format="LAS"), file=path
     )
@@ -163,7 +163,7 @@ def _read_points(
     has_valid_extra = invalid_extra_record_offset(path) is None
     extra_names = list(header.point_format.extra_dimension_names) if has_valid_extra else []
     field_names = [n for n in STANDARD_FIELDS if n in names] + extra_names
-    no_data = _no_data(header)
+    no_data = _no_data_values(header)
     flag_names = ["withheld"] if "withheld" in names else []
     is_colored = {"red", "green", "blue"} <= names
     # Few files have more points than bytes, and unused capacity costs nothing.
@@ -235,7 +235,7 @@ def _colors(rgb16: GenericArray | None, findings: list[Finding]) -> ByteArray | 
     return None
 
 
-def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
+def _no_data_values(header: Any) -> dict[str, tuple[float, ...]]:
     for record in header.vlrs:
         if record.user_id == "LASF_Spec" and record.record_id == 4:
             return no_data_of(record.record_data_bytes())

@@ -103,7 +103,7 @@ class _Reading:
         self._normalize_line_ends()
         self._parse()
         if len(self.vertices) == 0:
-            raise InputError(self._why_nothing(), file=self.path)
+            raise InputError(self._no_geometry_finding(), file=self.path)
         self._fill_left_over()
         mesh = self._mesh()
         warnings = tuple(self.findings)
@@ -111,7 +111,7 @@ class _Reading:
             return LoadedModel(mesh, "cloud", None, warnings, self.path)
         return LoadedModel(mesh, "mesh", None, warnings, self.path)
 
-    def _why_nothing(self) -> Finding:
+    def _no_geometry_finding(self) -> Finding:
         if self.n_odd == 0:
             return Finding("model.no-points")
         return Finding("file.other-format", format="OBJ")

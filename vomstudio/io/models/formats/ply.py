@@ -221,7 +221,7 @@ def _mesh(
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
-        faces, materials, offsets = _textured(header, face, faces, path, findings)
+        faces, materials, offsets = _apply_textures(header, face, faces, path, findings)
     mesh = Mesh(
         vertex_mesh.vertices,
         faces.corners,
@@ -347,7 +347,7 @@ def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int
     return _Triangles(corners, np.empty((0, 3), np.int32), face_rows, False), n_out_of_range
 
 
-def _textured(
+def _apply_textures(
     header: Header, face: Table, faces: _Triangles, path: Path, findings: list[Finding]
 ) -> tuple[_Triangles, tuple[Material, ...], IntArray]:
     """Return the triangles sorted by texture, the materials, and each one's first triangle."""

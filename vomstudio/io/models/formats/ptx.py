@@ -154,15 +154,15 @@ def _read_header(path: Path, stream: io.BufferedIOBase, line: int) -> _Scan | No
         try:
             rows.append([float(cell) for cell in text.split()])
         except ValueError as error:
-            raise _damaged(path, line + len(rows), str(error)) from error
+            raise _damage_error(path, line + len(rows), str(error)) from error
         if len(rows[-1]) != width:
             reason = tr("{count} numbers are needed", count=width)
-            raise _damaged(path, line + len(rows) - 1, reason)
+            raise _damage_error(path, line + len(rows) - 1, reason)
     matrix = np.array(rows[6:])
     rotation = matrix[:3, :3]
     is_valid = np.isfinite(matrix).all() and min(rows[0][0], rows[1][0]) >= 0
     if not is_valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > _MAX_ROTATION_DEVIATION:
-        raise _damaged(path, line + 6, tr("the pose matrix is not a rotation"))
+        raise _damage_error(path, line + 6, tr("the pose matrix is not a rotation"))
     return _Scan(int(rows[0][0]) * int(rows[1][0]), rotation, matrix[3, :3])
 
 
@@ -184,15 +184,15 @@ def _read_rows(
         try:
             rows = np.loadtxt(lines, ndmin=2, comments=None)
         except ValueError as error:
-            raise _damaged(path, line, str(error)) from error
+            raise _damage_error(path, line, str(error)) from error
         if rows.shape[1] not in (3, 4, 7) or len(rows) != len(lines):
-            raise _damaged(path, line, tr("{count} numbers are needed", count="4 or 7"))
+            raise _damage_error(path, line, tr("{count} numbers are needed", count="4 or 7"))
         line += len(rows)
         remaining -= len(rows) if remaining else 0
         yield np.asarray(rows, np.float64)
 
 
-def _damaged(path: Path, line: int, reason: str) -> InputError:
+def _damage_error(path: Path, line: int, reason: str) -> InputError:
     finding = Finding("file.damaged", format="PTX", reason=reason.rstrip("."))
     return InputError(finding, file=path, line=line)
 

@@ -80,7 +80,7 @@ def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
         out.progress.step(min(start + ROWS_PER_STEP, n))
 
 
-def shortest(values: AnyArray) -> list[float]:
+def shorten_numbers(values: AnyArray) -> list[float]:
     """Return floats whose shortest `repr` restores each value in its precision."""
     if values.dtype != np.float32:
         doubles: list[float] = values.astype(np.float64).tolist()
@@ -171,7 +171,7 @@ def image_bytes(path: Path) -> bytes:
     try:
         return read_whole(path)
     except (InputError, OSError) as error:
-        raise _unreadable(path, error) from error
+        raise _copying_error(path, error) from error
 
 
 def copy_images(images: Images, temporary_paths: list[Path]) -> None:
@@ -184,10 +184,10 @@ def _open_image(path: Path) -> BinaryIO:
     try:
         return open_regular(path)
     except (InputError, OSError) as error:
-        raise _unreadable(path, error) from error
+        raise _copying_error(path, error) from error
 
 
-def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
+def _copying_error(path: Path, error: InputError | OSError) -> TargetError:
     return TargetError(
         Finding(
             "texture.unreadable",

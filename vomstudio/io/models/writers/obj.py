@@ -19,7 +19,7 @@ from vomstudio.io.models.writers._common import (
     plan_images,
     positions_of,
     prj_sidecar,
-    shortest,
+    shorten_numbers,
     step_rows,
     write_lines,
 )
@@ -102,7 +102,9 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
             has_uv = is_finite_uv[data.faces].all(axis=1)
             for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
                 uv = np.where(is_finite_uv[rows, None], data.uv[rows], np.float32(0))
-                write_lines(file, [shortest(uv[:, 0]), shortest(uv[:, 1])], "vt %r %r")
+                write_lines(
+                    file, [shorten_numbers(uv[:, 0]), shorten_numbers(uv[:, 1])], "vt %r %r"
+                )
         starts = data.material_offsets if names else np.array([0, len(data.faces)])
         for i, (start, stop) in enumerate(itertools.pairwise(starts)):
             if names:

@@ -17,7 +17,7 @@ from vomstudio.io.models.writers._common import (
     positions_of,
     prj_sidecar,
     report_unwritten_faces,
-    shortest,
+    shorten_numbers,
     step_rows,
     write_lines,
 )
@@ -59,7 +59,7 @@ def write(out: WriteRequest) -> list[Finding]:
 
 def _to_plain_list(values: AnyArray) -> list[Any]:
     if values.dtype.kind == "f":
-        return shortest(values)
+        return shorten_numbers(values)
     plain_values: list[Any] = values.astype(
         np.int64 if values.dtype != np.uint64 else object
     ).tolist()

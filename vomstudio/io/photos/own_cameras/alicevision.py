@@ -82,7 +82,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             without_lens[name] = row["intrinsicId"]
             lens = lens_without_size()
         field = f"poses/{pose_number}/pose/transform"
-        transform = _nested(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
+        transform = _nested_value(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
         rotation = fields.numbers(field, transform, "rotation", 9).reshape(3, 3).T
         centre = fields.numbers(field, transform, "center", 3)
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
@@ -95,7 +95,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     ]
 
 
-def _nested(fields: JsonFields, field: str, row: Any, keys: Sequence[str]) -> Any:
+def _nested_value(fields: JsonFields, field: str, row: Any, keys: Sequence[str]) -> Any:
     """Return a nested value. Raises InputError if it is missing."""
     for key in keys:
         row = fields.get(field, row, key)

@@ -70,7 +70,7 @@ def read_bundler(path: Path) -> list[Candidate]:
             lens = _lens(pose[0], sizes.get(name))
             views.append(view_of_pose(name, lens, rotation, translation))
         except (ValueError, GeometryError) as error:
-            raise _damaged(path, str(error), lines[first_row][0]) from error
+            raise _damage_error(path, str(error), lines[first_row][0]) from error
     return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used_names)))]
 
 
@@ -108,17 +108,17 @@ def _photo_names(path: Path, count: int) -> list[str]:
 
 def _numbers(path: Path, lines: list[tuple[int, list[str]]], row: int, count: int) -> FloatArray:
     if row >= len(lines):
-        raise _damaged(path, tr("the file ends too early"), lines[-1][0] if lines else 1)
+        raise _damage_error(path, tr("the file ends too early"), lines[-1][0] if lines else 1)
     line_number, cells = lines[row]
     try:
         values = np.array([float(cell) for cell in cells])
     except ValueError:
         values = np.array([])
     if len(values) != count or not np.isfinite(values).all():
-        raise _damaged(path, tr("{count} numbers are needed", count=count), line_number)
+        raise _damage_error(path, tr("{count} numbers are needed", count=count), line_number)
     return values
 
 
-def _damaged(path: Path, reason: str, line: int) -> InputError:
+def _damage_error(path: Path, reason: str, line: int) -> InputError:
     finding = Finding("file.damaged", reason=reason.rstrip("."), format="Bundler")
     return InputError(finding, file=path, line=line)

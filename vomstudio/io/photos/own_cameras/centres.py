@@ -94,7 +94,7 @@ def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[V
             views.append(view_of_centre(name, lens, rotations[row], positions[row]))
         except (KeyError, ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
-            raise table.at(row, finding, "params") from error
+            raise table.cell_error(row, finding, "params") from error
     return views
 
 

@@ -136,7 +136,7 @@ def _text_lenses(path: Path) -> Lenses:
             params = tuple(float(cell) for cell in cells[4:])
             lenses[int(cells[0])] = _lens(cells[1], width, height, params)
         except (ValueError, IndexError, GeometryError) as error:
-            raise _damaged(
+            raise _damage_error(
                 path, error, tr("CAMERA_ID MODEL WIDTH HEIGHT PARAMS"), line_number
             ) from error
     return lenses
@@ -146,18 +146,18 @@ def _binary_lenses(path: Path) -> Lenses:
     file = _Binary(path)
     lenses: Lenses = {}
     for _ in range(file.count(tr("cameras"))):
-        camera_id, model = file.read("<ii", tr("cameras"))
-        width, height = file.read("<QQ", tr("cameras"))
+        camera_id, model = file.read_values("<ii", tr("cameras"))
+        width, height = file.read_values("<QQ", tr("cameras"))
         if model not in _MODELS_BY_NUMBER:
-            raise file.damaged(
+            raise file.damage_error(
                 tr("{model} is not a camera model of COLMAP", model=model), tr("cameras")
             )
         name, count = _MODELS_BY_NUMBER[model]
-        params = file.read(f"<{count}d", tr("cameras"))
+        params = file.read_values(f"<{count}d", tr("cameras"))
         try:
             lenses[camera_id] = _lens(name, width, height, params)
         except (ValueError, GeometryError) as error:
-            raise file.damaged(str(error), tr("camera {number}", number=camera_id)) from error
+            raise file.damage_error(str(error), tr("camera {number}", number=camera_id)) from error
     return lenses
 
 
@@ -179,22 +179,22 @@ def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
             yield camera, _view(name, lenses, camera, pose)
         except (ValueError, IndexError) as error:
             columns = tr("IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME")
-            raise _damaged(path, error, columns, line_number) from error
+            raise _damage_error(path, error, columns, line_number) from error
 
 
 def _binary_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
     file = _Binary(path)
     for index in range(file.count(tr("images"))):
         field = tr("image {number}", number=index + 1)
-        file.read("<i", field)
-        pose = file.read("<7d", field)
-        (camera,) = file.read("<i", field)
+        file.read_values("<i", field)
+        pose = file.read_values("<7d", field)
+        (camera,) = file.read_values("<i", field)
         name = file.read_word(field)
         file.skip(24 * file.count(field), field)
         try:
             yield camera, _view(name, lenses, camera, list(pose))
         except ValueError as error:
-            raise file.damaged(str(error), name) from error
+            raise file.damage_error(str(error), name) from error
 
 
 def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
@@ -218,7 +218,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
             yield line_number, line
 
 
-def _damaged(path: Path, error: Exception, columns: str, line: int) -> InputError:
+def _damage_error(path: Path, error: Exception, columns: str, line: int) -> InputError:
     finding = Finding(
         "file.damaged", format="COLMAP", reason=f"{str(error)[:120].rstrip('.')} ({columns})"
     )
@@ -231,32 +231,32 @@ class _Binary:
     def __init__(self, path: Path) -> None:
         self.path, self._data, self._at = path, read_bytes(path), 0
 
-    def read(self, form: str, field: str) -> tuple[Any, ...]:
+    def read_values(self, form: str, field: str) -> tuple[Any, ...]:
         size = struct.calcsize(form)
         if self._at + size > len(self._data):
-            raise self.damaged(tr("the file ends too early"), field)
+            raise self.damage_error(tr("the file ends too early"), field)
         self._at += size
         return struct.unpack_from(form, self._data, self._at - size)
 
     def count(self, field: str) -> int:
-        (count,) = self.read("<Q", field)
+        (count,) = self.read_values("<Q", field)
         if count > len(self._data):
-            raise self.damaged(tr("the file ends too early"), field)
+            raise self.damage_error(tr("the file ends too early"), field)
         return int(count)
 
     def skip(self, size: int, field: str) -> None:
         self._at += size
         if self._at > len(self._data):
-            raise self.damaged(tr("the file ends too early"), field)
+            raise self.damage_error(tr("the file ends too early"), field)
 
     def read_word(self, field: str) -> str:
         end = self._data.find(b"\0", self._at)
         if end < 0:
-            raise self.damaged(tr("the file ends too early"), field)
+            raise self.damage_error(tr("the file ends too early"), field)
         text = self._data[self._at : end].decode("utf-8", "replace")
         self._at = end + 1
         return text
 
-    def damaged(self, error: str, field: str) -> InputError:
+    def damage_error(self, error: str, field: str) -> InputError:
         finding = Finding("file.damaged", reason=error, format="COLMAP")
         return InputError(finding, file=self.path, field=field)

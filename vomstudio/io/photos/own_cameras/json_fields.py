@@ -32,7 +32,7 @@ class JsonFields:
     path: Path
     format: str
 
-    def damaged(self, field: str, reason: str) -> InputError:
+    def damage_error(self, field: str, reason: str) -> InputError:
         """Return the error about a field that is not valid."""
         finding = Finding("file.damaged", reason=reason.rstrip("."), format=self.format)
         return InputError(finding, file=self.path, field=field)
@@ -40,7 +40,7 @@ class JsonFields:
     def get(self, field: str, row: Any, key: str) -> Any:
         """Return a value of an object. Raises InputError if it is missing."""
         if not isinstance(row, Mapping) or key not in row:
-            raise self.damaged(f"{field}/{key}", tr("it is missing"))
+            raise self.damage_error(f"{field}/{key}", tr("it is missing"))
         return row[key]
 
     def numbers(self, field: str, row: Any, key: str, *shape: int) -> FloatArray:
@@ -52,7 +52,7 @@ class JsonFields:
         if values.shape != shape or not np.isfinite(values).all():
             count = int(np.prod(shape))
             reason = tr("{count} numbers are needed", count=count)
-            raise self.damaged(f"{field}/{key}", reason)
+            raise self.damage_error(f"{field}/{key}", reason)
         return values
 
     def call(self, field: str, function: Callable[..., Made], *arguments: Any) -> Made:
@@ -63,7 +63,7 @@ class JsonFields:
             reason = str(error)
             if isinstance(error, KeyError):
                 reason = tr("{name} is missing", name=error.args[0])
-            raise self.damaged(field, reason) from error
+            raise self.damage_error(field, reason) from error
 
 
 def load_json(path: Path) -> Any:

@@ -56,7 +56,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         matrix = _numbers(path, transform, 16).reshape(4, 4)
         lens, unknown_model = lenses.get(camera.get("sensor_id"), (None, None))
         if lens is None:
-            raise _damaged(path, camera, tr("its sensor does not exist"))
+            raise _damage_error(path, camera, tr("its sensor does not exist"))
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         component_transform = transforms.get(camera.get("component_id"))
@@ -98,7 +98,7 @@ def _aligned_count(chunk: Element) -> int:
 def _label(path: Path, camera: Element) -> str:
     label = camera.get("label") or ""
     if not label.strip():
-        raise _damaged(path, camera, tr("it has no label"))
+        raise _damage_error(path, camera, tr("it has no label"))
     return str(label.strip().replace("\\", "/"))
 
 
@@ -120,7 +120,7 @@ def _view(
         )
     except ValueError as error:
         camera = next(c for c in chunk.iter("camera") if _label(path, c) == name)
-        raise _damaged(path, camera, str(error)) from error
+        raise _damage_error(path, camera, str(error)) from error
 
 
 def _transform(path: Path, element: Element) -> FloatArray | None:
@@ -136,7 +136,7 @@ def _transform(path: Path, element: Element) -> FloatArray | None:
     scale = transform.find("scale")
     factor = 1.0 if scale is None else float(_numbers(path, scale, 1)[0])
     if not factor > 0:
-        raise _damaged(path, transform, tr("its scale must be positive"))
+        raise _damage_error(path, transform, tr("its scale must be positive"))
     matrix = np.eye(4)
     matrix[:3, :3] = factor * _numbers(path, rotation, 9).reshape(3, 3)
     matrix[:3, 3] = _numbers(path, translation, 3)
@@ -174,7 +174,7 @@ def _to_map(
         transformer = Transformer.from_crs(geocentric, crs, always_xy=True)
         views = [_project_view(view, transformer) for view in views_in_chunk]
     except (CRSError, ProjError, ValueError) as error:
-        raise _damaged(
+        raise _damage_error(
             path, chunk if element is None else element, tr("its reference system cannot be used")
         ) from error
     return views, str(crs.name)
@@ -212,13 +212,13 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     size = None if calibration is None else calibration.find("resolution")
     size = sensor.find("resolution") if size is None else size
     if size is None:
-        raise _damaged(path, sensor, tr("it has no resolution"))
+        raise _damage_error(path, sensor, tr("it has no resolution"))
     try:
         width, height = int(size.get("width")), int(size.get("height"))
     except (TypeError, ValueError) as error:
-        raise _damaged(path, size, tr("width and height must be whole numbers")) from error
+        raise _damage_error(path, size, tr("width and height must be whole numbers")) from error
     if width <= 0 or height <= 0:
-        raise _damaged(path, size, tr("width and height must be positive"))
+        raise _damage_error(path, size, tr("width and height must be positive"))
     if calibration is None:
         return pinhole_lens(width, height, float(max(width, height))), tr("without calibration")
 
@@ -237,7 +237,7 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     if not (fx > 0 and fy > 0):
         if kind not in ("frame", "fisheye"):
             return pinhole_lens(width, height, max(width, height) / 2.0), kind
-        raise _damaged(path, calibration, tr("its focal length is missing or not positive"))
+        raise _damage_error(path, calibration, tr("its focal length is missing or not positive"))
     k1, k2, k3, k4 = (value(n) for n in ("k1", "k2", "k3", "k4"))
     if kind == "frame":
         params = (fx, fy, cx, cy, k1, k2, value("p2"), value("p1"), k3, 0.0, 0.0, 0.0)
@@ -255,9 +255,9 @@ def _numbers(path: Path, element: Element, count: int) -> FloatArray:
         values = np.array([float(word) for word in (element.text or "").split()])
     except ValueError as error:
         reason = tr("not a number among '{text}'", text=(element.text or "").strip()[:40])
-        raise _damaged(path, element, reason) from error
+        raise _damage_error(path, element, reason) from error
     if len(values) != count or not np.isfinite(values).all():
-        raise _damaged(
+        raise _damage_error(
             path,
             element,
             tr(
@@ -269,7 +269,7 @@ def _numbers(path: Path, element: Element, count: int) -> FloatArray:
     return values
 
 
-def _damaged(path: Path, element: Element, error: str) -> InputError:
+def _damage_error(path: Path, element: Element, error: str) -> InputError:
     name = element.get("label") or element.get("id")
     field = f"{element.tag} {name}" if name else str(element.tag)
     finding = Finding("file.damaged", reason=error.rstrip("."), format="Metashape")

@@ -60,7 +60,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
         root = read_xml(path)
         orientation = root if root.tag == "OrientationConique" else root.find("OrientationConique")
         if orientation is None:
-            raise _damaged(path, root, tr("{name} is missing", name="OrientationConique"))
+            raise _damage_error(path, root, tr("{name} is missing", name="OrientationConique"))
         _require(path, orientation, "TypeProj", "eProjStenope")
         _require(path, orientation, "ConvOri/KnownConv", _CONVENTION)
         lens, unknown_model = _lens_of(path, orientation, lenses)
@@ -71,7 +71,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
         try:
             view = view_of_centre(name, lens, np.array(rows).T, centre)
         except (ValueError, GeometryError) as error:
-            raise _damaged(path, exterior, str(error)) from error
+            raise _damage_error(path, exterior, str(error)) from error
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         elif _check_error_px(path, orientation, view) > _MAX_CHECK_PX:
@@ -122,7 +122,7 @@ def _lens(path: Path, element: Element) -> tuple[Intrinsics, str | None]:
     centre = _numbers(path, element, "PP", 2)
     width, height = (int(value) for value in _numbers(path, element, "SzIm", 2))
     if not (focal > 0 and width > 0 and height > 0):
-        raise _damaged(path, element, tr("the focal length is missing or not positive"))
+        raise _damage_error(path, element, tr("the focal length is missing or not positive"))
     distortions = list[Distortion]()
     # The last distortion is applied first.
     for child in reversed(element.findall("CalibDistortion")):
@@ -180,7 +180,7 @@ def _polynomial(path: Path, radial: Element, model: Element) -> Distortion:
 def _child(path: Path, element: Element, name: str) -> Element:
     child = element.find(name)
     if child is None:
-        raise _damaged(path, element, tr("{name} is missing", name=name))
+        raise _damage_error(path, element, tr("{name} is missing", name=name))
     return child
 
 
@@ -188,7 +188,7 @@ def _require(path: Path, element: Element, name: str, value: str) -> None:
     child = element.find(name)
     if child is not None and (child.text or "").strip() != value:
         reason = tr("{given} is not supported, only {value}", given=child.text, value=value)
-        raise _damaged(path, child, reason)
+        raise _damage_error(path, child, reason)
 
 
 def _numbers(path: Path, element: Element, name: str, count: int) -> FloatArray:
@@ -201,10 +201,10 @@ def _values(path: Path, element: Element, count: int) -> FloatArray:
     except ValueError:
         values = []
     if len(values) != count or not np.isfinite(values).all():
-        raise _damaged(path, element, tr("{count} numbers are needed", count=count))
+        raise _damage_error(path, element, tr("{count} numbers are needed", count=count))
     return np.array(values, np.float64)
 
 
-def _damaged(path: Path, element: Element, reason: str) -> InputError:
+def _damage_error(path: Path, element: Element, reason: str) -> InputError:
     finding = Finding("file.damaged", reason=reason.rstrip("."), format="MicMac")
     return InputError(finding, file=path, line=element.sourceline, field=str(element.tag))

@@ -86,7 +86,7 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         applied = fields.numbers("", data, "applied_transform", 3, 4)
         inverse_rotation = applied[:, :3].T
         if np.abs(inverse_rotation @ inverse_rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
-            raise fields.damaged("applied_transform", tr("the pose matrix is not a rotation"))
+            raise fields.damage_error("applied_transform", tr("the pose matrix is not a rotation"))
         views_before = [
             view.moved(1.0, inverse_rotation, -inverse_rotation @ applied[:, 3]) for view in views
         ]

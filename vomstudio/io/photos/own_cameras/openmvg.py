@@ -93,7 +93,7 @@ def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:
     for key in ("value", "ptr_wrapper", "data"):
         row = fields.get(field, row, key)
     if not isinstance(row, Mapping):
-        raise fields.damaged(field, tr("it is missing"))
+        raise fields.damage_error(field, tr("it is missing"))
     return row
 
 

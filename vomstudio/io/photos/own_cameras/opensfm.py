@@ -125,7 +125,7 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         field = f"features/{index}/properties"
         shot = feature.get("properties") if isinstance(feature, dict) else None
         if not isinstance(shot, dict):
-            raise fields.damaged(field, tr("none exist"))
+            raise fields.damage_error(field, tr("none exist"))
         name = str(fields.get(field, shot, "filename"))
         lens = fields.call(field, _shot_lens, shot)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))

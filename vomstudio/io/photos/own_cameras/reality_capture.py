@@ -72,7 +72,7 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
             views.append(view_of_centre(name, lens, _rotation(angles[row]), places[row]))
         except (ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
-            raise table.at(row, finding, "f") from error
+            raise table.cell_error(row, finding, "f") from error
         inexact += error_px > MAX_ERROR_PX
     warnings = unknown_sizes(sizes, names)
     if inexact:

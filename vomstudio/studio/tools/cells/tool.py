@@ -108,7 +108,7 @@ class CellsTool(StatelessTool):
         position = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:
-                cell = int(_file_grid(grid).at(position)[0])
+                cell = int(_file_grid(grid).cells_of(position)[0])
                 if cell >= 0:
                     return grid.id, cell
         return None

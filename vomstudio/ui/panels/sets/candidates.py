@@ -270,7 +270,7 @@ def _cone(candidates: Candidates, rows: IntArray, proposed_set: ProposedSet) -> 
     from vomstudio.geology.statistics import fisher
 
     poles, rotations = candidates.poles[rows], candidates.turns.of(rows)
-    if not rotations.known:
+    if not rotations.has_known_errors:
         return proposed_set.cone95_deg
     _, total = mean_regions(poles, fisher(poles, is_directed=False), False, rotations)
     return None if total is None else total.largest_deg
