@@ -105,7 +105,7 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
     window.studio.save_as(tmp_path / "first.vom")
     at_step(window, 9)
     card = tour_of(window)._card
-    QTest.mouseClick(card.next, driver.LEFT, driver.NONE, card.next.rect().center())
+    QTest.mouseClick(card.next_button, driver.LEFT, driver.NONE, card.next_button.rect().center())
     assert tour_of(window).step is None
     assert not [w for w in window.findChildren(type(card)) if w.isVisible()]
 
@@ -148,9 +148,11 @@ def test_steps_can_be_skipped_and_done_in_any_order(touring):
     window = touring
     card = tour_of(window)._card
     for number in range(1, 10):
-        QTest.mouseClick(card.next, driver.LEFT, driver.NONE, card.next.rect().center())
+        QTest.mouseClick(
+            card.next_button, driver.LEFT, driver.NONE, card.next_button.rect().center()
+        )
         assert tour_of(window).step == number
-    QTest.mouseClick(card.next, driver.LEFT, driver.NONE, card.next.rect().center())
+    QTest.mouseClick(card.next_button, driver.LEFT, driver.NONE, card.next_button.rect().center())
     assert tour_of(window).step is None
     assert QApplication.activeModalWidget() is None
 

@@ -343,7 +343,7 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     assert not contours()
     assert studio.settings.contour == ""
     studio.settings.contour = "heat"  # of a settings file written by hand
-    again._show()
+    again._show_settings()
     assert again.method is None
     assert again.methods[""].isChecked()
 

@@ -66,7 +66,7 @@ class DerivedQuantities:
         return Subject(feature, measured, self._projects.records, nearest_pick)
 
     # --- the models' frames ------------------------------------------------------------------
-    def north_known(self) -> bool:
+    def is_north_known(self) -> bool:
         """Return whether the direction of north is known for every model of the project."""
         models = self._projects.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
@@ -84,7 +84,7 @@ class DerivedQuantities:
         )
         return tuple(finding for findings in registration_findings for finding in findings)
 
-    def metres_known(self) -> bool:
+    def are_metres_known(self) -> bool:
         """Return whether the scale of every model of the project is known."""
         return all(m.frame.has_metres for m in self._projects.of(Model))
 

@@ -46,7 +46,7 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
     shapes_drawn = [shapely.LineString(line.pixels) for line in drawing.lines]
     shapes = [
         shapely.LineString(
-            _closed(project_to_pixels(item.points, drawing.picture), item.form == "ring")
+            _close_ring(project_to_pixels(item.points, drawing.picture), item.form == "ring")
         )
         for item in items
     ]
@@ -110,7 +110,7 @@ def merge_vertices(
     return np.array(vertices, np.float64).reshape(-1, 3)
 
 
-def _closed(pixels: FloatArray, is_ring: bool) -> FloatArray:
+def _close_ring(pixels: FloatArray, is_ring: bool) -> FloatArray:
     return np.vstack([pixels, pixels[:1]]) if is_ring else pixels
 
 

@@ -522,7 +522,7 @@ class HeadlessProject:
             If the outline contains no part of the model, or the patch has no plane.
         """
         self.read_model(model)
-        surface = self._read(model).surface
+        surface = self._read_model_data(model).surface
         assert surface is not None
         if area.ndim == 2:
             elements = elements_inside(
@@ -633,7 +633,7 @@ class HeadlessProject:
         from vomstudio.io.gis.crs import world_crs
         from vomstudio.project.imports.feature_lists import read_listed_features
 
-        model_data = self._read(model)
+        model_data = self._read_model_data(model)
         frame = model.frame
         features = read_listed_features(
             path,
@@ -653,7 +653,7 @@ class HeadlessProject:
 
     def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in a model's file frame cannot lie on the model, or None."""
-        bounds = self._read(model).bounds
+        bounds = self._read_model_data(model).bounds
         if bounds is None or not len(points):
             return None
         low, high = bounds
@@ -737,7 +737,7 @@ class HeadlessProject:
             outdated_features = [f for f in features if f.model_id == model.id]
             if not outdated_features:
                 continue
-            data = self._read(model)
+            data = self._read_model_data(model)
             findings += data.why_not
             if data.surface is not None:
                 measured_fields |= {f.id: remeasure(data.surface, f) for f in outdated_features}
@@ -788,10 +788,10 @@ class HeadlessProject:
 
     def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, with findings about new planes if it is unavailable."""
-        data = self._read(model)
+        data = self._read_model_data(model)
         return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
 
-    def _read(self, model: Model) -> _ModelData:
+    def _read_model_data(self, model: Model) -> _ModelData:
         """Read the data of a model's file, or the reason why the file cannot be read."""
         if model.id not in self._model_data:
             try:

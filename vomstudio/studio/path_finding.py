@@ -90,7 +90,7 @@ class PathFinding:
         search = _Search(data, cost, ends, is_live, photo, photos)
         # A new search for the cursor replaces the one for its previous position.
         self._background.run(
-            partial(self._find, search),
+            partial(self._find_path, search),
             answer,
             lambda error: answer(finding_of(error)),
             key=_LIVE if is_live else None,
@@ -103,7 +103,7 @@ class PathFinding:
         self._photo_paths = PhotoPaths()
 
     # --- in the thread -----------------------------------------------------------------------
-    def _find(self, search: _Search) -> FollowedPath:
+    def _find_path(self, search: _Search) -> FollowedPath:
         if search.data is None:
             raise InputError(Finding("model.not-open"))
         if search.photos is None:

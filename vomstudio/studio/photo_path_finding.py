@@ -77,7 +77,7 @@ class PhotoPaths:
 
         if photos is not self._photos or self._opened is None:
             self.forget()
-            self._opened, self._photos = _opened(photos), photos
+            self._opened, self._photos = _open_photos(photos), photos
         follower, row = self._follower, photos.views.row(photo)
         if follower is None or follower.photos.view_row != row:
             self._follower = None
@@ -88,7 +88,7 @@ class PhotoPaths:
         return follower.with_cost(cost)
 
 
-def _opened(photos: ModelPhotos) -> CalibratedPhotos:
+def _open_photos(photos: ModelPhotos) -> CalibratedPhotos:
     """Return the cameras, scaled to the photos in the folder, which may be downsized."""
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scale_view
     from vomstudio.io.photos.cameras_file import FILE_NAME

@@ -123,14 +123,14 @@ class Projects:
             return
         self._is_opening = True
         try:
-            project, measurements = self._read(folder)
+            project, measurements = self._read_folder(folder)
         finally:
             self._is_opening = False
         self._adopt(project, measurements)
         if not self.project.untitled:
             self._preferences.remember(self.project.folder)
 
-    def _read(self, folder: Path) -> tuple[ProjectFolder, Measurements | None]:
+    def _read_folder(self, folder: Path) -> tuple[ProjectFolder, Measurements | None]:
         journal = folder / JOURNAL_NAME
         if not is_regular(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
             return self._lock(folder), None

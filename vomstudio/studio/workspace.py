@@ -168,8 +168,8 @@ class Workspace:
     def _join(self) -> None:
         self.loader.problem.connect(lambda finding: self.notices.warn(finding, "error"))
         self.projects.leaving.connect(self._leave)
-        self.projects.opened.connect(self._begin)
-        self.projects.edited.connect(self._edited)
+        self.projects.opened.connect(self._begin_project)
+        self.projects.edited.connect(self._follow_edit)
         self.projects.history_changed.connect(self.history_changed.emit)
         self.projects.saved.connect(self.layers.write)
         self.tools.undo_changed.connect(self.history_changed.emit)
@@ -178,7 +178,7 @@ class Workspace:
         self.models.loaded.connect(self.surroundings.offer)
 
     # --- change of the project ----------------------------------------------------------------
-    def _begin(self) -> None:
+    def _begin_project(self) -> None:
         session = self.projects.session
         self.derived.begin()
         self.visibility.load()
@@ -262,7 +262,7 @@ class Workspace:
             steps.callback(self.projects.leave)
 
     # --- edits -------------------------------------------------------------------------------
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(record, Model) and id_ not in self.models.open_models:
                 self.models.load(record)

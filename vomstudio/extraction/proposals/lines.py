@@ -234,21 +234,21 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
         [[0], np.cumsum(np.bincount(place[source_numbers], minlength=len(nodes)))]
     ).astype(np.int64)
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
-    for first, last_row in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+    for first_row, last_row in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
         # An arc can be several times longer than the typical arc.
-        if 3 * (last_row - first) < min_arcs or last_row - first < 2:
+        if 3 * (last_row - first_row) < min_arcs or last_row - first_row < 2:
             continue
-        piece_nodes = nodes[order[first:last_row]]
-        begin, end = starts[first], starts[last_row]
+        piece_nodes = nodes[order[first_row:last_row]]
+        begin, end = starts[first_row], starts[last_row]
         yield (
             piece_nodes,
             Graph(
                 np.ascontiguousarray(graph.places[piece_nodes]),
-                starts[first : last_row + 1] - begin,
-                (neighbours[begin:end] - first).astype(np.int32),
+                starts[first_row : last_row + 1] - begin,
+                (neighbours[begin:end] - first_row).astype(np.int32),
                 None,
                 {},
-                partial(np.zeros, last_row - first),
+                partial(np.zeros, last_row - first_row),
                 piece_nodes,
             ),
         )

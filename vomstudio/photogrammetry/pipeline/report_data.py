@@ -252,7 +252,7 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
     photo_by_name = {photo.name: photo for photo in photos}
     rows = []
     for camera in cameras:
-        first = photo_by_name[camera.photos[0]]
+        first_photo = photo_by_name[camera.photos[0]]
         # Parameters freed by the ground have an error, but no correlations with others.
         is_uncorrelated = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
         free_indices = [
@@ -260,10 +260,10 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
         ]
         rows.append(
             {
-                "camera": first.camera,
+                "camera": first_photo.camera,
                 "model": camera.model,
-                "width": first.width,
-                "height": first.height,
+                "width": first_photo.width,
+                "height": first_photo.height,
                 "photos": len(camera.photos),
                 "names": list(camera.names),
                 "params": list(camera.values),

@@ -41,15 +41,15 @@ def choose_views(starts, views, quality, neighbour_faces, joining, sweeps, label
     for sweep in range(sweeps):
         changed_count = 0
         for f in range(len(labels)):
-            first, last_neighbour = starts[f], starts[f + 1]
-            if first == last_neighbour:
+            first_neighbour, last_neighbour = starts[f], starts[f + 1]
+            if first_neighbour == last_neighbour:
                 labels[f] = -1
                 continue
             top = 1e-20
-            for e in range(first, last_neighbour):
+            for e in range(first_neighbour, last_neighbour):
                 top = max(top, quality[e])
             best_quality, best_view = -1.0, labels[f]
-            for e in range(first, last_neighbour):
+            for e in range(first_neighbour, last_neighbour):
                 value = quality[e] / top
                 if sweep > 0:
                     for side in range(3):
@@ -131,15 +131,15 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
     Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.
     """
     for v in range(len(starts) - 1):
-        first, last_neighbour = starts[v], starts[v + 1]
-        n = last_neighbour - first
-        for e in range(first, last_neighbour):
+        first_neighbour, last_neighbour = starts[v], starts[v + 1]
+        n = last_neighbour - first_neighbour
+        for e in range(first_neighbour, last_neighbour):
             distance[e] = 0.0
             spread[e] = 0.0
         if n < 3:
             continue
         for c in range(3):
-            values = colors[first:last_neighbour, c].copy()
+            values = colors[first_neighbour:last_neighbour, c].copy()
             values.sort()
             centre = 0.5 * (values[(n - 1) // 2] + values[n // 2])
             for k in range(n):
@@ -147,7 +147,7 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
             values.sort()
             # Use the nearer half, so that outliers do not widen the spread.
             median = values[(n - 1) // 2]
-            for e in range(first, last_neighbour):
+            for e in range(first_neighbour, last_neighbour):
                 distance[e] = max(distance[e], abs(colors[e, c] - centre))
                 spread[e] = max(spread[e], median)
 

@@ -198,21 +198,21 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
 
 def _camera_group(group: Sequence[Photo]) -> str:
     """Describe photos that share a calibration: number, camera, size and focal length."""
-    first = group[0]
-    camera = first.camera or tr("unknown camera")
-    if first.focal_px:
+    first_photo = group[0]
+    camera = first_photo.camera or tr("unknown camera")
+    if first_photo.focal_px:
         return tr(
             "{count} x {camera} ({width} x {height}, f = {focal:.0f} px)",
             count=len(group),
             camera=camera,
-            width=first.width,
-            height=first.height,
-            focal=first.focal_px,
+            width=first_photo.width,
+            height=first_photo.height,
+            focal=first_photo.focal_px,
         )
     return tr(
         "{count} x {camera} ({width} x {height})",
         count=len(group),
         camera=camera,
-        width=first.width,
-        height=first.height,
+        width=first_photo.width,
+        height=first_photo.height,
     )

@@ -181,25 +181,25 @@ def assess(
         reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave) - 3)
     codes = [f.code for f in grave]
     if errors:
-        first = Finding("survey.incomplete", reasons=reasons, codes=codes)
+        verdict = Finding("survey.incomplete", reasons=reasons, codes=codes)
     elif warnings:
-        first = Finding("survey.reservations", reasons=reasons, codes=codes)
+        verdict = Finding("survey.reservations", reasons=reasons, codes=codes)
     else:
-        first = Finding("survey.sound")
+        verdict = Finding("survey.sound")
     if planes is not None:
         size = length_text(planes.resolution, 2, is_metric=is_metric)
         resolved = Finding("survey.model-resolution", size=size)
-        return first, resolved, expected_planes(planes, is_metric=is_metric, source="model")
+        return verdict, resolved, expected_planes(planes, is_metric=is_metric, source="model")
     if gsd_m is not None:
         size_finding = Finding(
             "survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric)
         )
         return (
-            first,
+            verdict,
             size_finding,
             expected_planes(PlaneSizes.from_pixel_size(gsd_m), is_metric=is_metric),
         )
-    return first, *hint
+    return verdict, *hint
 
 
 _SHORT = {

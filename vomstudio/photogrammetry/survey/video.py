@@ -209,11 +209,11 @@ class _Video:
             raise InputError(Finding("video.not-a-video"), file=path)
         with utf8_name(path) as safe_path:
             self._capture = cv2.VideoCapture(str(safe_path))
-        is_read, first = self._capture.read() if self._capture.isOpened() else (False, None)
-        if not is_read or first is None:
+        is_read, first_frame = self._capture.read() if self._capture.isOpened() else (False, None)
+        if not is_read or first_frame is None:
             self._capture.release()
             raise InputError(Finding("video.not-a-video"), file=path)
-        self._first = np.asarray(first)
+        self._first = np.asarray(first_frame)
         self.height, self.width = self._first.shape[:2]
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         self.fps = fps if 0.1 <= fps <= 1000.0 else 25.0

@@ -49,10 +49,10 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> PolyData | MultiBlock:
         return _block(mesh, mesh.faces, origin, material)
     blocks = pyvista.MultiBlock()
     for i, material in enumerate(mesh.materials):
-        first, last_face = mesh.material_offsets[i : i + 2]
-        if last_face > first:
+        first_face, last_face = mesh.material_offsets[i : i + 2]
+        if last_face > first_face:
             blocks.append(
-                _block(mesh, mesh.faces[first:last_face], origin, material), material.name
+                _block(mesh, mesh.faces[first_face:last_face], origin, material), material.name
             )
     blocks.add_field_data(origin, "origin")
     return blocks

@@ -78,7 +78,7 @@ def draw(
             show_points=False,
             always_visible=True,
         )
-    _look(plotter, models)
+    _set_camera(plotter, models)
     return plotter
 
 
@@ -129,7 +129,7 @@ def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> Non
         plotter.add_mesh(disc, color=feature.color, opacity=0.5, name=f"{feature.name} plane")
 
 
-def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
+def _set_camera(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
     """View the exposed side of the first model, with the up direction upwards in the image."""
     if not models:
         plotter.reset_camera()

@@ -25,7 +25,7 @@ class Overlays:
 
     Attributes
     ----------
-    north_known, unit_known : bool
+    is_north_known, is_unit_known : bool
         Whether the y axis of the World frame points North, and whether its unit is the metre.
     bars : list of ColorBar
         Colour bars of the last paint.
@@ -40,8 +40,8 @@ class Overlays:
         self._camera = camera
         self._captions = captions
         self.annotations = Annotations()
-        self.north_known = True
-        self.unit_known = True
+        self.is_north_known = True
+        self.is_unit_known = True
         self.bars: list[bar_painting.ColorBar] = []
         self.legend = ColorLegend()
         self.covered = QRectF()
@@ -96,7 +96,7 @@ class Overlays:
         for bar in self.bars:
             bar.paint(painter)
         self.legend.paint(painter)
-        compass_and_scale.draw_compass(painter, self._camera.frame, height, self.north_known)
+        compass_and_scale.draw_compass(painter, self._camera.frame, height, self.is_north_known)
         scale_bar_box = compass_and_scale.scale_bar_box(width, height)
         compass_box = compass_and_scale.compass_box(height)
         is_free = not any(map(scale_bar_box.intersects, (self.covered, compass_box)))
@@ -108,13 +108,13 @@ class Overlays:
             note=tr("at the centre of rotation")
             if is_free and not self._camera.orthographic
             else "",
-            is_unit_known=self.unit_known,
+            is_unit_known=self.is_unit_known,
         )
 
     def _lay_out_bars(
         self, scales: list[tuple[Scale, str]], size: Size
     ) -> list[bar_painting.ColorBar]:
-        if not self.unit_known:
+        if not self.is_unit_known:
             scales = [
                 (replace(s, unit=tr("units")) if s.unit == "m" else s, id_) for s, id_ in scales
             ]

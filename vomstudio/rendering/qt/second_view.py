@@ -207,7 +207,7 @@ class SecondView(QWidget):
             self._picture.redraw_features()
         self.gestures.adopt_settings(self._source.gestures)
         notes, source = self.overlays, self._source.overlays
-        notes.north_known, notes.unit_known = source.north_known, source.unit_known
+        notes.is_north_known, notes.is_unit_known = source.is_north_known, source.is_unit_known
         notes.annotations.label_mode = source.annotations.label_mode
         self._refresh_labels()
 

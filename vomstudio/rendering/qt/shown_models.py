@@ -64,7 +64,7 @@ class ShownModels(QObject):
         self._hidden: set[str] = set()
         self._elements: dict[str, BoolArray] = {}
         self._transforms: dict[str, FloatArray] = {}
-        self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._handed.connect(self._handle_events, Qt.ConnectionType.QueuedConnection)
         picture.drawn.connect(self._report_stages)
         moves.restored.connect(self._leave_camera)
 
@@ -175,7 +175,7 @@ class ShownModels(QObject):
 
     # -- results of the workers
 
-    def _take(self) -> None:
+    def _handle_events(self) -> None:
         """Accept results of the workers for a few milliseconds."""
         scene = self._lifetime.scene
         if scene is None:

@@ -117,9 +117,9 @@ class Viewport(QWidget):
         )
         self.photos = PhotoCameras(camera, self, lifetime, picture)
         self.gestures = Gestures(self, self.moves, self.clip, self)
-        self._connect()
+        self._connect_signals()
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         self._picture.outdated.connect(self._forget_base)
         self._picture.first_frame.connect(self.first_frame)
         self._picture.content_changed.connect(self.content_changed)
@@ -263,13 +263,13 @@ class Viewport(QWidget):
         self._forget_base()
         self.update()
 
-    def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
+    def set_frame(self, *, is_north_known: bool, is_unit_known: bool = True) -> None:
         """Set whether the y axis of the World frame points North and its unit is the metre.
 
         Otherwise the compass shows "local frame", and the scale bar shows model units.
         """
-        self.overlays.north_known = north_known
-        self.overlays.unit_known = unit_known
+        self.overlays.is_north_known = is_north_known
+        self.overlays.is_unit_known = is_unit_known
         self._picture.redraw_features()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -278,7 +278,7 @@ class Viewport(QWidget):
             self._base = self._compose()
         painter = QPainter(self)
         painter.drawImage(QPointF(0.0, 0.0), self._base)
-        letters = (tr("E"), tr("N"), tr("Z")) if self.overlays.north_known else ("x", "y", "z")
+        letters = (tr("E"), tr("N"), tr("Z")) if self.overlays.is_north_known else ("x", "y", "z")
         self.clip.paint(painter, self.gestures.held_face, letters)
         self.photos.paint(painter, self.rect())
         self.features.paint_hovered(painter)

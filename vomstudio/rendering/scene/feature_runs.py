@@ -186,7 +186,9 @@ def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     The outline of a disc that is not filled is one of them.
     """
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in drawings]
-    lines += [(_closed(d.disc), d.color) for d in drawings if d.is_outlined and d.disc is not None]
+    lines += [
+        (_close_ring(d.disc), d.color) for d in drawings if d.is_outlined and d.disc is not None
+    ]
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
@@ -200,7 +202,7 @@ def discs_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
 
 
-def _closed(ring: FloatArray) -> FloatArray:
+def _close_ring(ring: FloatArray) -> FloatArray:
     points = np.asarray(ring, float).reshape(-1, 3)
     return np.concatenate([points, points[:1]])
 

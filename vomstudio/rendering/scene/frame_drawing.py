@@ -119,7 +119,7 @@ class FramePicture:
             shown_parts = self._tinted(self._visibility.parts())
         has_new_parts = any(not p.is_uploaded for p in shown_parts)
         start_time = time.perf_counter()
-        self._show(shown_parts)
+        self._show_parts(shown_parts)
         self._canvas.is_surface_saved = False
         features = self._contents.features
         features.is_thin = is_moving
@@ -241,7 +241,7 @@ class FramePicture:
             # The features, including copying the surface below them, are a separate step unless
             # the whole frame is drawn quickly.
             is_last = is_last or self.pace.expected(batch) <= BATCH_S
-        self._show(batch)
+        self._show_parts(batch)
         uses_bands = is_last and self._wants_bands
         self._render(
             with_clear=frame.first,
@@ -297,7 +297,7 @@ class FramePicture:
 
     # -- common
 
-    def _show(self, parts: list[Part]) -> None:
+    def _show_parts(self, parts: list[Part]) -> None:
         shown_ids = {id(p) for p in parts}
         for model in self._contents.models.values():
             for part in model.parts + model.proxies:

@@ -27,11 +27,11 @@ class Buffers:
     def save(self, name: str, region: PixelRegion | None = None) -> None:
         """Save the picture of the window, or only a part of it."""
         buffer = self._buffers[name] = self._fitting(name)
-        self._copy(self._window.GetRenderFramebuffer(), buffer, region)
+        self._copy_region(self._window.GetRenderFramebuffer(), buffer, region)
 
     def restore(self, name: str, region: PixelRegion | None = None) -> None:
         """Restore a saved picture, or only a part of it."""
-        self._copy(self._buffers[name], self._window.GetRenderFramebuffer(), region)
+        self._copy_region(self._buffers[name], self._window.GetRenderFramebuffer(), region)
 
     def release(self) -> None:
         for buffer in self._buffers.values():
@@ -58,7 +58,7 @@ class Buffers:
         self._sizes[name] = (width, height)
         return buffer
 
-    def _copy(
+    def _copy_region(
         self,
         source: vtkOpenGLFramebufferObject,
         target: vtkOpenGLFramebufferObject,

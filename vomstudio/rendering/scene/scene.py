@@ -158,7 +158,7 @@ class Scene:
         model.from_world = np.asarray(np.linalg.inv(model.to_world), np.float64)
         if self.canvas.origin is None:
             self.set_origin(np.round(model.corners_world().mean(axis=0)))
-        self._place(model)
+        self._place_model(model)
         self._place_planes()
         self.picture.abandon()
 
@@ -259,9 +259,9 @@ class Scene:
         self.cameras.set_origin(place)
         self._place_planes()
         for model in self.models.values():
-            self._place(model)
+            self._place_model(model)
 
-    def _place(self, model: ModelScene) -> None:
+    def _place_model(self, model: ModelScene) -> None:
         placement = self.canvas.placement(model.to_world, model.origin)
         for part in model.parts + model.proxies:
             part.actor.SetUserMatrix(placement)

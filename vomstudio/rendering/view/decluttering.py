@@ -25,8 +25,8 @@ class LabelGrid:
 
     def block(self, x: float, y: float, width: float, height: float) -> None:
         """Mark a rectangle as occupied."""
-        first, last_row, mask = self._cells(x, y, width, height)
-        for row in range(first, last_row):
+        first_row, last_row, mask = self._cells(x, y, width, height)
+        for row in range(first_row, last_row):
             self._rows[row] |= mask
 
     def take(self, x: float, y: float, width: float, height: float) -> bool:
@@ -47,8 +47,8 @@ class LabelGrid:
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
         """Return whether the part of a rectangle inside the image is free."""
-        first, last_row, mask = self._cells(x, y, width, height)
-        return not any(row & mask for row in self._rows[first:last_row])
+        first_row, last_row, mask = self._cells(x, y, width, height)
+        return not any(row & mask for row in self._rows[first_row:last_row])
 
     def collisions(self, boxes: FloatArray) -> BoolArray:
         """Return which rectangles (n, 4) overlap another one or leave the image.
@@ -82,9 +82,9 @@ class LabelGrid:
         """Return the first row, the end row and the column bits of a rectangle."""
         left = max(int(x) // CELL, 0)
         right = max(min(int(x + width), int(self.width)) // CELL + 1, left)
-        first = max(int(y) // CELL, 0)
-        last_row = max(min(int(y + height) // CELL + 1, len(self._rows)), first)
-        return first, last_row, ((1 << (right - left)) - 1) << left
+        first_row = max(int(y) // CELL, 0)
+        last_row = max(min(int(y + height) // CELL + 1, len(self._rows)), first_row)
+        return first_row, last_row, ((1 << (right - left)) - 1) << left
 
 
 def place_labels(

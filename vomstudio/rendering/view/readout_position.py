@@ -116,20 +116,20 @@ class ReadingPosition:
             positions = _places(size, view, picked_points)
             side = self._free_side(positions, picked_points)
             if side is not None:
-                return number, self._take(side, positions[side])
+                return number, self._use_side(side, positions[side])
         number = len(sizes) - 1
         positions = [*_places(sizes[number], view, picked_points), *_grid(sizes[number], view)]
         cost = [_covered(box, picked_points, LINE_CLEARANCE) for box in positions]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
             side = self.side
-        return number, self._take(side, positions[side])
+        return number, self._use_side(side, positions[side])
 
     def forget(self) -> None:
         """Reset the position because no reading is drawn."""
         self.side, self.box = 0, None
 
-    def _take(self, side: int, box: PixelBox) -> PixelBox:
+    def _use_side(self, side: int, box: PixelBox) -> PixelBox:
         self.side, self.box = side, box
         return box
 

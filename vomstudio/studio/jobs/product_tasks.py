@@ -144,7 +144,7 @@ class ElevationRequest:
     to_world: Matrix
     crs: str | None
     is_metric: bool
-    north_known: bool
+    is_north_known: bool
     options: DemOptions
     files: DemFiles
     out: Path
@@ -179,7 +179,7 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
         request.out,
         files=request.files,
         world=request.crs,
-        is_north_known=request.north_known,
+        is_north_known=request.is_north_known,
         model=str(request.path),
         content_hash=loaded_model.content_hash,
         warnings=(*loaded_model.warnings, *plan.notes),

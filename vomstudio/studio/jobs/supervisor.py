@@ -180,10 +180,10 @@ class Worker:
         lifeline.close_child_end()
         assert process.stderr is not None
         last_words = LastWords(process.stderr)
-        start_thread(self._read, process, lifeline, last_words, name="worker output")
+        start_thread(self._read_events, process, lifeline, last_words, name="worker output")
         return process
 
-    def _read(
+    def _read_events(
         self, process: subprocess.Popen[str], lifeline: Lifeline, last_words: LastWords
     ) -> None:
         assert process.stdout is not None

@@ -202,7 +202,7 @@ class FoundFacets:
     out: Path
 
 
-def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
+def _find_facets(request: FacetsRequest, progress: Progress) -> FoundFacets:
     import numpy as np
 
     from vomstudio.extraction.facets import find_facets
@@ -298,6 +298,8 @@ def _corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
     return np.asarray(data.points[rows], np.float64)
 
 
-FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsRequest, FoundFacets, _find, MEMORY_ADVICE)
+FIND_FACETS = Job(
+    "find_facets", Lane.PRODUCTS, FacetsRequest, FoundFacets, _find_facets, MEMORY_ADVICE
+)
 
 JOBS = (COMPUTE_FIELDS, MAP_MEASURABLE, FIND_FACETS)

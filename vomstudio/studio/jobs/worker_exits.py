@@ -38,9 +38,9 @@ class LastWords:
     def __init__(self, stream: IO[str]) -> None:
         self._lines: collections.deque[str] = collections.deque(maxlen=MAX_LINES)
         self._stream = stream
-        self._thread = start_thread(self._read, name="worker errors")
+        self._thread = start_thread(self._read_lines, name="worker errors")
 
-    def _read(self) -> None:
+    def _read_lines(self) -> None:
         is_echoed = (
             os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0") and sys.stderr is not None
         )

@@ -166,7 +166,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
             is_whole_model = sight is None
-            self._read(
+            self._read_in_background(
                 lambda: assess_facets(record, options, result, is_whole_model, records, thresholds),
                 self._show_proposals,
             )

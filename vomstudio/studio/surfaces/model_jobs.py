@@ -99,7 +99,9 @@ class ModelWork:
         self.running, self.findings = running_job, ()
         self.changed.emit()
 
-    def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:
+    def _read_in_background(
+        self, work: Callable[[], Result], show: Callable[[Result], None]
+    ) -> None:
         """Run `work` in a worker thread, then end the job and pass the result to `show`."""
 
         def end(result: Result) -> None:

@@ -245,7 +245,7 @@ class ModelFields(ModelWork):
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
-            self._show(model_id, shown_field, {}, self.shown[model_id].findings)
+            self._show_field(model_id, shown_field, {}, self.shown[model_id].findings)
             return
         is_metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
@@ -275,7 +275,7 @@ class ModelFields(ModelWork):
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
-            self._show(model_id, shown_field, {}, self.shown[model_id].findings)
+            self._show_field(model_id, shown_field, {}, self.shown[model_id].findings)
             return
         names = map_names(plane, length, is_metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
@@ -344,10 +344,12 @@ class ModelFields(ModelWork):
         self, model_id: str, shown_field: ShownField, work: Callable[[], FieldsResult]
     ) -> None:
         """Read or compute fields in a worker thread, and show them."""
-        self._read(work, lambda result: self._show(model_id, shown_field, *result))
+        self._read_in_background(
+            work, lambda result: self._show_field(model_id, shown_field, *result)
+        )
 
     # --- showing -----------------------------------------------------------------------------
-    def _show(
+    def _show_field(
         self, model_id: str, shown_field: ShownField, arrays: Arrays, findings: tuple[Finding, ...]
     ) -> None:
         open_model = self._models.open_models.get(model_id)

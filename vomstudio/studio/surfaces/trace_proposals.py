@@ -125,7 +125,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         # Rejected lines in the file frames, kept until the program ends.
         self._never: dict[str, list[FloatArray]] = {}
         self._open_before: frozenset[int] = frozenset()
-        tools.changed.connect(self._look)
+        tools.changed.connect(self._update_measurement)
 
     @property
     def open_rows(self) -> frozenset[int]:
@@ -156,7 +156,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
         def handle_result(result: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
-            self._read(
+            self._read_in_background(
                 lambda: assess_lines(record, options, result, known_lines, records, thresholds),
                 self._show_lines,
             )
@@ -206,7 +206,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         if not self._editing.attempt(edits.add_features, list(traces.values())):
             self._trace_ids = ids_before
             return []
-        self._changed()
+        self._notify_change()
         return [trace.id for trace in traces.values()]
 
     def edit(self, row: int) -> bool:
@@ -233,7 +233,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         opened_line = tool.begin_followed(model, _clicks(line.trace, maximum), cost, note)
         if opened_line is not None:
             self._trace_ids[row] = opened_line
-        self._changed()
+        self._notify_change()
         return opened_line is not None
 
     def reject(self, rows: Collection[int]) -> None:
@@ -245,31 +245,31 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             line = np.asarray(proposals.lines[row].trace.vertices, np.float64)
             self._never.setdefault(proposals.model_id, []).append(line)
             self._rejected.add(row)
-        self._changed()
+        self._notify_change()
 
     def forgive(self, model_id: str) -> None:
         """Allow the rejected lines of a model to be proposed again."""
         self._never.pop(model_id, None)
         if self.proposals is not None and self.proposals.model_id == model_id:
             self._rejected.clear()
-        self._changed()
+        self._notify_change()
 
     def _forget(self) -> None:
         """Clear the decisions; rejected lines are still not proposed again."""
         self._trace_ids, self._rejected = {}, set()
 
     def _update_open(self, edit: Edit) -> None:
-        self._look()
+        self._update_measurement()
 
-    def _look(self) -> None:
+    def _update_measurement(self) -> None:
         if self._open_before != self.open_rows:
-            self._changed()
+            self._notify_change()
 
     def _report(self, *findings: Finding) -> None:
         self.findings = findings
-        self._changed()
+        self._notify_change()
 
-    def _changed(self) -> None:
+    def _notify_change(self) -> None:
         self._open_before = self.open_rows
         self.changed.emit()
 

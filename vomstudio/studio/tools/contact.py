@@ -97,7 +97,7 @@ class ContactTool(FollowingTool[Contact]):
             self.next_contact.set_name,
         )
 
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         assert self._feature is not None
         complete_feature = self._whole_path(self._feature)
         self.measurement = (
@@ -118,7 +118,7 @@ class ContactTool(FollowingTool[Contact]):
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
         return {**state, **self._cost_state()}
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Contact:
+    def _feature_from_draft(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Contact:
         contact = Contact(
             str(state["contact_id"]),
             "",

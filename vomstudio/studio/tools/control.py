@@ -59,12 +59,12 @@ class ControlTool(StatelessTool):
     def begin(self) -> None:
         """Activate the tool."""
         self._is_active = True
-        self._show()
+        self._show_preview()
 
     def choose(self, id_: str) -> None:
         """Select the point that is located next; "" stands for a new point."""
         self._current = id_
-        self._show()
+        self._show_preview()
         self._context.tool_changed()
 
     def expect(self, positions: Mapping[str, FloatArray], radius: float) -> None:
@@ -78,7 +78,7 @@ class ControlTool(StatelessTool):
             Radius of the ring around each position, metres.
         """
         self._expected, self._radius = positions, radius
-        self._show()
+        self._show_preview()
 
     def hint(self) -> str:
         point = self.current
@@ -106,9 +106,9 @@ class ControlTool(StatelessTool):
     def pointer(self, event: PointerEvent) -> None:
         self._is_active = True
         if event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit is not None:
-            self._place(event.hit)
+            self._place_point(event.hit)
 
-    def _place(self, hit: Hit) -> None:
+    def _place_point(self, hit: Hit) -> None:
         records = self._context.session.records
         model = get(records, hit.model_id, Model)
         if model is None:
@@ -126,7 +126,7 @@ class ControlTool(StatelessTool):
             return
         self._current = "" if point is None else self._next(point)
         self._context.created(id_)
-        self._show()
+        self._show_preview()
         self._context.tool_changed()
 
     def _edit(self, point: ControlPoint | None, model: Model, hit: Hit) -> Edit:
@@ -152,7 +152,7 @@ class ControlTool(StatelessTool):
         remaining = [p.id for p in (*points[position:], *points[:position]) if not p.vertices]
         return remaining[0] if remaining else ""
 
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         """Draw a ring at the expected position of the current point."""
         point = self.current
         position = None if point is None or point.vertices else self._expected.get(point.id)

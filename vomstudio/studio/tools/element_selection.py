@@ -63,7 +63,7 @@ class ElementSelection:
 
     def start(self, mask: BoolArray) -> None:
         """Select exactly the marked elements, as the state before the first step."""
-        self._take(mask)
+        self._set_mask(mask)
 
     def change(self, mask: BoolArray, step: str) -> bool:
         """Select exactly the marked elements. Return False if the selection is unchanged."""
@@ -71,13 +71,13 @@ class ElementSelection:
             return False
         self._steps = [*self._steps[1 - MAX_STEPS :], (step, np.packbits(self.mask))]
         self._undone_steps = []
-        self._take(mask)
+        self._set_mask(mask)
         return True
 
     def change_last(self, mask: BoolArray) -> None:
         """Replace the result of the last step."""
         self._undone_steps = []
-        self._take(mask)
+        self._set_mask(mask)
 
     def before_last(self) -> BoolArray:
         """Return the selection (n,) before the last step."""
@@ -89,7 +89,7 @@ class ElementSelection:
             return False
         step, mask_before = self._steps.pop()
         self._undone_steps.append((step, np.packbits(self.mask)))
-        self._take(self._unpacked(mask_before))
+        self._set_mask(self._unpacked(mask_before))
         return True
 
     def redo(self) -> bool:
@@ -98,14 +98,14 @@ class ElementSelection:
             return False
         step, mask_after = self._undone_steps.pop()
         self._steps.append((step, np.packbits(self.mask)))
-        self._take(self._unpacked(mask_after))
+        self._set_mask(self._unpacked(mask_after))
         return True
 
     def settle(self) -> None:
         """Discard the undone steps."""
         self._undone_steps = []
 
-    def _take(self, mask: BoolArray) -> None:
+    def _set_mask(self, mask: BoolArray) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))
 
     def _unpacked(self, packed_mask: ByteArray) -> BoolArray:
@@ -122,7 +122,7 @@ class ElementSelection:
         """Restore a draft. Raises KeyError, TypeError or ValueError if it is not valid."""
         mask = mask_from_dict(values)
         selection = cls(str(values["model_id"]), len(mask))
-        selection._take(mask)
+        selection._set_mask(mask)
         return selection
 
 

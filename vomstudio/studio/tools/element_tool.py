@@ -63,7 +63,7 @@ class ElementTool:
         self._preview = ElementPreview(context)
 
     # --- to be implemented by the tool --------------------------------------------------------
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         """Draw the selection and the unfinished shape."""
         raise NotImplementedError
 
@@ -116,17 +116,17 @@ class ElementTool:
         """Set the action of the next click or drag, and discard an unfinished shape."""
         self._shape = None
         self.mode = mode
-        self._changed()
+        self._notify_change()
 
     def set_combine(self, combine: Combine) -> None:
         """Set how the next result is combined if no key is pressed."""
         self.combine = combine
-        self._changed()
+        self._notify_change()
 
     def set_through(self, is_through: bool) -> None:
         """Set whether shapes select hidden elements too."""
         self.is_through = is_through
-        self._changed()
+        self._notify_change()
 
     # --- shapes ------------------------------------------------------------------------------
     def _draw(self, event: PointerEvent) -> None:
@@ -134,7 +134,7 @@ class ElementTool:
         if event.kind is Pointer.MOVE:
             if self._shape is not None:
                 self._shape.move(event)
-                self._show()
+                self._show_preview()
         elif event.button is not Button.LEFT:
             return
         elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
@@ -144,11 +144,11 @@ class ElementTool:
                 self._shape.corner(event)
             else:
                 self._begin_shape(event)
-            self._changed()
+            self._notify_change()
         elif self._shape is not None and event.kind is Pointer.DRAG_MOVE:
             self._shape.drag(event)
             if not event.more:
-                self._show()
+                self._show_preview()
         elif self._shape is not None and event.kind is Pointer.DRAG_END:
             self._shape.drag(event)
             if self._shape.mode != "polygon":
@@ -163,7 +163,7 @@ class ElementTool:
         elif self._shape.corner(event):
             self._close_shape()
             return
-        self._changed()
+        self._notify_change()
 
     def _begin_shape(self, event: PointerEvent) -> None:
         if event.in_photo:
@@ -184,7 +184,7 @@ class ElementTool:
         snapshot = self._context.elements.view_snapshot()
         if snapshot is not None:
             self._apply_shape(shape, snapshot)
-        self._changed()
+        self._notify_change()
 
     def _apply_shape(self, shape: DrawnShape, snapshot: ViewSnapshot) -> None:
         """Select the elements inside a shape."""
@@ -225,13 +225,13 @@ class ElementTool:
             return
         self._selection = selection
         self._keep_draft()
-        self._changed()
+        self._notify_change()
 
     def adopt(self, selection: ElementSelection) -> None:
         """Continue with a selection of another tool."""
         self._selection = selection
         self._keep_draft()
-        self._changed()
+        self._notify_change()
 
     def release(self) -> ElementSelection | None:
         """Give up the selection, so that another tool can adopt it, and return it."""
@@ -244,7 +244,7 @@ class ElementTool:
         if self._shape is not None:
             if not self._shape.take_back():
                 self._shape = None
-            self._changed()
+            self._notify_change()
             return True
         return self._selection is not None and self._stepped(self._selection.undo())
 
@@ -255,7 +255,7 @@ class ElementTool:
     def _stepped(self, is_done: bool) -> bool:
         if is_done:
             self._keep_draft()
-            self._changed()
+            self._notify_change()
         return is_done
 
     # --- end ---------------------------------------------------------------------------------
@@ -263,7 +263,7 @@ class ElementTool:
         """Discard the unfinished shape, or else the selection, which undo restores."""
         if self._shape is not None:
             self._shape = None
-            self._changed()
+            self._notify_change()
         elif (selection := self.selection) is not None:
             self._discard(selection, f"Discard the {self.noun}", lambda: None)
 
@@ -299,12 +299,12 @@ class ElementTool:
     def _drop(self) -> None:
         self._selection, self._shape = None, None
         self._preview.forget()
-        self._changed()
+        self._notify_change()
 
     def leave(self) -> None:
         """Discard an unfinished shape; the selection remains."""
         self._shape = None
-        self._changed()
+        self._notify_change()
 
     def forget(self) -> None:
         """Reset because the project is being closed; the selection remains as a draft."""
@@ -345,11 +345,11 @@ class ElementTool:
         if selection.model_id not in self._context.session.records:
             return False
         self._selection = selection
-        self._changed()
+        self._notify_change()
         return True
 
-    def _changed(self) -> None:
-        self._show()
+    def _notify_change(self) -> None:
+        self._show_preview()
         self._context.tool_changed()
 
 

@@ -240,7 +240,7 @@ class FollowingTool(PolylineTool[F]):
             self._show_waiting()
 
     def _show_waiting(self) -> None:
-        self._show()
+        self._show_preview()
         self._context.tool_changed()
 
     def _searching_words(self) -> tuple[str, ...]:
@@ -284,9 +284,9 @@ class FollowingTool(PolylineTool[F]):
         self._later_calls = []
         super().forget()
 
-    def _hovered(self) -> Point | None:
+    def _hovered_point(self) -> Point | None:
         """Return the position of the cursor, or None while the feature is being finished."""
-        return None if self._is_finish_waiting else super()._hovered()
+        return None if self._is_finish_waiting else super()._hovered_point()
 
     def _reset(self) -> None:
         self._line.forget()
@@ -296,8 +296,8 @@ class FollowingTool(PolylineTool[F]):
     def _leg_came(self) -> None:
         if self._feature is None:
             return
-        self._look()
-        self._show()
+        self._measure_live()
+        self._show_preview()
         self._context.tool_changed()
         if self._is_finish_waiting and not self.is_searching:
             self._is_finish_waiting = False
@@ -361,7 +361,7 @@ class FollowingTool(PolylineTool[F]):
             return None, None
         outline = self._way(self._whole_path(feature).vertices)
         path = np.asarray(outline, np.float64)
-        position, next_leg = self._hovered(), None
+        position, next_leg = self._hovered_point(), None
         if position is not None and feature.vertices and self._drag_start is None:
             next_leg = self._line.leg(
                 feature.model_id, feature.vertices[-1], position, is_live=True

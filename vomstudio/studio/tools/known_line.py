@@ -114,7 +114,9 @@ class KnownLineTool(PolylineTool[KnownLine]):
     def _more_state(self, feature: KnownLine) -> dict[str, Any]:
         return {"kind": feature.kind}
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
+    def _feature_from_draft(
+        self, state: Mapping[str, Any], vertices: tuple[Point, ...]
+    ) -> KnownLine:
         known_kind = next((item for item, _ in CLICKED if item == state["kind"]), None)
         if known_kind is None:
             raise ValueError(state["kind"])

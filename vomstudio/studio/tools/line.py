@@ -143,7 +143,9 @@ class LineTool(PolylineTool[Lineation]):
         self.next_line = NextLine()
         self._sets.clear()
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
+    def _feature_from_draft(
+        self, state: Mapping[str, Any], vertices: tuple[Point, ...]
+    ) -> Lineation:
         # An unknown sense of slip makes the draft invalid.
         slip = {sense: sense for sense, _ in SENSES}[state["slip"]]
         lineation = Lineation(
@@ -163,13 +165,13 @@ class LineTool(PolylineTool[Lineation]):
         return lineation
 
     # --- preview ------------------------------------------------------------------------------
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
         if surface is not None and self.vertices:
             resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
             self._feature = replace(self._feature, resolution=resolution)
-        super()._look()
+        super()._measure_live()
 
     def _patch(self) -> FloatArray | None:
         """Return a part of the plane that contains the line."""
@@ -181,7 +183,7 @@ class LineTool(PolylineTool[Lineation]):
 
     def _reading(self) -> tuple[str, ...]:
         measurement, count = self.measurement, len(self.vertices)
-        position = self._hovered()
+        position = self._hovered_point()
         is_live = count == 1 and position is not None and position != self.vertices[0]
         if is_live and self._feature is not None and position is not None:
             # The cursor is used as the second point.

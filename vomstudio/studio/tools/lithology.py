@@ -96,7 +96,7 @@ class LithologyTool(FollowingTool[Lithology]):
             self.next_lithology,
         )
 
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         """Measure the outline, and request its area unless a corner is being dragged."""
         assert self._feature is not None
         complete_feature = self._whole_path(self._feature)
@@ -159,7 +159,9 @@ class LithologyTool(FollowingTool[Lithology]):
     def _more_state(self, feature: Lithology) -> dict[str, Any]:
         return {"lithology": feature.lithology, **self._cost_state()}
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lithology:
+    def _feature_from_draft(
+        self, state: Mapping[str, Any], vertices: tuple[Point, ...]
+    ) -> Lithology:
         self.next_lithology = str(state["lithology"])
         return Lithology(
             str(state["lithology_id"]),

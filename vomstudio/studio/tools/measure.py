@@ -159,7 +159,9 @@ class MeasureTool(PolylineTool[Dimension]):
         super().forget()
         self.next_plane_id = ""
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Dimension:
+    def _feature_from_draft(
+        self, state: Mapping[str, Any], vertices: tuple[Point, ...]
+    ) -> Dimension:
         dimension_kind = state["kind"]
         if dimension_kind not in KINDS:
             raise ValueError(dimension_kind)
@@ -175,13 +177,13 @@ class MeasureTool(PolylineTool[Dimension]):
         )
 
     # --- preview ------------------------------------------------------------------------------
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
         if surface is not None and self.vertices:
             resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
             self._feature = replace(self._feature, resolution=resolution)
-        super()._look()
+        super()._measure_live()
 
     def _color(self) -> str:
         return KIND.color
@@ -206,7 +208,7 @@ class MeasureTool(PolylineTool[Dimension]):
 
     def _live(self) -> Measurement | None:
         """Return the measurement including the point under the cursor."""
-        position, points = self._hovered(), self.vertices
+        position, points = self._hovered_point(), self.vertices
         is_complete = self.kind in TWO_ENDS and len(points) > 1
         if (
             self._feature is None

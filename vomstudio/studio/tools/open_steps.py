@@ -42,11 +42,11 @@ class SteppedFeature(Generic[F]):
         self.measurement: Measurement | None = None
 
     # --- to be implemented by the tool --------------------------------------------------------
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         """Query the surface and measure the feature."""
         raise NotImplementedError
 
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         """Draw the open feature, or remove the drawing if no feature is open."""
         raise NotImplementedError
 
@@ -116,7 +116,7 @@ class SteppedFeature(Generic[F]):
         """Mark the vertex that the Delete key removes, or remove the mark if None."""
         if index != self.current_vertex:
             self.current_vertex = index
-            self._show()
+            self._show_preview()
             self._context.tool_changed()
 
     def insert_vertex(self, position: Point) -> None:
@@ -188,8 +188,8 @@ class SteppedFeature(Generic[F]):
         else:
             self._feature, self._steps, self.current_vertex = feature, steps, mark
         if self._feature is not None:
-            self._look()
-            self._show()
+            self._measure_live()
+            self._show_preview()
         self._context.tool_changed()
 
 

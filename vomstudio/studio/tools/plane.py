@@ -192,7 +192,7 @@ class PlaneTool(ElementTool):
         if self.count:
             self._keep_draft()
         if self.is_open or self._hover_hit is not None:
-            self._show()
+            self._show_preview()
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
@@ -204,7 +204,7 @@ class PlaneTool(ElementTool):
         if event.kind is Pointer.MOVE:
             self._hover_hit, self._is_removing = event.hit, self._erases(event)
             if self._shape is None:
-                self._show()
+                self._show_preview()
         if self.mode != "pick":
             self._draw(event)
         elif event.button is Button.LEFT:
@@ -222,7 +222,7 @@ class PlaneTool(ElementTool):
             self._paint(event.hit)
             if not event.more:
                 self._measure_live()
-                self._show()
+                self._show_preview()
         elif event.kind is Pointer.DRAG_END and self._is_pressed:
             self._paint(event.hit)
             self._release()
@@ -509,7 +509,7 @@ class PlaneTool(ElementTool):
             self._waiting.clear()
             self._changed()
         if self._hover_hit is not None and not self._is_pressed:
-            self._show()
+            self._show_preview()
 
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self) -> dict[str, Any]:
@@ -537,7 +537,7 @@ class PlaneTool(ElementTool):
             self._radius = max(_round(radius), MIN_RADIUS_M)
             self._context.tool_changed()
 
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         brush, pending_places = self._brush(), self._pending_places()
         if brush is None and not self.is_open:
             self._context.show(None)

@@ -70,11 +70,11 @@ class PolylineTool(SteppedFeature[F]):
         """Return the entries of a draft other than the vertices."""
         raise NotImplementedError
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
+    def _feature_from_draft(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
         """Restore the feature of a draft. May raise KeyError, TypeError, ValueError."""
         raise NotImplementedError
 
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         """Query the surface and measure the feature."""
         assert self._feature is not None
         self.measurement = self._context.measure(self._feature) if self.vertices else None
@@ -141,7 +141,7 @@ class PolylineTool(SteppedFeature[F]):
     def _move(self, event: PointerEvent) -> None:
         self._hover_hit = event.hit
         if self.is_open:
-            self._show()
+            self._show_preview()
 
     def _click(self, event: PointerEvent) -> None:
         if event.handle is not None and self.is_open:
@@ -152,7 +152,7 @@ class PolylineTool(SteppedFeature[F]):
             self._context.hint(Finding("tool.no-surface"))
             return
         if self._feature is None:
-            self._begin(hit)
+            self._begin_feature(hit)
             return
         if hit.model_id != self._feature.model_id:
             self._context.hint(Finding("tool.other-model"))
@@ -165,7 +165,7 @@ class PolylineTool(SteppedFeature[F]):
     def _append(self, position: Point) -> None:
         self._set_vertices((*self.vertices, position))
 
-    def _begin(self, hit: Hit) -> None:
+    def _begin_feature(self, hit: Hit) -> None:
         model = self._context.session.records.get(hit.model_id)
         if not isinstance(model, Model):
             self._context.report(Finding("model.removed"))
@@ -182,8 +182,8 @@ class PolylineTool(SteppedFeature[F]):
         vertices = list(self.vertices)
         vertices[index] = hit.position
         self._feature = self._feature.but(vertices=tuple(vertices))
-        self._look()
-        self._show()
+        self._measure_live()
+        self._show_preview()
 
     def _end_drag(self) -> None:
         assert self._drag_start is not None
@@ -212,7 +212,7 @@ class PolylineTool(SteppedFeature[F]):
         if self._feature is None:
             return None
         # A restored feature may be older than the surface of its model.
-        self._look()
+        self._measure_live()
         feature, session = self._feature, self._context.session
         try:
             session.apply(self._edit(feature), finishes_draft=True)
@@ -290,7 +290,7 @@ class PolylineTool(SteppedFeature[F]):
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
             stored_record: Any = records.get(state[f"{self.name}_id"])
             is_continued = bool(state["continued"]) and isinstance(stored_record, self.record)
-            feature = self._read(state, vertices)
+            feature = self._feature_from_draft(state, vertices)
         except (KeyError, TypeError, ValueError):
             return False
         if not np.isfinite(np.asarray(vertices)).all() or not (vertices or is_continued):
@@ -301,8 +301,8 @@ class PolylineTool(SteppedFeature[F]):
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
             self._steps = []
-        self._look()
-        self._show()
+        self._measure_live()
+        self._show_preview()
         self._context.tool_changed()
         return True
 
@@ -312,18 +312,18 @@ class PolylineTool(SteppedFeature[F]):
         model = self._context.session.records.get(self._feature.model_id)
         return model if isinstance(model, Model) else None
 
-    def _hovered(self) -> Point | None:
+    def _hovered_point(self) -> Point | None:
         """Return the position of the cursor on the model of the open feature, or None."""
         model = self._model()
         if self._hover_hit is None or model is None or self._hover_hit.model_id != model.id:
             return None
         return self._hover_hit.position
 
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         if self._feature is None:
             self._context.show(None)
             return
-        model, position = self._model(), self._hovered()
+        model, position = self._model(), self._hovered_point()
         cursor = None if position is None or model is None else (model.to_world, [position])
         rubber = None if cursor is None else transform.apply(*cursor)[0]
         line, marked_current_vertex = world_points(self._feature, model), self.current_vertex

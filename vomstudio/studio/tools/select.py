@@ -108,7 +108,7 @@ class SelectTool(ElementTool):
             selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, hidden_before)
         )
 
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         if self._shape is None and self.selection is None:
             self._context.show(None)
             return

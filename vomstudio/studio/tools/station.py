@@ -69,8 +69,8 @@ class StationTool(PolylineTool[Station]):
             self.next_station.photo,
         )
 
-    def _begin(self, hit: Hit) -> None:
-        super()._begin(hit)
+    def _begin_feature(self, hit: Hit) -> None:
+        super()._begin_feature(hit)
         if self._feature is not None and self.finish() is not None:
             self.next_station = replace(
                 self.next_station, number=number_after(self.next_station.number), photo=""
@@ -99,7 +99,7 @@ class StationTool(PolylineTool[Station]):
         super().forget()
         self.next_station = NextStation()
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
+    def _feature_from_draft(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
         station_kind = {kind_name: kind_name for kind_name, _ in STATION_KINDS}[state["what"]]
         return Station(
             str(state["station_id"]),

@@ -120,7 +120,7 @@ class TraceTool(FollowingTool[Trace]):
             state["notes"] = feature.notes
         return {**state, **self._cost_state()}
 
-    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
+    def _feature_from_draft(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
         return Trace(
             id=str(state["trace_id"]),
             name="",
@@ -149,7 +149,7 @@ class TraceTool(FollowingTool[Trace]):
             self._keep(trace, self._steps, self.current_vertex)
 
     # --- preview ------------------------------------------------------------------------------
-    def _look(self) -> None:
+    def _measure_live(self) -> None:
         """Query the surface and fit the plane."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
@@ -170,7 +170,7 @@ class TraceTool(FollowingTool[Trace]):
                 doubtful=self._stretches,
             )
         if not self.is_path:
-            super()._look()
+            super()._measure_live()
             return
         self.measurement = (
             self._context.measure(complete_feature) if complete_feature.vertices else None

@@ -170,7 +170,7 @@ class Actions(QObject):
             )
             if state != self._states.get(name):
                 self._states[name] = state
-                _show(self.all[name], command, state)
+                _show_state(self.all[name], command, state)
             elif state.is_checked is not None:
                 # Qt has toggled it when it was triggered.
                 self.all[name].setChecked(state.is_checked)
@@ -179,7 +179,7 @@ class Actions(QObject):
         return list(self._commands.values())
 
 
-def _show(action: QAction, command: Command, state: _State) -> None:
+def _show_state(action: QAction, command: Command, state: _State) -> None:
     action.setEnabled(state.why_not is None)
     action.setText(state.text)
     keys = ", ".join(

@@ -163,7 +163,7 @@ def ask_for_target(
     """
     patterns = {f"{label} (*.{suffix})": f".{suffix}" for suffix, label in formats.items()}
     file = results_folder(studio) / proposed_text
-    answer = ask_for_file(parent, title, file, patterns, ending_decides=True)
+    answer = ask_for_file(parent, title, file, patterns, use_ending=True)
     if answer is None:
         return None
     remember_target(studio, answer[0])
@@ -176,7 +176,7 @@ def ask_for_file(
     default_path: Path,
     patterns: Mapping[str, str],
     *,
-    ending_decides: bool = False,
+    use_ending: bool = False,
 ) -> tuple[Path, str] | None:
     """Return the output file that the user selects and its pattern, or None.
 
@@ -190,26 +190,28 @@ def ask_for_file(
     patterns : mapping of str to str
         File patterns of the dialog, with the ending (such as ".csv" or "_faults.txt") that is
         added if the user does not type its extension.
-    ending_decides : bool
+    use_ending : bool
         Whether the extension of another pattern is also accepted.
     """
-    first = next((p for p, e in patterns.items() if e == default_path.suffix), next(iter(patterns)))
+    selected_filter = next(
+        (p for p, e in patterns.items() if e == default_path.suffix), next(iter(patterns))
+    )
     while True:
         filename, pattern = QFileDialog.getSaveFileName(
-            parent, title, str(default_path), ";;".join(patterns), first
+            parent, title, str(default_path), ";;".join(patterns), selected_filter
         )
         if not filename:
             return None
         if pattern not in patterns:
-            pattern = first
-        endings = patterns.values() if ending_decides else (patterns[pattern],)
+            pattern = selected_filter
+        endings = patterns.values() if use_ending else (patterns[pattern],)
         if Path(filename).suffix.lower() in {Path(f"name{suffix}").suffix for suffix in endings}:
             return Path(filename), pattern
         path = Path(filename + patterns[pattern])
         # The dialog has confirmed the name without the ending, which is a different file.
         if not path.exists() or confirm_replacement(parent, [path.name]):
             return path, pattern
-        default_path, first = Path(filename), pattern
+        default_path, selected_filter = Path(filename), pattern
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

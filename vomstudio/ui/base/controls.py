@@ -331,14 +331,14 @@ class PanelScrollArea(QScrollArea):
 class LazyScrollArea(PanelScrollArea):
     """Scroll area that creates its panel when it is first painted or requested."""
 
-    def __init__(self, make: Callable[[], QWidget]) -> None:
-        self._make, self._is_made = make, False
+    def __init__(self, create_content: Callable[[], QWidget]) -> None:
+        self._create_content, self._is_made = create_content, False
         super().__init__(_Placeholder(self._create_later))
 
     def widget(self) -> QWidget:
         if not self._is_made:
             self._is_made = True
-            self._panel = self._make()
+            self._panel = self._create_content()
             self.setWidget(self._panel)
         return self._panel
 

@@ -158,9 +158,9 @@ def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
 
 def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
     """Mix a colour of the palette with a share of the text colour."""
-    ground, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
+    background, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
     parts = [
         round((1.0 - share) * a + share * b)
-        for a, b in zip(ground.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
+        for a, b in zip(background.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
     ]
     return QColor(*parts)

@@ -36,7 +36,7 @@ class OpenDialogs:
         key : hashable
             Distinguishes dialogs of the same kind, for example by the object that they show.
         """
-        dialog = self._find(dialog_class, key)
+        dialog = self._find_dialog(dialog_class, key)
         return dialog if dialog is not None and dialog.isVisible() else None
 
     def show(
@@ -45,7 +45,7 @@ class OpenDialogs:
         create: Callable[[], D],
         key: Hashable = None,
         *,
-        general: bool = False,
+        is_general: bool = False,
     ) -> D:
         """Bring the dialog to the front, or create and show it.
 
@@ -57,17 +57,17 @@ class OpenDialogs:
             Creates the dialog.
         key : hashable, optional
             Distinguishes dialogs of one class.
-        general : bool
+        is_general : bool
             Whether the dialog stays open when another project is opened.
         """
-        if general:
+        if is_general:
             self._general_kinds.add(dialog_class)
-        visible = self.find_visible(dialog_class, key)
-        if visible is not None:
-            visible.raise_()
-            visible.activateWindow()
-            return visible
-        if (open_dialog := self._find(dialog_class, key)) is not None:
+        open_dialog_of_kind = self.find_visible(dialog_class, key)
+        if open_dialog_of_kind is not None:
+            open_dialog_of_kind.raise_()
+            open_dialog_of_kind.activateWindow()
+            return open_dialog_of_kind
+        if (open_dialog := self._find_dialog(dialog_class, key)) is not None:
             open_dialog.deleteLater()
         dialog = create()
         self._dialogs[dialog_class, key] = weakref.ref(dialog)
@@ -75,7 +75,7 @@ class OpenDialogs:
         dialog.show()
         return dialog
 
-    def _find(self, dialog_class: type[D], key: Hashable) -> D | None:
+    def _find_dialog(self, dialog_class: type[D], key: Hashable) -> D | None:
         reference = self._dialogs.get((dialog_class, key))
         dialog = None if reference is None else reference()
         return dialog if isinstance(dialog, dialog_class) and isValid(dialog) else None

@@ -107,7 +107,7 @@ class PhotoImages(QObject):
         if self._reading != key or not self._background.is_waiting(_PICTURE):
             self._reading = key
             self._background.run_request(
-                partial(_read, path),
+                partial(_read_pyramid, path),
                 partial(self._store, key),
                 lambda error: self.picture_loaded.emit(key, error.message),
                 key=_PICTURE,
@@ -147,7 +147,7 @@ class PhotoImages(QObject):
         self.thumbnail_loaded.emit(key, image)
 
 
-def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
+def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     _check(path)
     reader = _reader(path)
     reader.setAutoTransform(False)
@@ -155,10 +155,10 @@ def _read(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
     width, height = size.width(), size.height()
     if max(width, height) > 2 * _PREVIEW_PIXELS:
-        quick = _reader(path)
-        quick.setAutoTransform(False)
-        quick.setScaledSize(size.scaled(QSize(_PREVIEW_PIXELS, _PREVIEW_PIXELS), _KEEP))
-        image = quick.read()
+        preview_reader = _reader(path)
+        preview_reader.setAutoTransform(False)
+        preview_reader.setScaledSize(size.scaled(QSize(_PREVIEW_PIXELS, _PREVIEW_PIXELS), _KEEP))
+        image = preview_reader.read()
         if not image.isNull():
             to_upright = orientation_transform(orientation, width, height)
             request.emit(PhotoPyramid((_drawable(image),), width, height, to_upright, False))

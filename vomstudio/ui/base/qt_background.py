@@ -54,7 +54,7 @@ class NewestResult:
         slow_callback: Callable[[], None],
     ) -> None:
         self._background = QtBackground(owner)
-        self._then, self._fail = on_finished, fail
+        self._on_finished, self._fail = on_finished, fail
         self._slow_timer = QTimer(owner, singleShot=True, interval=_SLOW_MS)
         self._slow_timer.timeout.connect(slow_callback)
 
@@ -71,14 +71,17 @@ class NewestResult:
         except VomError as error:
             self._fail(error)
         else:
-            self._then(result)
+            self._on_finished(result)
 
     def request(self, task: Work) -> None:
         """Run a function in a worker thread; cancels earlier requests."""
         if not self.is_waiting:
             self._slow_timer.start()
         self._background.run(
-            task, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
+            task,
+            partial(self._deliver_result, self._on_finished),
+            partial(self._deliver_result, self._fail),
+            key=_KEY,
         )
 
     def cancel(self) -> None:
@@ -91,6 +94,6 @@ class NewestResult:
         self.cancel()
         self._background.stop()
 
-    def _take(self, on_finished: Callable[[Any], object], result: object) -> None:
+    def _deliver_result(self, on_finished: Callable[[Any], object], result: object) -> None:
         self._slow_timer.stop()
         on_finished(result)

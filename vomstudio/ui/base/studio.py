@@ -76,7 +76,7 @@ class Studio(QObject):
         self.results_folder: Path | None = None
         """Folder of the result that was written last in the project."""
         self._forward()
-        self._connect()
+        self._connect_signals()
         self.workspace.projects.leaving.connect(self._forget_results)
 
     def _forward(self) -> None:
@@ -109,7 +109,10 @@ class Studio(QObject):
         self.measured, self.measure = w.derived.measured, w.derived.measure
         self.affected_ids, self.subject = w.derived.affected_ids, w.derived.subject
         self.nearest_pick = w.derived.nearest_pick
-        self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
+        self.is_north_known, self.are_metres_known = (
+            w.derived.is_north_known,
+            w.derived.are_metres_known,
+        )
         self.turn_findings = w.derived.turn_findings
         self.crs_codes = w.derived.crs_codes
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
@@ -128,7 +131,7 @@ class Studio(QObject):
         self.hint, self.fail = w.notices.hint, w.notices.fail
         self.written = w.notices.written
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         w = self.workspace
         w.project_opened.connect(self.project_opened.emit)
         w.edited.connect(self.edited.emit)

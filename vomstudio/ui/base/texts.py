@@ -19,10 +19,10 @@ def format_sentence(text: str) -> str:
 
 def abbreviate_names(names: Sequence[str], max_names: int = 3) -> str:
     """Return the first names of a list, separated by commas, and the number of other names."""
-    first = ", ".join(names[:max_names])
+    listed_names = ", ".join(names[:max_names])
     remaining_count = len(names) - max_names
     if remaining_count <= 0:
-        return first
+        return listed_names
     return tr_n(
-        "{names} and {count} more", "{names} and {count} more", remaining_count, names=first
+        "{names} and {count} more", "{names} and {count} more", remaining_count, names=listed_names
     )

@@ -109,21 +109,21 @@ def is_dark() -> bool:
     return palette.color(text).lightness() > palette.color(background).lightness()
 
 
-def _palette(dark: bool) -> QPalette:
+def _palette(is_dark: bool) -> QPalette:
     """Return the palette of a scheme; Qt derives the other colours."""
-    button, window = ("#454545", "#323232") if dark else ("#fafafa", "#efefef")
+    button, window = ("#454545", "#323232") if is_dark else ("#fafafa", "#efefef")
     palette = QPalette(QColor(button), QColor(window))
     role, group = QPalette.ColorRole, QPalette.ColorGroup
     for item, color in (
-        (role.Base, "#242424" if dark else "#ffffff"),
-        (role.AlternateBase, "#2b2b2b" if dark else "#f7f7f7"),
-        (role.Highlight, "#2f6ea8" if dark else "#0072b2"),
-        (role.Accent, "#56b4e9" if dark else "#0072b2"),
+        (role.Base, "#242424" if is_dark else "#ffffff"),
+        (role.AlternateBase, "#2b2b2b" if is_dark else "#f7f7f7"),
+        (role.Highlight, "#2f6ea8" if is_dark else "#0072b2"),
+        (role.Accent, "#56b4e9" if is_dark else "#0072b2"),
         (role.HighlightedText, "#ffffff"),
-        (role.Link, "#7db8ef" if dark else "#0057ae"),
-        (role.ToolTipBase, "#4a4a4a" if dark else "#ffffdc"),
-        (role.ToolTipText, "#ffffff" if dark else "#000000"),
-        (role.PlaceholderText, "#b4b4b4" if dark else "#5c5c5c"),
+        (role.Link, "#7db8ef" if is_dark else "#0057ae"),
+        (role.ToolTipBase, "#4a4a4a" if is_dark else "#ffffdc"),
+        (role.ToolTipText, "#ffffff" if is_dark else "#000000"),
+        (role.PlaceholderText, "#b4b4b4" if is_dark else "#5c5c5c"),
     ):
         palette.setColor(item, QColor(color))
     for item in (role.Text, role.WindowText, role.ButtonText):

@@ -91,7 +91,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
 def _show_help(dialogs: OpenDialogs, parent: QWidget) -> HelpWindow:
     from vomstudio.ui.dialogs.help.help_window import HelpWindow
 
-    return dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()), general=True)
+    return dialogs.show(HelpWindow, lambda: HelpWindow(parent, documentation()), is_general=True)
 
 
 def document_destinations(dialogs: OpenDialogs, parent: QWidget) -> list[Destination]:

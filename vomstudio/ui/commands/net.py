@@ -82,7 +82,7 @@ def commands(
 
         if (panel := find_net()) is not None:
             dialogs.show(
-                FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel), general=True
+                FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel), is_general=True
             )
 
     def why_not_loaded() -> Finding | None:

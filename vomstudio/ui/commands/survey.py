@@ -148,7 +148,7 @@ class SurveyDialogs:
         self._dialogs.show(
             VideoDialog,
             lambda: VideoDialog(self.parent, self._studio, self._open_folder),
-            general=True,
+            is_general=True,
         )
 
     def show_settings(self) -> None:

@@ -48,7 +48,7 @@ class TypesDialog(QDialog):
         self.list = QListWidget()
         self.list.setObjectName("types_list")
         self.list.setIconSize(QSize(18, 18))
-        self.list.currentItemChanged.connect(self._show)
+        self.list.currentItemChanged.connect(self._show_selected_type)
         self.name = QLineEdit()
         self.name.setObjectName("type_name")
         self.name.editingFinished.connect(self._apply_name)
@@ -76,11 +76,11 @@ class TypesDialog(QDialog):
         # Enter in the name field must not close the dialog.
         for button in (self.add_button, self.remove_button):
             button.setAutoDefault(False)
-        self._arrange()
+        self._arrange_widgets()
         studio.edited.connect(self._handle_edit)
         self._fill(type_id or studio.next_type_id)
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         colors = QWidget()
         row = QHBoxLayout(colors)
         row.setContentsMargins(0, 0, 0, 0)
@@ -157,9 +157,9 @@ class TypesDialog(QDialog):
                     self.list.setCurrentItem(item)
             if self.list.currentItem() is None:
                 self.list.setCurrentRow(0)
-        self._show()
+        self._show_selected_type()
 
-    def _show(self, *_: object) -> None:
+    def _show_selected_type(self, *_: object) -> None:
         feature_type = self._studio.records.get(self.type_id)
         if not isinstance(feature_type, FeatureType):
             return
@@ -219,7 +219,7 @@ class TypesDialog(QDialog):
         if color.isValid():
             self._change(color=color.name())
         else:
-            self._show()
+            self._show_selected_type()
 
     def _change(self, **values: str) -> None:
         feature_type = self._studio.records.get(self.type_id)
@@ -229,7 +229,7 @@ class TypesDialog(QDialog):
             # The boxes only contain values of the literal types.
             self._apply(edits.change_type, replace(feature_type, **values))  # type: ignore[arg-type]
         else:
-            self._show()
+            self._show_selected_type()
 
     def _add(self) -> None:
         """Offer the missing default types, and a custom type."""
@@ -264,7 +264,7 @@ class TypesDialog(QDialog):
         try:
             self._studio.session.apply(create_edit(self._studio.records, *args))
         except VomError as error:
-            self._show()
+            self._show_selected_type()
             self.message.setText(error.message)
             return False
         return True

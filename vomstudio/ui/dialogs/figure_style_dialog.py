@@ -92,7 +92,7 @@ class FigureStyleDialog(QDialog):
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.preview.setAccessibleName(tr("Preview"))
         buttons = QDialogButtonBox()
-        close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
+        close_button = buttons.addButton(QDialogButtonBox.StandardButton.Close)
         self.reset_button = buttons.addButton(tr("Defaults"), QDialogButtonBox.ButtonRole.ResetRole)
         self.reset_button.clicked.connect(self._reset)
         buttons.rejected.connect(self.reject)
@@ -105,9 +105,9 @@ class FigureStyleDialog(QDialog):
         self._timer = QTimer(self, singleShot=True, interval=150)
         self._timer.timeout.connect(self._draw_preview)
         # Enter in a number field must not press a button.
-        for button in (self.reset_button, close, *self.colors.values()):
+        for button in (self.reset_button, close_button, *self.colors.values()):
             button.setAutoDefault(False)
-        self._show(load_figure_style(studio))
+        self._show_style(load_figure_style(studio))
         self._timer.start()
 
     def _color_buttons(self) -> QWidget:
@@ -167,10 +167,10 @@ class FigureStyleDialog(QDialog):
     def _save(self, style: FigureStyle) -> None:
         self._studio.settings.figure_style = style.to_keep()
         self._studio.keep_settings()
-        self._show(style)
+        self._show_style(style)
         self._timer.start()
 
-    def _show(self, style: FigureStyle) -> None:
+    def _show_style(self, style: FigureStyle) -> None:
         for name, box in self.numbers.items():
             value = getattr(style, name)
             with QSignalBlocker(box):

@@ -101,14 +101,14 @@ class NetTypingDialog(QDialog):
         buttons = QDialogButtonBox()
         self.clear_button = buttons.addButton(tr("Clear"), QDialogButtonBox.ButtonRole.ResetRole)
         self.clear_button.clicked.connect(self._clear_fields)
-        close = buttons.addButton(QDialogButtonBox.StandardButton.Close)
+        close_button = buttons.addButton(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self.message)
         layout.addWidget(buttons)
         # Enter in a field must not press a button.
-        for button in (self.clear_button, close, self.use_plane_button):
+        for button in (self.clear_button, close_button, self.use_plane_button):
             button.setAutoDefault(False)
         studio.selection_changed.connect(lambda _: self._refresh_plane_button())
         self._refresh_plane_button()

@@ -90,10 +90,10 @@ class ProfileDialog(QDialog):
         self.effect = Label()
         self.effect.setWordWrap(True)
         self.boxes: dict[str, QDoubleSpinBox] = {}
-        self._arrange()
+        self._arrange_widgets()
         studio.edited.connect(self._handle_edit)
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         self.form = QFormLayout()
         self.form.addRow(tr("Profile"), self.profile)
         self.form.addRow(tr("Name"), self.name)

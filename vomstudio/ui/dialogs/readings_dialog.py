@@ -121,7 +121,7 @@ class ReadingsDialog(QDialog):
         self._field_readings = FieldReadings((), (), ())
         self.readings: list[Reading] = []
         self.types: list[FeatureType] = []
-        self._guess = guess(table)
+        self._proposed_roles = guess(table)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_angles())
         layout.addWidget(self._make_preview(), 1)
@@ -143,7 +143,7 @@ class ReadingsDialog(QDialog):
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         layout.addWidget(self._buttons)
-        self._read()
+        self._read_table()
 
     # --- widgets -----------------------------------------------------------------------------
     def _make_angles(self) -> QHBoxLayout:
@@ -152,8 +152,10 @@ class ReadingsDialog(QDialog):
         self._notation.addItem(tr("Choose…"), None)
         for text, value in _NOTATIONS:
             self._notation.addItem(tr(text), value)
-        self._notation.setCurrentIndex(max(0, self._notation.findData(self._guess.notation)))
-        self._notation.activated.connect(lambda _: self._read())
+        self._notation.setCurrentIndex(
+            max(0, self._notation.findData(self._proposed_roles.notation))
+        )
+        self._notation.activated.connect(lambda _: self._read_table())
         row = QHBoxLayout()
         label = Label(tr("Notation"))
         label.setBuddy(self._notation)
@@ -173,7 +175,7 @@ class ReadingsDialog(QDialog):
         view.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         view.setMinimumHeight(170)
         self._column_roles: list[QComboBox] = []
-        role_of = {column: role for role, column in self._guess.columns.items()}
+        role_of = {column: role for role, column in self._proposed_roles.columns.items()}
         for column in range(table.width):
             combo = ComboBox()
             combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -196,17 +198,19 @@ class ReadingsDialog(QDialog):
         return view
 
     def _make_settings(self, type_id: str, declination: str) -> QHBoxLayout:
-        self._type = ComboBox()
-        self._type.setObjectName("readings_type")
+        self._type_box = ComboBox()
+        self._type_box.setObjectName("readings_type")
         for feature_type in self._types:
-            self._type.addItem(theme.swatch(feature_type.color), feature_type.name, feature_type.id)
-        self._type.setCurrentIndex(max(0, self._type.findData(type_id)))
-        self._type.activated.connect(lambda _: self._refresh_summary())
-        self._set = QLineEdit()
-        self._set.setPlaceholderText(tr("none"))
+            self._type_box.addItem(
+                theme.swatch(feature_type.color), feature_type.name, feature_type.id
+            )
+        self._type_box.setCurrentIndex(max(0, self._type_box.findData(type_id)))
+        self._type_box.activated.connect(lambda _: self._refresh_summary())
+        self._set_box = QLineEdit()
+        self._set_box.setPlaceholderText(tr("none"))
         self._left_form = QFormLayout()
-        self._left_form.addRow(tr("Type"), self._type)
-        self._left_form.addRow(tr("Set"), self._set)
+        self._left_form.addRow(tr("Type"), self._type_box)
+        self._left_form.addRow(tr("Set"), self._set_box)
         self._new_type_boxes: dict[str, QComboBox] = {}
         self._north = ComboBox()
         self._north.setObjectName("readings_north")
@@ -241,7 +245,7 @@ class ReadingsDialog(QDialog):
         for other_column, combo in enumerate(self._column_roles):
             if role and other_column != column and combo.currentData() == role:
                 combo.setCurrentIndex(0)
-        self._read()
+        self._read_table()
 
     def columns(self) -> dict[str, int]:
         """Return the column number of each assigned role."""
@@ -251,7 +255,7 @@ class ReadingsDialog(QDialog):
             if combo.currentData()
         }
 
-    def _read(self) -> None:
+    def _read_table(self) -> None:
         notation = self._notation.currentData()
         for combo in self._column_roles:
             azimuth = tr(_AZIMUTH[notation]) if notation in _AZIMUTH else tr("Azimuth")
@@ -322,7 +326,7 @@ class ReadingsDialog(QDialog):
         if meaning is not None:
             is_line = meaning == "line" or self._has_only_lines(name)
             combo.setCurrentIndex(combo.findData(NEW_LINE if is_line else NEW_PLANE))
-        combo.activated.connect(lambda _: self._read())
+        combo.activated.connect(lambda _: self._read_table())
         return combo
 
     def _has_only_lines(self, type_name: str) -> bool:
@@ -458,7 +462,7 @@ class ReadingsDialog(QDialog):
         bold_lines = lines[:]
         lines += [
             *map(str, about_types),
-            *map(str, self._guess.findings),
+            *map(str, self._proposed_roles.findings),
             *map(str, self._field_readings.findings),
             *map(str, self._distance_findings()),
         ]
@@ -502,8 +506,8 @@ class ReadingsDialog(QDialog):
         self.readings = make_readings(
             self._field_readings.rows,
             type_ids=ids,
-            type_id=str(self._type.currentData()),
-            set_name=self._set.text().strip(),
+            type_id=str(self._type_box.currentData()),
+            set_name=self._set_box.text().strip(),
             turn_deg=correction.deg,
             source=self._table.path.name,
         )

@@ -61,7 +61,7 @@ class CameraView(QObject):
     def watch(self, viewport: Viewport) -> None:
         """Draw the cameras in a viewport."""
         self._cameras = viewport.photos
-        viewport.pointer.connect(self._pointer)
+        viewport.pointer.connect(self._handle_pointer)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
 
@@ -109,7 +109,7 @@ class CameraView(QObject):
             )
             self._studio.warn(finding)
 
-        self._background.run(lambda: _read(path, bounds), store, warn)
+        self._background.run(lambda: _read_frusta(path, bounds), store, warn)
 
     def _visible_files(self) -> list[tuple[Path, Rows]]:
         """Return the camera files of the visible models, with the matrices to World.
@@ -161,7 +161,7 @@ class CameraView(QObject):
         points = [np.vstack([item.tip, item.corners]) for item in self.visible_frusta()]
         return np.concatenate([np.zeros((0, 3)), *points])
 
-    def _pointer(self, event: PointerEvent) -> None:
+    def _handle_pointer(self, event: PointerEvent) -> None:
         is_clicked = event.kind is Pointer.CLICK and event.button is Button.LEFT
         if not is_clicked or self._studio.tool_name != "navigate" or self._cameras is None:
             return
@@ -172,6 +172,6 @@ class CameraView(QObject):
             self.camera_selected.emit(name)
 
 
-def _read(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
+def _read_frusta(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
     cameras = local_cameras(read_own_cameras(path, bounds))
     return frusta(cameras.views, bounds.mean(axis=0) - cameras.origin), cameras.origin

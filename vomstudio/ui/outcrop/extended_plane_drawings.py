@@ -42,11 +42,11 @@ class ExtendedPlaneDrawings(LineDrawings):
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
         super().__init__(studio, viewport)
         self._lines: ExtendedLines | None = None
-        studio.extension_shown.connect(self._show)
-        studio.project_opened.connect(lambda: self._show(None))
+        studio.extension_shown.connect(self._show_lines)
+        studio.project_opened.connect(lambda: self._show_lines(None))
         studio.edited.connect(lambda _: self._redraw())
 
-    def _show(self, lines: ExtendedLines | None) -> None:
+    def _show_lines(self, lines: ExtendedLines | None) -> None:
         self._lines = lines
         self._redraw()
 

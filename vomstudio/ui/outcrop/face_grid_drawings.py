@@ -31,7 +31,7 @@ class FaceGridDrawings:
         self._studio, self._layer = studio, viewport.features
         self._drawn_keys: dict[str, set[str]] = {}
         studio.project_opened.connect(self._rebuild)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.visibility_changed.connect(self._visibility)
         studio.workspace.grids.changed.connect(self._redraw)
         self._rebuild()
@@ -43,7 +43,7 @@ class FaceGridDrawings:
             for grid in self._studio.workspace.grids.all():
                 self._redraw(grid.id)
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         model_ids = {id_ for id_, r in edit.after.items() if isinstance(r, Model)}
         for id_, record in edit.after.items():
             if isinstance(record, FaceGrid):
@@ -83,11 +83,11 @@ class FaceGridDrawings:
         cells = world_grid(grid, model)
         axes = cells.cell * np.stack([cells.right, cells.up, cells.normal])
         no_corners = np.zeros((0, 3, 3), np.float32)
-        visible = self._studio.visible(grid.id) and self._studio.visible(grid.model_id)
+        is_visible = self._studio.visible(grid.id) and self._studio.visible(grid.model_id)
 
         def drawing(key: str, color: str, area: Area) -> FeatureDrawing:
             return FeatureDrawing(
-                key, np.zeros((0, 3)), None, rgb(color), "", cells.origin, visible, area
+                key, np.zeros((0, 3)), None, rgb(color), "", cells.origin, is_visible, area
             )
 
         lines = (exposed_area.lines @ axes).astype(np.float32)

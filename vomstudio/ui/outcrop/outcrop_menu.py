@@ -108,10 +108,10 @@ class OutcropMenu(QObject):
             ("station", tr("Add &station")),
         ):
             icon = self._actions[tool].icon()
-            menu.addAction(icon, text, partial(self._begin, tool, event))
+            menu.addAction(icon, text, partial(self._begin_feature, tool, event))
         menu.addSeparator()
 
-    def _begin(self, tool: str, event: PointerEvent) -> None:
+    def _begin_feature(self, tool: str, event: PointerEvent) -> None:
         self._actions[f"{tool}_pick" if tool == "plane" else tool].trigger()
         if self._studio.tool_name == tool:
             click = replace(event, button=Button.LEFT, shift=False, ctrl=False, alt=False)
@@ -124,17 +124,21 @@ class OutcropMenu(QObject):
             lambda: self._viewport.moves.set_pivot(self._viewport.world_of(hit)),
         )
         menu.addAction(
-            theme.icon("arrow-collapse-down"), tr("Look along &normal"), partial(self._look, hit)
+            theme.icon("arrow-collapse-down"),
+            tr("Look along &normal"),
+            partial(self._look_along_normal, hit),
         )
         menu.addAction(
-            theme.icon("content-copy"), tr("&Copy coordinates"), partial(self._copy, hit)
+            theme.icon("content-copy"),
+            tr("&Copy coordinates"),
+            partial(self._copy_coordinates, hit),
         )
 
-    def _look(self, hit: Hit) -> None:
+    def _look_along_normal(self, hit: Hit) -> None:
         if (problem := self._view.look_along_normal(hit)) is not None:
             self._studio.hint(problem)
 
-    def _copy(self, hit: Hit) -> None:
+    def _copy_coordinates(self, hit: Hit) -> None:
         """Copy the World coordinates in the form that a spreadsheet splits into columns."""
         place = self._viewport.world_of(hit)
         text = "\t".join(f"{value:.{COORDINATE_DECIMALS}f}" for value in place)

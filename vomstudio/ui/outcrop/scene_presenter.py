@@ -86,7 +86,7 @@ class ScenePresenter:
         self.edit_requested: Callable[[], object] = lambda: None
         """Called for a double click on a feature."""
         studio.project_opened.connect(self.rebuild)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
         studio.selection_changed.connect(viewport.features.select)
@@ -100,7 +100,7 @@ class ScenePresenter:
         studio.loader.previewed.connect(self._show_preview)
         studio.loader.ended.connect(self._end_preview)
         viewport.model_stage.connect(self._stage)
-        viewport.pointer.connect(self._pointer)
+        viewport.pointer.connect(self._handle_pointer)
 
     def rebuild(self) -> None:
         """Show another project by removing all contents and drawing its models and features."""
@@ -284,7 +284,7 @@ class ScenePresenter:
                     "model.far-away",
                     model=self._studio.records[model_id].name,
                     distance=gap,
-                    unit="m" if self._studio.metres_known() else tr("units"),
+                    unit="m" if self._studio.are_metres_known() else tr("units"),
                 )
             )
 
@@ -293,11 +293,12 @@ class ScenePresenter:
 
     def _frame(self) -> None:
         self._viewport.set_frame(
-            north_known=self._studio.north_known(), unit_known=self._studio.metres_known()
+            is_north_known=self._studio.is_north_known(),
+            is_unit_known=self._studio.are_metres_known(),
         )
 
     # --- features ----------------------------------------------------------------------------
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
                 self._models.remove(id_)
@@ -492,9 +493,9 @@ class ScenePresenter:
         changes: dict[str, FeatureDrawing | None] = {}
         for feature in features:
             drawing = self._layer.drawings.get(feature.id)
-            visible = studio.visible(feature.id) and studio.visible(group_of(feature))
-            if drawing is not None and drawing.visible != visible:
-                changes[feature.id] = replace(drawing, visible=visible)
+            is_visible = studio.visible(feature.id) and studio.visible(group_of(feature))
+            if drawing is not None and drawing.visible != is_visible:
+                changes[feature.id] = replace(drawing, visible=is_visible)
         if changes:
             self._layer.change(changes)
 
@@ -520,7 +521,7 @@ class ScenePresenter:
             or view.feature_at(x, y)
         )
 
-    def _pointer(self, event: PointerEvent) -> None:
+    def _handle_pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:
             self._hover(event)
         is_left_button = event.button is Button.LEFT
@@ -545,8 +546,8 @@ class ScenePresenter:
             self._studio.selection.toggle(feature_id)
         elif not is_adding:
             self._studio.selection.set([] if feature_id is None else [feature_id])
-            navigating = self._studio.tool is None
-            if feature_id is None and navigating and (hit := view.pick(event.x, event.y)):
+            is_navigating = self._studio.tool is None
+            if feature_id is None and is_navigating and (hit := view.pick(event.x, event.y)):
                 self._studio.surface_clicked.emit(hit)
 
 

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.rendering.view.clipping import ClipBox
+from vomstudio.rendering.view.is_clipping import ClipBox
 from vomstudio.ui.base.studio import Studio
 
 _SETTLE_DELAY_MS = 500
@@ -48,7 +48,7 @@ class _View:
 
     camera: dict[str, Any]
     box: ClipBox | None
-    clipping: bool
+    is_clipping: bool
     hidden: _Hidden
 
 
@@ -65,8 +65,8 @@ class ViewHistory(QObject):
         self._studio = studio
         self._viewport: Viewport | None = None
         self._current: _View | None = None
-        self._back: list[_View] = []
-        self._forward: list[_View] = []
+        self._previous_views: list[_View] = []
+        self._next_views: list[_View] = []
         self._settle_timer = QTimer(self, singleShot=True, interval=_SETTLE_DELAY_MS)
         self._settle_timer.timeout.connect(self._settle)
 
@@ -75,7 +75,7 @@ class ViewHistory(QObject):
         self._viewport = viewport
         viewport.camera_changed.connect(self._settle_timer.start)
         self._studio.display.changed.connect(self._displayed)
-        self._studio.hidden_elements_changed.connect(self._hid)
+        self._studio.hidden_elements_changed.connect(self._follow_hiding)
         self._studio.project_opened.connect(self._clear)
         self._studio.model_loaded.connect(self._settle_timer.start)
 
@@ -85,15 +85,15 @@ class ViewHistory(QObject):
     def _clear(self) -> None:
         """Clear the history, which belongs to another project."""
         self._current = None
-        self._back.clear()
-        self._forward.clear()
+        self._previous_views.clear()
+        self._next_views.clear()
         self._settle_timer.start()
 
     def _displayed(self, setting: str) -> None:
         if setting in ("clip", "box"):
             self._settle_timer.start()
 
-    def _hid(self, _: str) -> None:
+    def _follow_hiding(self, _: str) -> None:
         self._settle_timer.start()
 
     def _view(self) -> _View | None:
@@ -102,7 +102,7 @@ class ViewHistory(QObject):
         display = self._studio.display
         hidden_elements = _Hidden(self._studio.workspace.elements.all_hidden())
         return _View(
-            self._viewport.moves.camera_state(), display.box, display.clipping, hidden_elements
+            self._viewport.moves.camera_state(), display.box, display.is_clipping, hidden_elements
         )
 
     def _settle(self) -> None:
@@ -111,8 +111,8 @@ class ViewHistory(QObject):
         if view is None or view == self._current:
             return
         if self._current is not None:
-            self._back = [*self._back[1 - _MAX_VIEWS :], self._current]
-            self._forward.clear()
+            self._previous_views = [*self._previous_views[1 - _MAX_VIEWS :], self._current]
+            self._next_views.clear()
         self._current = view
         self.changed.emit()
 
@@ -125,28 +125,28 @@ class ViewHistory(QObject):
             and self._current is not None
             and self._view() != self._current
         )
-        return None if self._back or is_moving else Finding("view.no-earlier")
+        return None if self._previous_views or is_moving else Finding("view.no-earlier")
 
     def why_not_forward(self) -> Finding | None:
         """Return the reason why `forward` is not possible, or None if it is possible."""
-        return None if self._forward else Finding("view.no-later")
+        return None if self._next_views else Finding("view.no-later")
 
     def back(self) -> None:
         """Restore the view before the last change."""
         self._settle()
-        self._go(self._back, self._forward)
+        self._go(self._previous_views, self._next_views)
 
     def forward(self) -> None:
         """Restore the view that was shown before `back`."""
         self._settle()
-        self._go(self._forward, self._back)
+        self._go(self._next_views, self._previous_views)
 
     def _go(self, source: list[_View], target: list[_View]) -> None:
         if self._viewport is None or self._current is None or not source:
             return
         view = source.pop()
         target.append(self._current)
-        self._studio.display.set_clip(view.box, view.clipping)
+        self._studio.display.set_clip(view.box, view.is_clipping)
         self._viewport.moves.set_camera_state(view.camera)
         self._studio.workspace.elements.hide_all(view.hidden.masks)
         # Orthogonalised axes may differ in the last digit.

@@ -55,23 +55,23 @@ class LazyPanel(QWidget):
         if not self._is_stale:
             self.show_now()
 
-    def _soon(self, *_: object) -> None:
+    def _schedule_refresh(self, *_: object) -> None:
         """Schedule a refresh; a hidden panel is refreshed the next time it is painted."""
         if self.visibleRegion().isEmpty():
             self._is_stale = True
         elif not self._timer.isActive():
             self._timer.start()
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         # A model may be the source of the panel although no feature depends on it.
         records = (*edit.before.values(), *edit.after.values())
         if self._studio.affected_ids(edit) or any(isinstance(record, Model) for record in records):
-            self._soon()
+            self._schedule_refresh()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         super().paintEvent(event)
         if self._is_stale:
-            self._soon()
+            self._schedule_refresh()
 
 
 class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
@@ -111,24 +111,24 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         """Compute the result for the current form, or show why this is not possible."""
         if not self._studio.has_project:
             return
-        self._list()
+        self._list_choices()
         try:
-            question = self._question()
+            question = self._create_question()
         except VomError as error:
             self._requests.cancel()
             self._show_error(error)
         else:
-            self._requests.request(partial(self._answer, question))
+            self._requests.request(partial(self._compute_answer, question))
             self._refresh()
 
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         """Update the lists of the form with the records of the project."""
 
-    def _question(self) -> Question:
+    def _create_question(self) -> Question:
         """Return the input defined by the form. Raises VomError if an input is missing."""
         raise NotImplementedError
 
-    def _answer(self, question: Question) -> Answer:
+    def _compute_answer(self, question: Question) -> Answer:
         """Compute the result. Runs in a worker thread. Raises VomError."""
         raise NotImplementedError
 
@@ -137,12 +137,12 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         raise NotImplementedError
 
     def _show_result(self, result: Answer) -> None:
-        self._show(result, self._result_text(result))
+        self._show_answer(result, self._result_text(result))
 
     def _show_error(self, error: VomError) -> None:
-        self._show(None, error.message)
+        self._show_answer(None, error.message)
 
-    def _show(self, result: Answer | None, message: str) -> None:
+    def _show_answer(self, result: Answer | None, message: str) -> None:
         self.result = result
         self.message.setText(message)
         self._draw()

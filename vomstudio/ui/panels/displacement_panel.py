@@ -119,22 +119,22 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         self.copy = CopyCommandButton(
             self.copy_command, tr("save the points as a table and copy the command")
         )
-        self._arrange()
-        self.options.changed.connect(self._soon)
-        self.slip.changed.connect(self._soon)
+        self._arrange_widgets()
+        self.options.changed.connect(self._schedule_refresh)
+        self.slip.changed.connect(self._schedule_refresh)
         self.slip.take_button.clicked.connect(lambda _=False: self._take_slip_error())
         for field in (self.fault, self.bed):
-            field.changed.connect(self._soon)
+            field.changed.connect(self._schedule_refresh)
         self.add.clicked.connect(lambda _=False: self.add_pair())
         self.remove.clicked.connect(lambda _=False: self._remove())
         self.table.itemSelectionChanged.connect(self._refresh)
-        studio.edited.connect(self._edited)
-        studio.settings_changed.connect(self._soon)
+        studio.edited.connect(self._follow_edit)
+        studio.settings_changed.connect(self._schedule_refresh)
         studio.selection_changed.connect(self._refresh)
         # There is nothing to copy before the first result.
         self._refresh()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Fault"), self.fault)
         form.addRow(tr("Bed"), self.bed)
@@ -175,13 +175,13 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             error = self._studio.measured([current])[current].total95_deg
             self.options.show_value("rake_error_deg", error or 0.0)
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         records = self._studio.records
         self.pairs = [pair for pair in self.pairs if all(i in records for i in pair)]
-        super()._edited(edit)
+        super()._follow_edit(edit)
 
     # --- result ------------------------------------------------------------------------------
-    def _question(self) -> DisplacementQuestion:
+    def _create_question(self) -> DisplacementQuestion:
         if not self.pairs:
             raise InputError(Finding("displacement.no-pairs"))
         studio = self._studio
@@ -212,7 +212,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             ),
         )
 
-    def _answer(self, question: DisplacementQuestion) -> DisplacementResult:
+    def _compute_answer(self, question: DisplacementQuestion) -> DisplacementResult:
         from vomstudio.geology.faults.displacement_pairs import displacements
 
         names, fault, options = question.names, question.fault, question.options
@@ -270,7 +270,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
 
     def _show_error(self, error: VomError) -> None:
         # The location names the pair of traces.
-        self._show(None, str(error))
+        self._show_answer(None, str(error))
 
     def _draw(self) -> None:
         result = self.result

@@ -466,14 +466,14 @@ def _number_text(value: float) -> str:
 
 
 def _pair_row(
-    first: QWidget, second: QWidget, separator: str, extra: QWidget | None = None
+    first_widget: QWidget, second_widget: QWidget, separator: str, extra: QWidget | None = None
 ) -> QWidget:
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
-    layout.addWidget(first, 1)
+    layout.addWidget(first_widget, 1)
     layout.addWidget(Label(separator))
-    layout.addWidget(second, 1)
+    layout.addWidget(second_widget, 1)
     if extra is not None:
         layout.addWidget(extra)
     return row

@@ -77,7 +77,7 @@ class JobsPanel(QTableWidget):
             self._running = running_jobs
             self._build()
         for row, job in enumerate(running_jobs.values()):
-            self._show(row, job)
+            self._show_job(row, job)
         if running_jobs and not self._clock_timer.isActive():
             self._clock_timer.start()
         elif not running_jobs:
@@ -102,7 +102,7 @@ class JobsPanel(QTableWidget):
             for column, text in ((0, title), (1, status), (3, duration)):
                 self.setItem(row, column, QTableWidgetItem(text))
 
-    def _show(self, row: int, job: RunningJob) -> None:
+    def _show_job(self, row: int, job: RunningJob) -> None:
         status, bar = self.item(row, 1), self.cellWidget(row, 2)
         if status is not None:
             status.setText(job.status())

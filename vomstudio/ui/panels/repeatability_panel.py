@@ -42,7 +42,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__(studio, "repeats", "fractures.md#repeated-picks", tr("Counting…"))
         self._view = view
-        self._round = studio.workspace.repeats
+        self._blind_repeats = studio.workspace.repeats
         self.interpreter = QLineEdit()
         self.interpreter.setObjectName("repeats_interpreter")
         self.interpreter.setPlaceholderText(tr("initials"))
@@ -60,33 +60,33 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.prompt.setObjectName("repeats_offered")
         self.figures = FiguresPage(Finding("repeats.not-begun").message)
         self.figures.setAccessibleName(tr("Spread of the repeats"))
-        self._arrange()
-        self._connect()
+        self._arrange_widgets()
+        self._connect_signals()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Interpreter"), self.interpreter)
         form.addRow(tr("Share (%)"), self.share)
-        first = button_row(self.begin, self.name)
+        first_row = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
         FormWithPicture.fill(
-            self, form, first, second, self.prompt, self.message, picture=self.figures
+            self, form, first_row, second, self.prompt, self.message, picture=self.figures
         )
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self._studio
         for button, run in (
-            (self.begin, self._begin),
+            (self.begin, self._begin_round),
             (self.name, self._name),
             (self.look, self._show_place),
-            (self.skip, self._round.skip),
-            (self.stop, self._round.stop),
+            (self.skip, self._blind_repeats.skip),
+            (self.stop, self._blind_repeats.stop),
         ):
             button.clicked.connect(lambda _=False, run=run: self._run(run))
         self.share.textChanged.connect(lambda _: self._refresh())
-        studio.edited.connect(self._soon)
+        studio.edited.connect(self._schedule_refresh)
         studio.selection_changed.connect(self._refresh_name)
-        self._round.changed.connect(self._offer)
+        self._blind_repeats.changed.connect(self._offer)
 
     def _run(self, run: Callable[[], object]) -> None:
         try:
@@ -96,9 +96,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self._refresh()
 
     # --- round of repeated picks -------------------------------------------------------------
-    def _begin(self) -> None:
+    def _begin_round(self) -> None:
         # The clicked button has the keyboard focus, but the tool needs it.
-        self._round.begin(self._share() or 0.0, self.interpreter.text().strip())
+        self._blind_repeats.begin(self._share() or 0.0, self.interpreter.text().strip())
         if self._view.viewport is not None:
             self._view.viewport.setFocus()
 
@@ -113,7 +113,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     def _offer(self) -> None:
         """Show which feature is to be picked again, and where it is."""
-        records, id_ = self._studio.records, self._round.current
+        records, id_ = self._studio.records, self._blind_repeats.current
         feature = get(records, id_, Repeatable)
         if feature is None:
             self.prompt.clear()
@@ -122,12 +122,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             type_ = (
                 get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
             )
-            done_count = len(self._round.selected_ids) - len(self._round.waiting_ids)
+            done_count = len(self._blind_repeats.selected_ids) - len(
+                self._blind_repeats.waiting_ids
+            )
             self.prompt.setText(
                 tr(
                     "{number} of {all}: pick the {type} in the ring again ({kind}).",
                     number=done_count + 1,
-                    all=len(self._round.selected_ids),
+                    all=len(self._blind_repeats.selected_ids),
                     type="" if type_ is None else type_.name.lower(),
                     kind=tr(kind_of(feature).title).lower(),
                 )
@@ -137,7 +139,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
 
     def _show_place(self) -> None:
         """Look at the face around the feature, without revealing the attitude of its plane."""
-        id_, viewport = self._round.current, self._view.viewport
+        id_, viewport = self._blind_repeats.current, self._view.viewport
         if id_ is None or viewport is None:
             return
         measurements = self._studio.measured([id_])[id_]
@@ -175,10 +177,10 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             viewport.features.change({_PLACE: drawing})
 
     # --- figures -----------------------------------------------------------------------------
-    def _answer(self, question: OrientationTable) -> TableRepeats:
+    def _compute_answer(self, question: OrientationTable) -> TableRepeats:
         return table_repeats(question)
 
-    def _question(self) -> OrientationTable:
+    def _create_question(self) -> OrientationTable:
         studio = self._studio
         features = studio.session.of(Repeatable)
         if not any(f.repeat_of for f in features):
@@ -189,8 +191,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _result_text(self, result: TableRepeats) -> str:
         return "\n".join(map(str, result.reasons))
 
-    def _show(self, result: TableRepeats | None, message: str) -> None:
-        super()._show(result, "" if result is None else message)
+    def _show_answer(self, result: TableRepeats | None, message: str) -> None:
+        super()._show_answer(result, "" if result is None else message)
         if result is None:
             self.figures.show_reason(message)
         else:
@@ -200,9 +202,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _refresh(self) -> None:
         if not self._studio.has_project:
             return
-        is_running = self._round.current is not None
+        is_running = self._blind_repeats.current is not None
         reason = Finding("action.round-running") if is_running else None
-        if reason is None and not self._round.available():
+        if reason is None and not self._blind_repeats.available():
             reason = Finding("action.no-pick-left")
         if reason is None and self._share() is None:
             text = self.share.text().strip()

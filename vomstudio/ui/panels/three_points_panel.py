@@ -92,7 +92,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.remove_row = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         self.options = OptionFields(ThreePointOptions, "three_points")
-        self.options.changed.connect(self._soon)
+        self.options.changed.connect(self._schedule_refresh)
         follow_axes(self, studio, self._show_axes)
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
@@ -102,11 +102,11 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.copy = CopyCommandButton(
             self.copy_command, tr("save the points as a table and copy the command")
         )
-        self._arrange()
-        self._connect()
+        self._arrange_widgets()
+        self._connect_signals()
         self._fill([])
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         sources, rows, result = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
         for row, parts in (
             (sources, (self.pick, self.take, self.read)),
@@ -129,11 +129,11 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         column.addWidget(self.message)
         column.addLayout(result)
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self._studio
         self.pick.clicked.connect(lambda _=False: self._pick())
         self.take.clicked.connect(
-            lambda _=False: self._take(current_line(studio, Picked, _MIN_POINTS))
+            lambda _=False: self._take_feature(current_line(studio, Picked, _MIN_POINTS))
         )
         self.read.clicked.connect(lambda _=False: self._ask_for_table())
         self.add_row.clicked.connect(lambda _=False: self._add_row())
@@ -141,8 +141,8 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.add.clicked.connect(lambda _=False: self._add())
         self.table.itemChanged.connect(self._follow_typing)
         self.table.itemSelectionChanged.connect(self._refresh)
-        studio.edited.connect(self._edited)
-        studio.settings_changed.connect(self._soon)
+        studio.edited.connect(self._follow_edit)
+        studio.settings_changed.connect(self._schedule_refresh)
         studio.selection_changed.connect(self._refresh)
 
     def _show_axes(self, axes: Axes) -> None:
@@ -161,23 +161,23 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self._is_picking = True
         self.message.setText(tr("Click three or more points on one surface, then press Enter."))
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         if self._is_picking:
             new_traces = [get(edit.after, i, Trace) for i in edit.after if edit.before[i] is None]
             picked_traces = [trace for trace in new_traces if trace is not None]
             if picked_traces:
                 self._is_picking = False
-                self._take(picked_traces[-1])
+                self._take_feature(picked_traces[-1])
                 self._studio.page_requested.emit("three_points")
         if self.trace_id and self.trace_id in edit.after:
-            self._take(get_feature(self._studio.records, self.trace_id))
-        super()._edited(edit)
+            self._take_feature(get_feature(self._studio.records, self.trace_id))
+        super()._follow_edit(edit)
 
-    def _take(self, feature: Feature | None) -> None:
+    def _take_feature(self, feature: Feature | None) -> None:
         """Take the points of a feature and their estimated error."""
         if feature is None:
             self.trace_id = ""
-            self._soon()
+            self._schedule_refresh()
             return
         measurements = self._studio.measured([feature.id])[feature.id]
         self._fill([[f"{value:.4f}" for value in point] for point in measurements.points.tolist()])
@@ -187,7 +187,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             # The misfit of a few points is uncertain, so it is not entered as a known sigma.
             scatter = 0.0
         self.options.show_value("sigma_m", scatter)
-        self._soon()
+        self._schedule_refresh()
 
     def _ask_for_table(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
@@ -197,7 +197,9 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
         )
         if name:
-            self._background.run(partial(_read, Path(name)), self._show_table, self._studio.fail)
+            self._background.run(
+                partial(_read_boundaries, Path(name)), self._show_table, self._studio.fail
+            )
 
     def _show_table(self, table: Boundaries) -> None:
         self._fill([[repr(value) for value in row] for row in table.points.tolist()])
@@ -214,12 +216,12 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             for j, text in enumerate(row):
                 self.table.setItem(i, j, _cell(text))
         self.table.blockSignals(was_blocked)
-        self._soon()
+        self._schedule_refresh()
 
     def _follow_typing(self, _: QTableWidgetItem) -> None:
         """Clear the trace id, because edited points no longer belong to the trace."""
         self.trace_id = ""
-        self._soon()
+        self._schedule_refresh()
 
     def _add_row(self) -> None:
         self.trace_id = ""
@@ -228,18 +230,18 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         for column in range(3):
             self.table.setItem(row, column, _cell(""))
         self.table.setCurrentCell(row, 0)
-        self._soon()
+        self._schedule_refresh()
 
     def _remove_row(self) -> None:
         self.trace_id = ""
         self.table.removeRow(self.table.currentRow())
-        self._soon()
+        self._schedule_refresh()
 
     # --- plane -------------------------------------------------------------------------------
-    def _question(self) -> tuple[FloatArray, ThreePointOptions]:
+    def _create_question(self) -> tuple[FloatArray, ThreePointOptions]:
         return self._numbers(), self.options.options()
 
-    def _answer(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
+    def _compute_answer(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
         points, options = question
@@ -250,7 +252,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _show_error(self, error: VomError) -> None:
         # The location names the row.
-        self._show(None, str(error))
+        self._show_answer(None, str(error))
 
     def _numbers(self) -> FloatArray:
         """Return the points (n, 3) of the rows in the World frame. Raises InputError if invalid."""
@@ -350,7 +352,7 @@ def _warnings_text(result: ThreePoints) -> str:
     return "".join(f" {warning}" for warning in result.warnings)
 
 
-def _read(path: Path) -> Boundaries:
+def _read_boundaries(path: Path) -> Boundaries:
     from vomstudio.io.gate.point_tables import read_boundaries
 
     return read_boundaries(path)

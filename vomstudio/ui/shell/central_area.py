@@ -27,12 +27,12 @@ class CentralArea(QWidget):
     photo_close_requested = Signal()
     page_close_requested = Signal()
 
-    def __init__(self, first: QWidget) -> None:
-        """Show the widget `first` until the outcrop view has been created."""
+    def __init__(self, first_widget: QWidget) -> None:
+        """Show the widget `first_widget` until the outcrop view has been created."""
         super().__init__()
-        self.room = QWidget()
+        self.available_area = QWidget()
         """Area below tabs and purpose. Messages and the net lie over it."""
-        self._column = QVBoxLayout(self.room)
+        self._column = QVBoxLayout(self.available_area)
         outer_layout = QVBoxLayout(self)
         for column in (self._column, outer_layout):
             column.setContentsMargins(0, 0, 0, 0)
@@ -45,16 +45,16 @@ class CentralArea(QWidget):
         self.tabs = self._make_tabs()
         outer_layout.addWidget(self.tabs)
         outer_layout.addWidget(self._purpose)
-        outer_layout.addWidget(self.room, 1)
-        self._column.addWidget(first, 1)
-        self._outcrop = first
+        outer_layout.addWidget(self.available_area, 1)
+        self._column.addWidget(first_widget, 1)
+        self._outcrop = first_widget
         self._photo: QWidget | None = None
         self._photo_head: QWidget | None = None
         self._page: QWidget | None = None
         self._bar: MessageBar | None = None
         self._shows_photo = False
         self._has_purpose = False
-        self._show()
+        self._show_page_or_tabs()
 
     def _make_tabs(self) -> QTabBar:
         tabs = QTabBar()
@@ -98,7 +98,7 @@ class CentralArea(QWidget):
         """Insert the outcrop view."""
         self._column.replaceWidget(self._outcrop, outcrop)
         self._outcrop = outcrop
-        self._show()
+        self._show_page_or_tabs()
 
     def set_bar(self, bar: MessageBar) -> None:
         """Set the message bar, which covers the top of the area."""
@@ -122,9 +122,9 @@ class CentralArea(QWidget):
             self._photo.hide()
         self._photo, self._photo_head, self._shows_photo = photo, header, False
         if photo is not None:
-            photo.setParent(self.room)
+            photo.setParent(self.available_area)
             self._column.addWidget(photo, 1)
-        self._show()
+        self._show_page_or_tabs()
 
     def name_photo(self, name: str, description: str) -> None:
         """Set the text and tooltip of the photo tab."""
@@ -136,16 +136,16 @@ class CentralArea(QWidget):
         is_visible = is_visible and self._photo is not None
         if is_visible != self._shows_photo:
             self._shows_photo = is_visible
-            self._show()
+            self._show_page_or_tabs()
 
     def show_page(self, name: str, title: str, widget: QWidget) -> None:
         """Show a page of the docks instead of the outcrop or photo."""
         self._page = widget
         self.tabs.setTabText(_PAGE, title)
         self.tabs.setTabData(_PAGE, name)
-        widget.setParent(self.room)
+        widget.setParent(self.available_area)
         self._column.addWidget(widget, 1)
-        self._show()
+        self._show_page_or_tabs()
 
     def release_page(self) -> QWidget | None:
         """Return the widget of the page, and show the previous widget again."""
@@ -154,10 +154,10 @@ class CentralArea(QWidget):
             self._column.removeWidget(page)
             page.hide()
             page.setParent(None)
-        self._show()
+        self._show_page_or_tabs()
         return page
 
-    def _show(self) -> None:
+    def _show_page_or_tabs(self) -> None:
         has_page = self._page is not None
         with QSignalBlocker(self.tabs):
             self.tabs.setTabVisible(_PHOTO, self._photo is not None)

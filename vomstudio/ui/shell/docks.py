@@ -85,9 +85,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
         return {name: dock.windowTitle() for name, dock in self._docks.items()}
 
     # --- pages -------------------------------------------------------------------------------
-    def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
-        """Add a page; if `scrolls`, it scrolls when it is longer than its dock."""
-        self._add(name, title, PanelScrollArea(widget) if scrolls else widget)
+    def add(self, name: str, title: str, widget: QWidget, *, is_scrollable: bool = False) -> None:
+        """Add a page; if `is_scrollable`, it scrolls when it is longer than its dock."""
+        self._add(name, title, PanelScrollArea(widget) if is_scrollable else widget)
 
     def add_later(
         self, name: str, title: str, make: Callable[[], QWidget], *, is_permanent: bool = False
@@ -178,7 +178,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._make(name)
         if REGIONS[name] == "overlay" and not self.net_docked:
             if self._overlay is not None and not self._overlay.is_shown:
-                self._overlay.show_page(name, self[name].windowTitle(), self._take(name))
+                self._overlay.show_page(name, self[name].windowTitle(), self._take_page(name))
             self.changed.emit()
             return
         dock = self[name]
@@ -253,7 +253,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         widget: QWidget | None = self[name].widget()
         return widget
 
-    def _take(self, name: str) -> QWidget:
+    def _take_page(self, name: str) -> QWidget:
         widget = self[name].widget()
         self[name].hide()
         return widget
@@ -294,7 +294,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._make(name)
         self._leave_overlay(name)
         self.center_page = name
-        self._center.show_page(name, self[name].windowTitle(), self._take(name))
+        self._center.show_page(name, self[name].windowTitle(), self._take_page(name))
         self.changed.emit()
 
     def leave_center(self) -> str:

@@ -85,8 +85,8 @@ class KeyboardFocus(QObject):
         """
         super().__init__(window)
         self._window, self._center_widget = window, center_widget
-        self._entered: QWidget | None = None
-        self._watched: QWidget | None = None
+        self._entered_widget: QWidget | None = None
+        self._watched_editor: QWidget | None = None
         self._passed_on: QWidget | None = None
         self._cell: QWidget | None = None
         self._is_confirmed = False
@@ -106,23 +106,23 @@ class KeyboardFocus(QObject):
 
     def look(self) -> None:
         """Move the focus to a new centre widget, now and whenever the cursor enters it."""
-        if self._entered is not None and shiboken6.isValid(self._entered):
-            self._entered.removeEventFilter(self)
-        self._entered = self._outcrop
-        self._entered.installEventFilter(self)
+        if self._entered_widget is not None and shiboken6.isValid(self._entered_widget):
+            self._entered_widget.removeEventFilter(self)
+        self._entered_widget = self._outcrop
+        self._entered_widget.installEventFilter(self)
         self.to_outcrop()
 
     def to_outcrop(self, *_: object) -> None:
         """Give the outcrop the focus, unless text is being edited."""
-        if self._outcrop.isVisible() and not self._editing():
+        if self._outcrop.isVisible() and not self._is_editing():
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def _editing(self) -> bool:
+    def _is_editing(self) -> bool:
         """Return whether the text of the focused field has uncommitted changes."""
         focus_widget = self._window.focusWidget()
         if focus_widget is None or not focus_widget.isVisible():
             return False
-        if focus_widget is not self._watched or not _is_text(focus_widget):
+        if focus_widget is not self._watched_editor or not _is_text(focus_widget):
             # The editor of a cell must be closed by its table.
             return _is_text(focus_widget)
         # The arrow buttons of a number field change its value permanently.
@@ -131,7 +131,7 @@ class KeyboardFocus(QObject):
         )
         return self._has_typed or is_changed
 
-    def _rests(self, entered_qenter_event: QEnterEvent) -> bool:
+    def _keeps_focus(self, entered_qenter_event: QEnterEvent) -> bool:
         """Return whether a field has the focus and the cursor has not moved since then.
 
         The outcrop was then entered only because a widget above it has disappeared.
@@ -148,13 +148,13 @@ class KeyboardFocus(QObject):
         if self._left_cell(old, new):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
-        if not self._serves(new):
+        if not self._is_in_widget(new):
             return
         if old is not None and self._is_gone(old):
             # Qt would pass the focus to the next widget, which the user has not requested.
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
-        self._watched, self._text, self._has_typed = new, _text_of(new), False
+        self._watched_editor, self._text, self._has_typed = new, _text_of(new), False
         self._cursor = QCursor.pos()
         new.installEventFilter(self)
         if isinstance(new, QComboBox) and not new.property(_KNOWN):
@@ -162,8 +162,8 @@ class KeyboardFocus(QObject):
             new.activated.connect(self._return_focus)
 
     def _leave(self) -> None:
-        previous_state = (self._watched, self._passed_on)
-        self._watched = self._passed_on = None
+        previous_state = (self._watched_editor, self._passed_on)
+        self._watched_editor = self._passed_on = None
         for widget in previous_state:
             # The panel may have been rebuilt after the confirmation.
             if widget is not None and shiboken6.isValid(widget):
@@ -176,20 +176,20 @@ class KeyboardFocus(QObject):
             self._cell.removeEventFilter(self)
         self._cell, self._is_confirmed = None, False
         table = _table_of(new)
-        if table is not None and self._serves(table):
+        if table is not None and self._is_in_widget(table):
             self._cell = new
             # Handled before the delegate, which closes the editor.
             new.installEventFilter(self)
-        return confirmed and isinstance(new, QAbstractItemView) and self._serves(new)
+        return confirmed and isinstance(new, QAbstractItemView) and self._is_in_widget(new)
 
     def _is_gone(self, widget: QWidget) -> bool:
         """Return whether a widget in an open window lost the focus by hiding or disabling."""
         if not shiboken6.isValid(widget):
             return True
-        is_in_window = self._window.isAncestorOf(widget) and self._serves(widget)
+        is_in_window = self._window.isAncestorOf(widget) and self._is_in_widget(widget)
         return is_in_window and not (widget.isVisible() and widget.isEnabled())
 
-    def _serves(self, widget: QWidget) -> bool:
+    def _is_in_widget(self, widget: QWidget) -> bool:
         """Return whether a widget is in a dock or bar of the window and has no keys of its own."""
         if widget is self._outcrop or isinstance(widget, QMenuBar | QMenu) or _has_own_keys(widget):
             return False
@@ -205,9 +205,9 @@ class KeyboardFocus(QObject):
     # --- what it does with its keys ----------------------------------------------------------
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         event_type = event.type()
-        if watched is self._entered:
-            come = isinstance(event, QEnterEvent) and not self._rests(event)
-            if (come or event_type == QEvent.Type.Wheel) and self._window_is_active():
+        if watched is self._entered_widget:
+            is_entering = isinstance(event, QEnterEvent) and not self._keeps_focus(event)
+            if (is_entering or event_type == QEvent.Type.Wheel) and self._window_is_active():
                 self.to_outcrop()
             return False
         if not isinstance(event, QKeyEvent):
@@ -216,12 +216,12 @@ class KeyboardFocus(QObject):
             if event_type == QEvent.Type.KeyPress:
                 self._is_confirmed = event.key() in _ENTER
             return False
-        if watched is not self._watched:
+        if watched is not self._watched_editor:
             # This key was passed on and does not belong to a command.
             return watched is self._passed_on and event_type == QEvent.Type.KeyPress
         if event_type == QEvent.Type.ShortcutOverride:
-            return self._pass_on(self._watched, event)
-        return event_type == QEvent.Type.KeyPress and self._press(self._watched, event)
+            return self._pass_on(self._watched_editor, event)
+        return event_type == QEvent.Type.KeyPress and self._press_key(self._watched_editor, event)
 
     def _pass_on(self, widget: QWidget, event: QKeyEvent) -> bool:
         """Return whether a pressed key is to be passed to the outcrop."""
@@ -257,7 +257,7 @@ class KeyboardFocus(QObject):
             return True
         return bool(letter) and event.key() != Qt.Key.Key_Space
 
-    def _press(self, widget: QWidget, event: QKeyEvent) -> bool:
+    def _press_key(self, widget: QWidget, event: QKeyEvent) -> bool:
         """Handle a pressed key, and return whether it was handled."""
         if isinstance(widget, QComboBox) and not widget.isEditable():
             if event.key() in _STEPS and not event.modifiers() & _COMMAND_KEYS:

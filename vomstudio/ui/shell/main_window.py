@@ -73,12 +73,12 @@ class MainWindow(QMainWindow):
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
 
-    def _fill(self, *, something_to_open: bool = False) -> None:
+    def _fill(self, *, has_paths: bool = False) -> None:
         """Create everything except the viewport and the net. The imports here are slow."""
         from vomstudio.ui.base.studio import Studio
 
         self.studio = Studio(self._settings)
-        if something_to_open:
+        if has_paths:
             # Meanwhile, the process that reads the model imports the required libraries.
             warm_up.for_models(self.studio)
         self._make_models()
@@ -88,7 +88,7 @@ class MainWindow(QMainWindow):
         self._make_panels()
         self._fill_docks()
         self._make_bars()
-        self._connect()
+        self._connect_signals()
         self.workspaces.begin()
         self._is_filled = True
         self.studio.project_opened.emit()
@@ -245,9 +245,9 @@ class MainWindow(QMainWindow):
 
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
         self._place = CentralArea(self.start_page)
-        self.message_bar = MessageBar(self._place.room)
+        self.message_bar = MessageBar(self._place.available_area)
         self._place.set_bar(self.message_bar)
-        self.net_overlay = NetOverlay(self._place.room, self.message_bar)
+        self.net_overlay = NetOverlay(self._place.available_area, self.message_bar)
         self.net_overlay.restore(self._settings.window.get("net place", ""))
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
@@ -308,9 +308,9 @@ class MainWindow(QMainWindow):
         self._net_place = QWidget()
         add = self.docks.add
         add("project", tr("Project"), self.tree)
-        add("tool", tr("Tool"), self.tool_panel, scrolls=True)
+        add("tool", tr("Tool"), self.tool_panel, is_scrollable=True)
         add("stereonet", tr("Stereonet"), self._net_place)
-        add("view", tr("View direction"), self.view_panel, scrolls=True)
+        add("view", tr("View direction"), self.view_panel, is_scrollable=True)
         add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)
         add("table", tr("Orientations"), self.table)
@@ -343,7 +343,7 @@ class MainWindow(QMainWindow):
         self.setStatusBar(self.status_line)
         self._notices = NoticePresenter(self.messages, bar, self.status_line, actions, self.docks)
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self.studio
         # First, so that nothing of the previous project remains while the next one is shown.
         studio.project_opened.connect(self.docks.renew_pages)
@@ -382,7 +382,7 @@ class MainWindow(QMainWindow):
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
         """Fill the window, which is visible by now, and open the paths of the command line."""
-        self._fill(something_to_open=bool(paths))
+        self._fill(has_paths=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.outcrop.outcrop_menu import OutcropMenu
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
@@ -409,8 +409,8 @@ class MainWindow(QMainWindow):
         viewport.setFocus()
         # Only the first window is frozen, because a window that is closed before the process
         # ends must be freed.
-        self._first = thread_switching.is_unfrozen()
-        if self._first:
+        self._first_workspace = thread_switching.is_unfrozen()
+        if self._first_workspace:
             thread_switching.freeze_objects()
         for path in paths:
             self.open_path(path)
@@ -457,7 +457,7 @@ class MainWindow(QMainWindow):
 
     def _imports_done(self) -> None:
         # An open model may be freed before the program ends, so it must not be frozen.
-        if self._is_filled and self._first and not self.studio.models:
+        if self._is_filled and self._first_workspace and not self.studio.models:
             thread_switching.freeze_objects()
 
     # --- what comes in -----------------------------------------------------------------------

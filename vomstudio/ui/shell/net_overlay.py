@@ -70,11 +70,11 @@ class NetOverlay(QFrame):
         super().__init__(room)
         self.setObjectName("net_overlay")
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self._room, self._message_bar = room, message_bar
+        self._available_area, self._message_bar = room, message_bar
         self._widget: QWidget | None = None
         self.is_shown = False
         """Whether the overlay contains the net, which is visible only together with the outcrop."""
-        self._covered = False
+        self._covered_rect = False
         self._side = _SIDE
         self._is_right, self._is_bottom = True, False
         self._offset = QPoint(_MARGIN, _TOP)
@@ -170,17 +170,17 @@ class NetOverlay(QFrame):
 
     def cover(self, is_covered: bool) -> None:
         """Hide the overlay while another widget covers the outcrop."""
-        self._covered = is_covered
+        self._covered_rect = is_covered
         self._refresh()
 
     def _refresh(self) -> None:
-        self.setVisible(self.is_shown and not self._covered)
+        self.setVisible(self.is_shown and not self._covered_rect)
         self.place()
 
     # --- place and size ----------------------------------------------------------------------
     def place(self) -> None:
         """Position the overlay at its distance from the corner, inside the outcrop view."""
-        room_rect = self._room.rect()
+        room_rect = self._available_area.rect()
         limit = round(_MAX_SHARE * min(room_rect.width(), room_rect.height()))
         side = max(_MIN_SIDE, min(self._side, limit))
         right, bottom = room_rect.width() - side - _MARGIN, room_rect.height() - side - _MARGIN
@@ -204,7 +204,7 @@ class NetOverlay(QFrame):
 
     def _anchor(self) -> None:
         """Store the distance from the nearest corner."""
-        room_rect, box = self._room.rect(), self.geometry()
+        room_rect, box = self._available_area.rect(), self.geometry()
         self._side = box.width()
         self._is_right = box.center().x() > room_rect.center().x()
         self._is_bottom = box.center().y() > room_rect.center().y()
@@ -258,7 +258,7 @@ class NetOverlay(QFrame):
         self.placement_changed.emit(QRect() if self.isHidden() else self.geometry())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        if event.type() == QEvent.Type.Resize and watched is self._room:
+        if event.type() == QEvent.Type.Resize and watched is self._available_area:
             self.place()
         return False
 
@@ -302,7 +302,7 @@ class NetOverlay(QFrame):
         if self._drag is not None:
             start, place = self._drag
             position = place + event.globalPosition().toPoint() - start
-            limit = self._room.rect().bottomRight() - self.rect().bottomRight()
+            limit = self._available_area.rect().bottomRight() - self.rect().bottomRight()
             self.move(max(0, min(position.x(), limit.x())), max(0, min(position.y(), limit.y())))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802

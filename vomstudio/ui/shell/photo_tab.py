@@ -53,7 +53,7 @@ class PhotoTab(QObject):
         self._place: CentralArea | None = None
         self._reported: PhotoPage | None = None
         self._page_behind = ""
-        opening.page_shown.connect(self._show)
+        opening.page_shown.connect(self._show_page)
         docks.changed.connect(self._follow)
         workspaces.changed.connect(self._workspace_changed)
 
@@ -173,14 +173,14 @@ class PhotoTab(QObject):
         self._hint()
 
     # --- coming and going --------------------------------------------------------------------
-    def _show(self, page: PhotoPage) -> None:
+    def _show_page(self, page: PhotoPage) -> None:
         if self._place is not None and page.parentWidget() is None:
             page.windowTitleChanged.connect(self._titled)
             page.changed.connect(self.changed)
             page.hint_changed.connect(self._hint)
             page.attention_requested.connect(self.show_photo)
             page.window_toggle_requested.connect(self._change_place)
-            page.closed.connect(self._closed)
+            page.closed.connect(self._handle_close)
             self._place.set_photo(page, page.toolbar)
         self.show_photo()
 
@@ -214,7 +214,7 @@ class PhotoTab(QObject):
         page.actions_table.refresh()
         page.canvas.setFocus()
 
-    def _closed(self) -> None:
+    def _handle_close(self) -> None:
         if self._place is not None:
             self._place.set_photo(None)
             self._photo_closed()

@@ -21,9 +21,9 @@ def record_actions(table: Actions, record: Record, *, is_visible: bool) -> list[
             ("locate", "copy_model", "remove_model"),
         )
     elif isinstance(record, Feature):
-        first = "edit_feature" if isinstance(record, Picked | Painted) else "along_line"
+        first_action = "edit_feature" if isinstance(record, Picked | Painted) else "along_line"
         groups = (
-            (first, "rename"),
+            (first_action, "rename"),
             ("frame_selection", "face_plane", "show_in_photos"),
             hiding,
             ("delete",),

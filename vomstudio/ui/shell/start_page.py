@@ -110,9 +110,9 @@ class StartPage(QFrame):
         return False
 
     def _centre(self, viewport: QWidget) -> None:
-        self._give_width(is_narrow=False)
+        self._set_width(is_narrow=False)
         if self.width() > viewport.width():
-            self._give_width(is_narrow=True)
+            self._set_width(is_narrow=True)
         # The page scrolls in a small window.
         self.resize(self.size().boundedTo(viewport.size()))
         self.move(
@@ -120,7 +120,7 @@ class StartPage(QFrame):
             max(0, (viewport.height() - self.height()) // 2),
         )
 
-    def _give_width(self, *, is_narrow: bool) -> None:
+    def _set_width(self, *, is_narrow: bool) -> None:
         """Set the width of the buttons; if `is_narrow`, long texts take several lines."""
         for label in self._long_words:
             label.setWordWrap(is_narrow)

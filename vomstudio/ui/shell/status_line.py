@@ -129,7 +129,7 @@ class StatusLine(QStatusBar):
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
-        known_north, poor_turns = studio.north_known(), studio.turn_findings()
+        known_north, poor_turns = studio.is_north_known(), studio.turn_findings()
         frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
         has_no_frame = not any(frame.has_up or frame.has_metres for frame in frames)
         warned_text = (

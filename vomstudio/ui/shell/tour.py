@@ -52,19 +52,19 @@ class Tour(QObject):
         self._net = net
         self._window, self._studio, self._steps = window, studio, all_steps
         self.step: int | None = None
-        self._before: Any = None
+        self._state_before: Any = None
         self._card: TourCard | None = None
         self._frame: TourFrame | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.timeout.connect(self._check_step)
 
     # --- coming and going --------------------------------------------------------------------
     def start(self) -> None:
         """Start the tour, or restart it from the first step."""
         self.end()
         self._card, self._frame = TourCard(self._window), TourFrame(self._window)
-        self._card.onward.connect(self._onward)
+        self._card.next_requested.connect(self._go_on)
         self._card.ended.connect(self.end)
         application = QApplication.instance()
         assert application is not None
@@ -73,7 +73,7 @@ class Tour(QObject):
         if settings.offer_tour:
             settings.offer_tour = False
             self._studio.keep_settings()
-        self._show(0)
+        self._show_step(0)
         self._timer.start()
 
     def end(self) -> None:
@@ -90,39 +90,39 @@ class Tour(QObject):
         self._card = self._frame = self.step = None
 
     # --- step after step ---------------------------------------------------------------------
-    def _show(self, number: int, result: str = "") -> None:
+    def _show_step(self, number: int, result: str = "") -> None:
         """Show a step, and the result of the step before it."""
         assert self._card is not None
         self.step = number
         if number == len(self._steps):
-            self._card.say(tr("Finished"), _join(result, tr(_END)), tr("Close"))
+            self._card.show_text(tr("Finished"), _join(result, tr(_END)), tr("Close"))
         else:
             step = self._steps[number]
-            self._before = step.now()
-            self._card.say(
+            self._state_before = step.now()
+            self._card.show_text(
                 tr("Step {number} of {count}", number=number + 1, count=len(self._steps)),
                 _join(result, tr(step.text)),
-                tr("Next") if step.onward else tr("Skip"),
+                tr("Next") if step.has_next_button else tr("Skip"),
             )
-        self._place()
+        self._place_card()
         self._card.show()
 
-    def _onward(self) -> None:
+    def _go_on(self) -> None:
         if self.step is None or self.step == len(self._steps):
             self.end()
         else:
-            self._show(self.step + 1)
+            self._show_step(self.step + 1)
 
-    def _look(self) -> None:
+    def _check_step(self) -> None:
         """Check whether the current step is done, and update the frame around its target."""
         if self.step is None or not isValid(self._window):
             return
-        if self.step < len(self._steps) and self._steps[self.step].done(self._before):
-            self._show(self.step + 1, self._steps[self.step].result())
+        if self.step < len(self._steps) and self._steps[self.step].done(self._state_before):
+            self._show_step(self.step + 1, self._steps[self.step].result())
         else:
-            self._place()
+            self._place_card()
 
-    def _place(self) -> None:
+    def _place_card(self) -> None:
         assert self._card is not None
         assert self._frame is not None
         target = None

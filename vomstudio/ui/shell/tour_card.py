@@ -39,10 +39,11 @@ class TourFrame(QWidget):
 class TourCard(QFrame):
     """Card with instructions for the next step. It never takes the focus by itself.
 
-    `onward` is emitted when the user skips the step, and `ended` when the user ends the tour.
+    `next_requested` is emitted when the user skips the step, and `ended` when the user ends the
+    tour.
     """
 
-    onward = Signal()
+    next_requested = Signal()
     ended = Signal()
 
     def __init__(self, window: QWidget) -> None:
@@ -60,28 +61,28 @@ class TourCard(QFrame):
         self._text.setWordWrap(True)
         for label in (self._count, self._text):
             label.setForegroundRole(QPalette.ColorRole.ToolTipText)
-        self.next, self.end = QPushButton(tr("Skip")), QPushButton(tr("End tour"))
-        self.next.clicked.connect(self.onward)
+        self.next_button, self.end = QPushButton(tr("Skip")), QPushButton(tr("End tour"))
+        self.next_button.clicked.connect(self.next_requested)
         self.end.clicked.connect(self.ended)
         row = QHBoxLayout()
-        for button in (self.next, self.end):
+        for button in (self.next_button, self.end):
             # A click on the card must not take the focus from the outcrop.
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.setAutoDefault(False)
         row.addWidget(self.end)
         row.addStretch(1)
-        row.addWidget(self.next)
+        row.addWidget(self.next_button)
         self._layout = QVBoxLayout(self)
         self._layout.addWidget(self._count)
         self._layout.addWidget(self._text)
         self._layout.addLayout(row)
 
-    def say(self, count: str, text: str, onward: str) -> None:
+    def show_text(self, count: str, text: str, button_text: str) -> None:
         """Show a step: its number (`count`, as in "Step 2 of 9"), text and button text."""
         self._count.setText(count)
         self._text.setText(text)
-        self.next.setText(onward)
-        self.end.setVisible(onward != tr("Close"))
+        self.next_button.setText(button_text)
+        self.end.setVisible(button_text != tr("Close"))
         self.setFixedHeight(self._layout.totalHeightForWidth(WIDTH))
 
     @property

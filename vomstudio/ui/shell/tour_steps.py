@@ -26,8 +26,8 @@ class TourStep:
 
     `text` is marked for translation. `target` returns the widget concerned, or None if it is not
     visible. `now` returns a state; `done` receives its value at the start of the step. If
-    `onward`, the step only shows something, and its button is "Next". `result` returns what the
-    user has done, which is shown together with the next step.
+    `has_next_button`, the step only shows something, and its button is "Next". `result` returns
+    what the user has done, which is shown together with the next step.
     """
 
     name: str
@@ -35,7 +35,7 @@ class TourStep:
     target: Callable[[], QWidget | None]
     now: Callable[[], Any]
     done: Callable[[Any], bool]
-    onward: bool = False
+    has_next_button: bool = False
     result: Callable[[], str] = str
 
 
@@ -171,7 +171,7 @@ def steps(
             lambda: docks.place_of("properties") or docks.place_of("tool"),
             nothing,
             looked_at("properties"),
-            onward=True,
+            has_next_button=True,
         ),
         TourStep(
             "net",
@@ -182,7 +182,7 @@ def steps(
             dock("stereonet"),
             nothing,
             looked_at("stereonet"),
-            onward=True,
+            has_next_button=True,
         ),
         TourStep(
             "orthophoto",

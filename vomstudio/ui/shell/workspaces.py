@@ -54,8 +54,8 @@ class Workspaces(QObject):
         self._window, self._docks = window, docks
         self._state = screens.from_text(stored_state.get(_DOCKS, ""))
         self._pages = {item.name: _read_pages(stored_state, item) for item in WORKSPACES}
-        self._shown = workspace_of(stored_state.get(_SHOWN, FIRST))
-        self._hidden: tuple[QByteArray, bool] | None = None
+        self._shown_pages = workspace_of(stored_state.get(_SHOWN, FIRST))
+        self._hidden_docks: tuple[QByteArray, bool] | None = None
         self._net = stored_state.get(_NET, "")
         self._has_begun = False
         self._timer = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -64,20 +64,20 @@ class Workspaces(QObject):
     @property
     def shown(self) -> WorkspaceLayout:
         """Current workspace."""
-        return self._shown
+        return self._shown_pages
 
     @property
     def only_outcrop(self) -> bool:
         """Whether all docks are hidden."""
-        return self._hidden is not None
+        return self._hidden_docks is not None
 
     # --- showing -----------------------------------------------------------------------------
     def begin(self) -> None:
         """Restore the stored arrangement of the docks, or use the initial one."""
         # Sizes take effect only once the viewport is in the centre.
-        QTimer.singleShot(0, self._begin)
+        QTimer.singleShot(0, self._restore_state)
 
-    def _begin(self) -> None:
+    def _restore_state(self) -> None:
         is_restored = self._state is not None and self._docks.restore(self._state)
         if not is_restored:
             self._docks.arrange()
@@ -108,45 +108,45 @@ class Workspaces(QObject):
     def switch(self, name: str) -> None:
         """Switch to a workspace, with the pages that were last open in it."""
         workspace = workspace_of(name)
-        if workspace is self._shown and self._hidden is None:
+        if workspace is self._shown_pages and self._hidden_docks is None:
             return
-        if self._hidden is not None:
+        if self._hidden_docks is not None:
             self.show_only_outcrop()
         self._remember()
         self.leaving.emit()
         self._docks.leave_center()
-        self._shown = workspace
+        self._shown_pages = workspace
         self._show_pages()
         self._docks.bring_on_screen()
         self.changed.emit(workspace.name)
 
     def reset(self) -> None:
         """Restore the initial arrangement of the window and of the current workspace."""
-        self._hidden = None
-        self._pages[self._shown.name] = _initial_pages()
+        self._hidden_docks = None
+        self._pages[self._shown_pages.name] = _initial_pages()
         self._docks.arrange()
         self._docks.net_docked = False
         self._docks.bring_forward("stereonet")
         self._show_pages()
         self._give_sizes()
-        self.changed.emit(self._shown.name)
+        self.changed.emit(self._shown_pages.name)
 
     def show_only_outcrop(self) -> None:
         """Hide all panels, or show the previously visible panels again."""
-        if self._hidden is None:
+        if self._hidden_docks is None:
             self._docks.leave_center()
             self._remember()
-            self._hidden = (self._docks.state(), self._docks.is_shown("stereonet"))
+            self._hidden_docks = (self._docks.state(), self._docks.is_shown("stereonet"))
             self._docks.hide_all()
         else:
-            (state, has_net), self._hidden = self._hidden, None
+            (state, has_net), self._hidden_docks = self._hidden_docks, None
             self._docks.restore(state)
             if has_net:
                 self._docks.bring_forward("stereonet")
-        self.changed.emit(self._shown.name)
+        self.changed.emit(self._shown_pages.name)
 
     def _show_pages(self) -> None:
-        pages = self._pages[self._shown.name]
+        pages = self._pages[self._shown_pages.name]
         for region in _FOLLOWED:
             if name := pages[region]:
                 self._docks.bring_forward(name)
@@ -174,8 +174,8 @@ class Workspaces(QObject):
             self.settled.emit()
 
     def _remember(self) -> None:
-        if self._has_begun and self._hidden is None:
-            self._pages[self._shown.name] = {r: self._docks.page(r) for r in _FOLLOWED}
+        if self._has_begun and self._hidden_docks is None:
+            self._pages[self._shown_pages.name] = {r: self._docks.page(r) for r in _FOLLOWED}
             self._state = self._docks.state()
             is_shown = self._docks.is_shown("stereonet")
             self._net = _DOCKED if self._docks.net_docked else _OVERLAY if is_shown else _HIDDEN
@@ -194,7 +194,7 @@ class Workspaces(QObject):
         """Return the geometry, workspace, docks and pages of the window for the settings."""
         return {
             _GEOMETRY: screens.to_text(self._window.saveGeometry()),
-            _SHOWN: self._shown.name,
+            _SHOWN: self._shown_pages.name,
             _NET: self._net,
             _DOCKS: "" if self._state is None else screens.to_text(self._state),
             **{f"{_PAGES} {name}": ",".join(p.values()) for name, p in self._pages.items()},

@@ -22,7 +22,7 @@ def project_axes(studio: Studio) -> Axes:
     """
     if not studio.has_project or not studio.session.of(Model):
         return Axes()
-    return Axes(studio.metres_known(), studio.north_known())
+    return Axes(studio.are_metres_known(), studio.is_north_known())
 
 
 def length_unit(axes: Axes) -> str:

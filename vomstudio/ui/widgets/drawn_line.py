@@ -30,7 +30,7 @@ class DrawnLine(QObject):
     def __init__(self, parent: QObject, studio: Studio) -> None:
         super().__init__(parent)
         self._studio, self._is_waiting = studio, False
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
 
     def begin(self) -> None:
         """Open the measure tool, and wait for a polyline."""
@@ -38,7 +38,7 @@ class DrawnLine(QObject):
         self._studio.activate("measure")
         self._is_waiting = True
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         if not self._is_waiting:
             return
         new_dimensions = [

@@ -54,7 +54,7 @@ class FailureNotices(QObject):
         super().__init__()
         self._host, self._parent = host, parent
         self._pending_failures: list[Failure] = []
-        self._arrived.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self._arrived.connect(self._queue_failure, Qt.ConnectionType.QueuedConnection)
         ERRORS.listen(self._forward)
 
     def begin(self) -> None:
@@ -63,7 +63,7 @@ class FailureNotices(QObject):
             self._show_crash()
         pending_failures, self._pending_failures = self._pending_failures, []
         for failure in pending_failures:
-            self._take(failure)
+            self._queue_failure(failure)
 
     def _show_crash(self) -> None:
         notice = Notice(
@@ -82,7 +82,7 @@ class FailureNotices(QObject):
     def close(self) -> None:
         """Stop showing errors because the window was closed."""
         ERRORS.listen(None)
-        self._arrived.disconnect(self._take)
+        self._arrived.disconnect(self._queue_failure)
 
     def show_fatal(self, error: BaseException) -> None:
         """Show an error that prevents filling the window, and offer a report."""
@@ -109,13 +109,13 @@ class FailureNotices(QObject):
         with contextlib.suppress(RuntimeError):
             self._arrived.emit(failure)
 
-    def _take(self, failure: Failure) -> None:
+    def _queue_failure(self, failure: Failure) -> None:
         if not self._host.is_filled:
             self._pending_failures.append(failure)
         else:
-            self._show(failure)
+            self._show_failure(failure)
 
-    def _show(self, failure: Failure) -> None:
+    def _show_failure(self, failure: Failure) -> None:
         notice = Notice(failure.finding, "error", _ACTION, failure.repetitions)
         try:
             self._host.studio.notice.emit(notice)

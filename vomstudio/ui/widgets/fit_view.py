@@ -195,7 +195,7 @@ class FitView(QWidget):
         return page
 
     def show_measurement(
-        self, measurement: Measurement | None, notation: str, *, local: bool
+        self, measurement: Measurement | None, notation: str, *, is_local: bool
     ) -> None:
         """Show a measurement, or dashes if no measurement is given.
 
@@ -203,11 +203,11 @@ class FitView(QWidget):
         ----------
         notation : str
             Notation of attitudes.
-        local : bool
+        is_local : bool
             Whether the frame of the model is unknown.
         """
         verdict = measurement.verdict if measurement else None
-        texts = self._show_head(measurement, notation, local=local)
+        texts = self._show_head(measurement, notation, is_local=is_local)
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._verdict.setText(quality or "")
@@ -223,7 +223,7 @@ class FitView(QWidget):
         lay_out_now(self)
 
     def _show_head(
-        self, measurement: Measurement | None, notation: str, *, local: bool
+        self, measurement: Measurement | None, notation: str, *, is_local: bool
     ) -> Sequence[str]:
         """Show the attitude or main figure, and return the remaining lines of the kind."""
         feature_kind = kind_named(measurement.kind) if measurement else None
@@ -238,17 +238,17 @@ class FitView(QWidget):
         else:
             self._plane.setText(orientation_text(measurement, notation) if measurement else "–")
         self._plane.setToolTip(
-            tr("Local frame: unregistered model with unknown north and scale.") if local else ""
+            tr("Local frame: unregistered model with unknown north and scale.") if is_local else ""
         )
         return texts
 
     def _show_reasons(self, reasons: Sequence[Finding]) -> None:
         """Show the first reason in short form with its command; others are unfolded in place."""
-        first = reasons[0] if reasons else None
-        self._reason.setText("" if first is None else short_reason(first))
-        self._reason.setToolTip("" if first is None else escape_markup(first.message))
-        self._reason.setVisible(first is not None)
-        self._set_action("" if first is None else command_for(first))
+        first_reason = reasons[0] if reasons else None
+        self._reason.setText("" if first_reason is None else short_reason(first_reason))
+        self._reason.setToolTip("" if first_reason is None else escape_markup(first_reason.message))
+        self._reason.setVisible(first_reason is not None)
+        self._set_action("" if first_reason is None else command_for(first_reason))
         self.more.setVisible(bool(reasons))
         count = len(reasons) - 1
         self.more.setText(

@@ -28,9 +28,9 @@ class FormWithPicture(QWidget):
         outer_layout = QVBoxLayout(panel)
         outer_layout.setContentsMargins(0, 0, 0, 0)
         outer_layout.addWidget(self)
-        self._sides = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
-        self._sides.setContentsMargins(6, 4, 6, 4)
-        self._sides.setSpacing(6)
+        self._side_layout = QBoxLayout(QBoxLayout.Direction.TopToBottom, self)
+        self._side_layout.setContentsMargins(6, 4, 6, 4)
+        self._side_layout.setSpacing(6)
         self._form = QWidget()
         self.column = QVBoxLayout(self._form)
         self.column.setContentsMargins(0, 0, 0, 0)
@@ -55,8 +55,8 @@ class FormWithPicture(QWidget):
         """Add the picture after all parts of the form."""
         self.column.addStretch()
         picture.setMinimumHeight(_MIN_PICTURE_HEIGHT)
-        self._sides.addWidget(self._scroll_area)
-        self._sides.addWidget(picture, 1)
+        self._side_layout.addWidget(self._scroll_area)
+        self._side_layout.addWidget(picture, 1)
         self._fit()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
@@ -68,7 +68,9 @@ class FormWithPicture(QWidget):
         super().resizeEvent(event)
         is_beside = self.width() >= _MIN_WIDTH_BESIDE
         directions = QBoxLayout.Direction
-        self._sides.setDirection(directions.LeftToRight if is_beside else directions.TopToBottom)
+        self._side_layout.setDirection(
+            directions.LeftToRight if is_beside else directions.TopToBottom
+        )
         self._is_beside = is_beside
         self._scroll_area.setMaximumWidth(_FORM_WIDTH if is_beside else _NO_LIMIT)
         # Placeholders of fields must not be truncated if there is space.

@@ -63,10 +63,10 @@ class GroupBox(ComboBox):
         self.clear()
         for title, choice in groups:
             self.addItem(title, choice)
-        first = 0 if ALL in choices else min(1, len(groups) - 1)
+        first_choice = 0 if ALL in choices else min(1, len(groups) - 1)
         # If it was the only entry, it was not selected by the user.
         keeps_previous = previous in choices and len(entries) > 1
-        self.setCurrentIndex(choices.index(previous) if keeps_previous else first)
+        self.setCurrentIndex(choices.index(previous) if keeps_previous else first_choice)
 
     def features(self) -> list[Typed]:
         """Return the features of the group that can be plotted on a net, without repeats."""

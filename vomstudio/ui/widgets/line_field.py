@@ -42,7 +42,7 @@ class LineField(QWidget):
         self.take_button.setToolTip(tr("Use trend and plunge of the selected line."))
         self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
         self.take_button.setAccessibleName(tr("Use selected"))
-        self.take_button.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button.clicked.connect(lambda _=False: self._use_selection())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
@@ -64,6 +64,6 @@ class LineField(QWidget):
     def _refresh(self) -> None:
         allow(self.take_button, Finding("selection.no-line") if self.selected() is None else None)
 
-    def _take_selected(self) -> None:
+    def _use_selection(self) -> None:
         if (line := self.selected()) is not None:
             self.line.setText(format_line(line, 1))

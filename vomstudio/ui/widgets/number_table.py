@@ -125,7 +125,7 @@ class NumberTable(QTableView):
     row_selected = Signal(object)
 
     def __init__(
-        self, columns: Sequence[Column], sort_by: int, *, descending: bool = False
+        self, columns: Sequence[Column], sort_by: int, *, is_descending: bool = False
     ) -> None:
         super().__init__()
         self.numbers = NumberModel(columns)
@@ -141,7 +141,7 @@ class NumberTable(QTableView):
         header.setResizeContentsPrecision(200)
         header.setStretchLastSection(False)
         self.setSortingEnabled(True)
-        order = Qt.SortOrder.DescendingOrder if descending else Qt.SortOrder.AscendingOrder
+        order = Qt.SortOrder.DescendingOrder if is_descending else Qt.SortOrder.AscendingOrder
         header.setSortIndicator(sort_by, order)
         self.selectionModel().currentRowChanged.connect(self._current)
 
@@ -156,8 +156,10 @@ class NumberTable(QTableView):
         self.numbers.fill(rows)
         self.sortByColumn(header.sortIndicatorSection(), header.sortIndicatorOrder())
 
-    def select_rows(self, match: Callable[[tuple[Any, ...]], bool], *, add: bool = False) -> None:
-        """Select all matching rows, in addition to the selected ones if `add` is set."""
+    def select_rows(
+        self, match: Callable[[tuple[Any, ...]], bool], *, is_adding: bool = False
+    ) -> None:
+        """Select all matching rows, in addition to the selected ones if `is_adding` is set."""
         flag = QItemSelectionModel.SelectionFlag
         rows = QItemSelection()
         first: QModelIndex | None = None
@@ -166,7 +168,7 @@ class NumberTable(QTableView):
                 index = self.numbers.index(number, 0)
                 rows.select(index, index)
                 first = index if first is None else first
-        mode = flag.Rows | (flag.Select if add else flag.ClearAndSelect)
+        mode = flag.Rows | (flag.Select if is_adding else flag.ClearAndSelect)
         selection = self.selectionModel()
         if first is not None:
             selection.setCurrentIndex(first, flag.NoUpdate)

@@ -107,8 +107,8 @@ class OtherModelBox(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.models, 1)
         row.addWidget(self.browse)
-        self._list()
-        self.models.currentIndexChanged.connect(self._changed)
+        self._list_other_models()
+        self.models.currentIndexChanged.connect(self._handle_choice)
 
     def current(self) -> OtherModel | None:
         """Return the selected model, or None."""
@@ -137,13 +137,13 @@ class OtherModelBox(QWidget):
         self._excluded_id = excluded_id
         with QSignalBlocker(self.models):
             self.models.clear()
-            self._list()
+            self._list_other_models()
             index = self.models.findData(previous) if previous else -1
             self.models.setCurrentIndex(max(index, 0))
         if self.models.currentData() != previous:
-            self._changed()
+            self._handle_choice()
 
-    def _list(self) -> None:
+    def _list_other_models(self) -> None:
         for model in self._studio.session.of(Model):
             if model.id != self._excluded_id and model.id in self._studio.models:
                 self.models.addItem(model.name, model.id)
@@ -152,7 +152,7 @@ class OtherModelBox(QWidget):
         if not self.models.count():
             self.models.addItem(tr("Choose a file"), "")
 
-    def _changed(self, *_: object) -> None:
+    def _handle_choice(self, *_: object) -> None:
         self.model_changed.emit(self.current())
 
     def _browse(self) -> None:
@@ -204,7 +204,7 @@ class OtherModelBox(QWidget):
         if not self.models.currentData() and self.models.count() == 1:
             self.models.setItemText(0, other_model.name)
             self.models.setItemData(0, key)
-            self._changed()
+            self._handle_choice()
             return
         if not is_listed:
             self.models.addItem(other_model.name, key)

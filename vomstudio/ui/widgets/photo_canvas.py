@@ -122,7 +122,7 @@ class PhotoCanvas(QWidget):
         self._preview: Preview | None = None
         self._reading_place = ReadingPosition()
         self._cross: FloatArray | None = None
-        self._spot: FloatArray | None = None
+        self._marker_position: FloatArray | None = None
         self._cursor: QPointF | None = None
         self._press_position: QPointF | None = None
         self._last_position = QPointF()
@@ -133,7 +133,7 @@ class PhotoCanvas(QWidget):
         # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
         self._hover_timer = QTimer(self, singleShot=True, interval=_HOVER_MS)
-        self._hover_timer.timeout.connect(self._hovered)
+        self._hover_timer.timeout.connect(self._emit_hover)
 
     # --- content -----------------------------------------------------------------------------
     def set_photo(self, width: int, height: int) -> None:
@@ -180,7 +180,7 @@ class PhotoCanvas(QWidget):
 
     def set_marker(self, pixel: FloatArray | None) -> None:
         """Mark the target position."""
-        self._spot = pixel
+        self._marker_position = pixel
         self.update()
 
     # --- view --------------------------------------------------------------------------------
@@ -274,8 +274,8 @@ class PhotoCanvas(QWidget):
             self._paint_feature(painter, drawing)
         painter.restore()
         self._paint_labels(painter)
-        if self._spot is not None:
-            self._paint_cross(painter, self._spot, 11.0, QColor("#56b4e9"))
+        if self._marker_position is not None:
+            self._paint_cross(painter, self._marker_position, 11.0, QColor("#56b4e9"))
         if self._preview is not None and self.projection is not None:
             extent = float(self.width()), float(self.height())
             eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
@@ -437,7 +437,7 @@ class PhotoCanvas(QWidget):
                 cursor.x() - self._press_position.x(), cursor.y() - self._press_position.y()
             ):
                 return
-            self._action = self._begin(event)
+            self._action = self._begin_drag(event)
             self._last_position = self._press_position
         if self._action == "pan":
             self._offset += cursor - self._last_position
@@ -453,11 +453,11 @@ class PhotoCanvas(QWidget):
         self._last_position = cursor
         self.update()
 
-    def _hovered(self) -> None:
+    def _emit_hover(self) -> None:
         if self._press_position is None and self._hover_event is not None:
             self.pointed.emit(self._hover_event)
 
-    def _begin(self, event: QMouseEvent) -> str:
+    def _begin_drag(self, event: QMouseEvent) -> str:
         assert self._press_position is not None
         is_left_button = self._button == Qt.MouseButton.LeftButton
         if self._handle is None and not (is_left_button and self.is_left_button_painting):

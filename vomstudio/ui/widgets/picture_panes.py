@@ -136,21 +136,21 @@ class PicturePanes(QWidget):
         if not keep_view or previous != [None if p is None else p.size for p in pictures]:
             for view in self._views:
                 view.centre = None
-        self._renew()
+        self._repaint_base()
 
     def show_message(self, text: str) -> None:
         """Show a text instead of pictures."""
         self._message = text
-        self._renew()
+        self._repaint_base()
 
     def show_links(self, links: Links) -> None:
         self._links, self._hovered_link = links, None
-        self._renew()
+        self._repaint_base()
 
     def set_overlays(self, painters: Sequence[Painter | None]) -> None:
         """Set the painters of the panes."""
         self._overlays = [item or paint_nothing for item in painters]
-        self._renew()
+        self._repaint_base()
 
     # --- geometry ----------------------------------------------------------------------------
     def box(self, pane: int) -> QRectF:
@@ -206,17 +206,17 @@ class PicturePanes(QWidget):
         new_zoom = min(max(zoom * factor, min_zoom), MAX_ZOOM)
         view = self._views[pane]
         view.centre, view.zoom = zoom_centre + (centre - zoom_centre) * (zoom / new_zoom), new_zoom
-        self._renew()
+        self._repaint_base()
 
     def look_at(self, pane: int, position: npt.ArrayLike, zoom: float) -> None:
         view = self._views[pane]
         view.centre, view.zoom = np.array(position, np.float64).reshape(2), zoom
-        self._renew()
+        self._repaint_base()
 
     def show_all(self) -> None:
         for view in self._views:
             view.centre = None
-        self._renew()
+        self._repaint_base()
 
     # --- painting ----------------------------------------------------------------------------
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
@@ -235,7 +235,7 @@ class PicturePanes(QWidget):
         if not self._message:
             self._paint_hovered_link(painter)
 
-    def _renew(self) -> None:
+    def _repaint_base(self) -> None:
         self._base = None
         self.update()
 
@@ -367,7 +367,7 @@ class PicturePanes(QWidget):
             view = self._views[pane]
             view.centre, view.zoom = centre - motion, zoom
             self._drag = (pane, cursor)
-            self._renew()
+            self._repaint_base()
             return
         link = self._link_at(cursor)
         if link != self._hovered_link:
@@ -420,7 +420,7 @@ class PicturePanes(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        self._renew()
+        self._repaint_base()
 
 
 def _group_by_color(

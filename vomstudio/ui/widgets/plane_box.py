@@ -44,25 +44,25 @@ class PlaneBox(ComboBox):
     ----------
     empty_text : str or None
         Text of the entry for no plane, or None if a plane is required.
-    follows_selection : bool
+    with_selection : bool
         Whether to start with the entry "selected". While the selection is not a plane (for
         example, a new feature), the last plane is kept.
     """
 
     plane_selected = Signal(str)  # id of a plane, empty for none
 
-    def __init__(self, studio: Studio, empty_text: str | None, follows_selection: bool) -> None:
+    def __init__(self, studio: Studio, empty_text: str | None, with_selection: bool) -> None:
         super().__init__()
         self._studio = studio
         self._empty_text = empty_text
         self._last_plane_id = ""
         self._plane_id = ""
-        self._follows = follows_selection
+        self._is_following = with_selection
         self.keep_narrow()
-        self.activated.connect(self._activated)
-        studio.selection_changed.connect(self._selected)
-        studio.edited.connect(self._edited)
-        studio.project_opened.connect(self._opened)
+        self.activated.connect(self._handle_choice)
+        studio.selection_changed.connect(self._follow_selection)
+        studio.edited.connect(self._follow_edit)
+        studio.project_opened.connect(self._list_planes)
         studio.settings_changed.connect(self._settings_changed)
         self.show_plane("")
 
@@ -70,7 +70,7 @@ class PlaneBox(ComboBox):
         """Show a plane without emitting a signal."""
         self._plane_id = plane_id
         if plane_id != self._last_plane_id:
-            self._follows = self._follows and not plane_id
+            self._is_following = self._is_following and not plane_id
         self._fill([plane_id] if plane_id else [])
 
     def showPopup(self) -> None:  # noqa: N802
@@ -83,7 +83,7 @@ class PlaneBox(ComboBox):
         studio = self._studio
         planes = [f for f in studio.session.features() if has_plane(f)]
         measurements = studio.measured(f.id for f in planes)
-        place = self._place()
+        place = self._reference_point()
         distances = {f.id: _distance_m(measurements[f.id], place) for f in planes}
         faults = {
             feature_type.id
@@ -100,7 +100,7 @@ class PlaneBox(ComboBox):
         )
         return [f.id for f in planes]
 
-    def _place(self) -> FloatArray | None:
+    def _reference_point(self) -> FloatArray | None:
         """Return the points (n, 3) of the open or the current feature, or None without points."""
         measurement = getattr(self._studio.open_tool, "measurement", None)
         current = self._studio.selection.current
@@ -120,7 +120,7 @@ class PlaneBox(ComboBox):
             self.addItem(tr("selected: {plane}", plane=last_request), SELECTED)
             for id_ in ids:
                 self.addItem(self._mark(id_), self._text(id_), id_)
-            if self._follows and (not self._plane_id or self._plane_id == self._last_plane_id):
+            if self._is_following and (not self._plane_id or self._plane_id == self._last_plane_id):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._plane_id))
@@ -138,30 +138,30 @@ class PlaneBox(ComboBox):
         measurements = self._studio.measured([id_])[id_]
         return f"{record.name}  {orientation_text(measurements, self._studio.settings.notation)}"
 
-    def _activated(self, index: int) -> None:
+    def _handle_choice(self, index: int) -> None:
         data = str(self.itemData(index))
-        self._follows = data == SELECTED
-        self._plane_id = self._last_plane_id if self._follows else data
+        self._is_following = data == SELECTED
+        self._plane_id = self._last_plane_id if self._is_following else data
         self.setToolTip(escape_markup(self.currentText()))
         self.plane_selected.emit(self._plane_id)
 
-    def _selected(self, ids: tuple[str, ...]) -> None:
+    def _follow_selection(self, ids: tuple[str, ...]) -> None:
         records = self._studio.records
         last_plane_id = next((i for i in reversed(ids) if has_plane(records.get(i))), None)
         if last_plane_id is None or last_plane_id == self._last_plane_id:
             return
         self._last_plane_id = last_plane_id
-        if self._follows:
+        if self._is_following:
             self._plane_id = self._last_plane_id
             self.plane_selected.emit(self._last_plane_id)
         self.show_plane(self._plane_id)
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         if not {self._last_plane_id, self._plane_id} & set(self._studio.affected_ids(edit)):
             return
         if self._last_plane_id and not has_plane(self._studio.records.get(self._last_plane_id)):
             self._last_plane_id = ""
-            if self._follows:
+            if self._is_following:
                 self._plane_id = ""
                 self.plane_selected.emit("")
         self.show_plane(self._plane_id)
@@ -169,6 +169,6 @@ class PlaneBox(ComboBox):
     def _settings_changed(self) -> None:
         self.show_plane(self._plane_id)
 
-    def _opened(self) -> None:
+    def _list_planes(self) -> None:
         self._last_plane_id = ""
         self.show_plane("")

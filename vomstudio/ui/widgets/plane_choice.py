@@ -60,10 +60,10 @@ class PlaneChoice(QWidget):
         self.refresh()
 
     def take_selected(self) -> None:
-        if selected_plane_id := self._selected():
+        if selected_plane_id := self._selected_plane_id():
             self._choose(selected_plane_id)
 
-    def _selected(self) -> str:
+    def _selected_plane_id(self) -> str:
         studio = self._studio
         current = studio.selection.current if studio.has_project else None
         return current if current and has_plane(studio.records.get(current)) else ""
@@ -86,5 +86,7 @@ class PlaneChoice(QWidget):
             measurements = self._studio.measured([self.id])[self.id]
             orientation = marked_attitude(measurements, self._studio.settings.notation)
             self.label.setText(f"{record.name or self.id}  {orientation}")
-        allow(self.take_button, None if self._selected() else Finding("selection.no-plane"))
+        allow(
+            self.take_button, None if self._selected_plane_id() else Finding("selection.no-plane")
+        )
         self.clear_button.setVisible(record is not None)

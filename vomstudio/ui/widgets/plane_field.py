@@ -54,7 +54,7 @@ class PlaneField(QWidget):
         self.line.textChanged.connect(lambda _: self.changed.emit())
         self.take_button = icon_button("cursor-default-click-outline", tr("Use selected"))
         self.take_button.setToolTip(tr("Use the attitude of the selected plane."))
-        self.take_button.clicked.connect(lambda _=False: self._take_selected())
+        self.take_button.clicked.connect(lambda _=False: self._use_selection())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(3)
@@ -91,14 +91,17 @@ class PlaneField(QWidget):
                 self.show_plane(plane, 0 if is_rounded else 2)
 
     def _refresh(self) -> None:
-        allow(self.take_button, Finding("selection.no-plane") if self._selected() is None else None)
+        allow(
+            self.take_button,
+            Finding("selection.no-plane") if self._selected_plane() is None else None,
+        )
 
-    def _selected(self) -> Plane | None:
+    def _selected_plane(self) -> Plane | None:
         measured_current_measurement = current_measurement(self._studio)
         return None if measured_current_measurement is None else measured_current_measurement.plane
 
-    def _take_selected(self) -> None:
-        if (plane := self._selected()) is not None:
+    def _use_selection(self) -> None:
+        if (plane := self._selected_plane()) is not None:
             self.show_plane(plane)
 
     def _take_view(self) -> None:

@@ -29,7 +29,7 @@ class TypeBox(ComboBox):
         super().__init__()
         self._studio, self._geometry = studio, geometry
         studio.project_opened.connect(self.fill)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         if studio.has_project:
             self.fill()
 
@@ -69,6 +69,6 @@ class TypeBox(ComboBox):
         self.setCurrentIndex(row)
         self.activated.emit(row)
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         if any(isinstance(r, FeatureType) for r in (*edit.before.values(), *edit.after.values())):
             self.fill()

@@ -91,7 +91,7 @@ class CellsTool(StatelessTool):
             session.apply(grid_edits.mark_cells(session.records, grid_id, [cell], mark))
         except DocumentError as error:
             self._context.report(error)
-        self._show()
+        self._show_preview()
 
     def _marks(self, grid_id: str) -> str:
         grid = get(self._context.session.records, grid_id, FaceGrid)
@@ -101,7 +101,7 @@ class CellsTool(StatelessTool):
         cell = None if hit is None else self._cell(hit)
         if cell != self.hovered_cell:
             self.hovered_cell = cell
-            self._show()
+            self._show_preview()
 
     def _cell(self, hit: Hit) -> tuple[str, int] | None:
         """Return the newest grid that has a cell at a hit, and the cell, or None."""
@@ -114,7 +114,7 @@ class CellsTool(StatelessTool):
         return None
 
     # --- preview ------------------------------------------------------------------------------
-    def _show(self) -> None:
+    def _show_preview(self) -> None:
         records = self._context.session.records
         grid = None if self.hovered_cell is None else get(records, self.hovered_cell[0], FaceGrid)
         model = None if grid is None else get(records, grid.model_id, Model)
@@ -138,7 +138,7 @@ class CellsTool(StatelessTool):
         if self.hovered_cell is not None:
             if self.hovered_cell[0] not in self._context.session.records:
                 self.hovered_cell = None
-            self._show()
+            self._show_preview()
 
     def forget(self) -> None:
         self.leave()

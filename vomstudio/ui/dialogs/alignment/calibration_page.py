@@ -36,7 +36,7 @@ class CalibrationPage(QWidget):
         self._data = data
         self.camera = ComboBox()
         self.camera.setObjectName("camera")
-        self.camera.currentIndexChanged.connect(lambda _: self._show())
+        self.camera.currentIndexChanged.connect(lambda _: self._show_camera())
         self._summary = rich_label()
         self._summary.setObjectName("calibration_words")
         self._summary.setWordWrap(True)
@@ -89,9 +89,9 @@ class CalibrationPage(QWidget):
                     first=camera.photos[0],
                 )
             self.camera.addItem(text)
-        self._show()
+        self._show_camera()
 
-    def _show(self) -> None:
+    def _show_camera(self) -> None:
         cameras = self._data.overview.cameras
         row = self.camera.currentIndex()
         if not 0 <= row < len(cameras):

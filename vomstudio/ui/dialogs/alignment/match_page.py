@@ -51,7 +51,7 @@ class MatchPage(QWidget):
                 ),
             ),
             sort_by=2,
-            descending=True,
+            is_descending=True,
         )
         self.table.setObjectName("pair_table")
         self.table.row_selected.connect(lambda values: self.show_pair(values[0], values[1]))
@@ -77,9 +77,9 @@ class MatchPage(QWidget):
         self.lines.currentIndexChanged.connect(lambda _: self._draw())
         self._hint = ElidedLabel()
         self._hint.setText(tr("Wheel: zoom. Drag: pan. Double-click a match: zoom to both ends."))
-        self._arrange()
+        self._arrange_widgets()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         list_area, column = create_column()
         self._legend.setWordWrap(True)
         column.addWidget(self._legend)
@@ -126,8 +126,8 @@ class MatchPage(QWidget):
             rows.append(((self._names[i], self._names[j], inliers, matches, inlier_ratio), note))
         self.table.fill(rows)
         if rows:
-            first = self.table.numbers.rows[0][0]
-            self.table.select_row(lambda values: values is first)
+            first_row = self.table.numbers.rows[0][0]
+            self.table.select_row(lambda values: values is first_row)
         else:
             self.panes.show_message(tr("No photos were matched."))
 

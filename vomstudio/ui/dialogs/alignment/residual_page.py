@@ -54,7 +54,7 @@ class ResidualPage(QWidget):
                 ),
             ),
             sort_by=2,
-            descending=True,
+            is_descending=True,
         )
         self.table.setObjectName("residual_table")
         self.table.row_selected.connect(lambda values: self.show_photo(values[0]))
@@ -66,9 +66,9 @@ class ResidualPage(QWidget):
         self.factor.currentIndexChanged.connect(lambda _: self._draw())
         self.panes = PicturePanes(1)
         self.panes.setObjectName("residual_panes")
-        self._arrange()
+        self._arrange_widgets()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         list_area, column = create_column()
         column.addWidget(self._summary)
         column.addWidget(self.table, 1)

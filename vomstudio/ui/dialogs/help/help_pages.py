@@ -53,8 +53,8 @@ def list_sections(folder: Path) -> dict[str, list[Page]]:
     OSError
         If a page cannot be read.
     """
-    first = folder / FIRST_PAGE
-    sections = {"": [Page(first, _title(first))]}
+    first_page = folder / FIRST_PAGE
+    sections = {"": [Page(first_page, _title(first_page))]}
     known_names = {FIRST_PAGE}
 
     def add_pages(heading: str, names: Iterable[str]) -> None:
@@ -63,7 +63,7 @@ def list_sections(folder: Path) -> dict[str, list[Page]]:
                 known_names.add(name)
                 sections.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
 
-    introduction, *parts = _HEADING.split(read_small_text(first))
+    introduction, *parts = _HEADING.split(read_small_text(first_page))
     add_pages("", _LINK.findall(introduction))
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
         add_pages(heading.strip(), _LINK.findall(text))

@@ -55,8 +55,8 @@ class PageView(QTextBrowser):
         self.setOpenLinks(False)
         self.anchorClicked.connect(self.follow)
         self.page: Path | None = None
-        self._past: list[Path] = []
-        self._future: list[Path] = []
+        self._back_pages: list[Path] = []
+        self._forward_pages: list[Path] = []
 
     # --- navigation --------------------------------------------------------------------------
     def go_to(self, page: Path) -> None:
@@ -70,19 +70,19 @@ class PageView(QTextBrowser):
         if page == self.page:
             return
         if self.page is not None:
-            self._past.append(self.page)
-        self._future.clear()
+            self._back_pages.append(self.page)
+        self._forward_pages.clear()
         self._open(page)
 
     def go_back(self) -> None:
-        if self._past and self.page is not None:
-            self._future.append(self.page)
-            self._open(self._past.pop())
+        if self._back_pages and self.page is not None:
+            self._forward_pages.append(self.page)
+            self._open(self._back_pages.pop())
 
     def go_forward(self) -> None:
-        if self._future and self.page is not None:
-            self._past.append(self.page)
-            self._open(self._future.pop())
+        if self._forward_pages and self.page is not None:
+            self._back_pages.append(self.page)
+            self._open(self._forward_pages.pop())
 
     def follow(self, url: QUrl) -> None:
         """Follow a link to a page or heading, or open another address in the browser."""
@@ -98,7 +98,7 @@ class PageView(QTextBrowser):
         self.page = page
         self._show_document()
         self.page_changed.emit(page)
-        self.history_changed.emit(bool(self._past), bool(self._future))
+        self.history_changed.emit(bool(self._back_pages), bool(self._forward_pages))
 
     # --- layout ------------------------------------------------------------------------------
     def _show_document(self) -> None:
@@ -198,7 +198,7 @@ class HelpWindow(QDialog):
         self.search.setObjectName("help_words")
         self.search.setClearButtonEnabled(True)
         self.search.setPlaceholderText(tr("Search all pages (Enter: next)"))
-        self.search.returnPressed.connect(self._find)
+        self.search.returnPressed.connect(self._find_page)
         row = QHBoxLayout()
         row.addWidget(back_button)
         row.addWidget(forward_button)
@@ -210,7 +210,7 @@ class HelpWindow(QDialog):
         if page in paths:
             self.list.setCurrentRow(paths.index(page))
 
-    def _find(self) -> None:
+    def _find_page(self) -> None:
         """Find the next occurrence after the cursor, and continue on the following pages."""
         text = self.search.text().strip()
         if not text or self.view.find(text):

@@ -42,7 +42,7 @@ class FitCopyButton(CopyCommandButton):
         reference_view: PickingView,
     ) -> None:
         super().__init__(
-            self._copy,
+            self._copy_command,
             tr("the command for this fit; without a file unit it also fits the scale"),
         )
         self._studio, self._stable, self._points = studio, stable_part_box, points
@@ -55,7 +55,7 @@ class FitCopyButton(CopyCommandButton):
             or why_no_command(self._studio, self._reference_view.model, self._stable)
         )
 
-    def _copy(self) -> None:
+    def _copy_command(self) -> None:
         model, reference = self._find_model(), self._reference_view.model
         if model is not None and reference is not None:
             copy_fit(

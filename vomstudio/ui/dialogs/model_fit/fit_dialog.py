@@ -81,13 +81,13 @@ class FitDialog(QDialog):
         self.other = OtherModelBox(studio, model.id)
         self.stable = StablePartBox(studio, model.id)
         self.model_view, self.reference_view = PickingView(), PickingView()
-        self._arrange(model)
-        self._connect()
+        self._arrange_widgets(model)
+        self._connect_signals()
         self.model_view.show_model(project_model(studio, model))
         self._use_reference()
 
     # --- widgets -----------------------------------------------------------------------------
-    def _arrange(self, model: Model) -> None:
+    def _arrange_widgets(self, model: Model) -> None:
         views = QSplitter()
         self._titles = []
         for view, title in ((self.model_view, model.name), (self.reference_view, "")):
@@ -160,7 +160,7 @@ class FitDialog(QDialog):
         column.addWidget(views, 1)
         column.addLayout(bottom_row)
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         self.model_view.picked.connect(lambda point: self._add_click(point, is_model=True))
         self.reference_view.picked.connect(lambda point: self._add_click(point, is_model=False))
         for view in (self.model_view, self.reference_view):
@@ -244,7 +244,7 @@ class FitDialog(QDialog):
 
     def _stable_changed(self) -> None:
         self.fit_result = None
-        self._show()
+        self._show_pairs()
 
     def _handle_edit(self, *_: object) -> None:
         """Reset the reference if an edit moved or removed it."""
@@ -267,7 +267,7 @@ class FitDialog(QDialog):
         pairs = self.points.to_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
             self._solving.cancel()
-            self._show()
+            self._show_pairs()
             return
         open_model = self._studio.models.get(model.id)
         bounds = None if open_model is None else open_model.data.bounds
@@ -280,18 +280,18 @@ class FitDialog(QDialog):
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
             self._solving.run_now(solve)
         else:
-            self._show()
+            self._show_pairs()
             self._solving.request(solve)
 
     def _show_placement(self, placement: Placed) -> None:
         self.placement, self._problem = placement, None
-        self._show()
+        self._show_pairs()
 
     def _show_problem(self, error: VomError) -> None:
         self.placement, self._problem = None, finding_of(error)
-        self._show()
+        self._show_pairs()
 
-    def _show(self) -> None:
+    def _show_pairs(self) -> None:
         placement = self.fit_result.placed if self.fit_result is not None else self.placement
         self.table.show_pairs(self.points.pairs, placement)
         self._show_marks()
@@ -422,7 +422,7 @@ class FitDialog(QDialog):
 
     def _show_fit(self, result: FittedModel | Failed) -> None:
         self.fit_result = result if isinstance(result, FittedModel) else None
-        self._show()
+        self._show_pairs()
         if isinstance(result, Failed):
             self.message.setText(
                 str(Finding("job.stopped")) if result.cancelled else result.message
@@ -479,5 +479,5 @@ class FitDialog(QDialog):
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            for close in (self._solving.close, self._background.stop, self._disconnect_jobs):
-                steps.callback(close)
+            for close_step in (self._solving.close, self._background.stop, self._disconnect_jobs):
+                steps.callback(close_step)

@@ -48,7 +48,7 @@ class PickingView(Viewport):
         if model is None:
             return
         to_world = transform.matrix(model.to_world)
-        self.set_frame(north_known=model.frame.has_north, unit_known=model.frame.has_metres)
+        self.set_frame(is_north_known=model.frame.has_north, is_unit_known=model.frame.has_metres)
         self.moves.look_along(*first_view(model.data, to_world))
         self.models.add(_MODEL_ID, model.data, to_world, frame_camera=True)
 

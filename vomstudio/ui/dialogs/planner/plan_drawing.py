@@ -40,13 +40,13 @@ class PlanDrawing(QWidget):
         """Return the ranges along the face and upwards, and the largest distance, in metres."""
         along_m = [s.along_m for s in plan.positions]
         up_m = [s.up_m for s in plan.positions]
-        first = plan.select_kind("perpendicular")[0]
+        first_station = plan.select_kind("perpendicular")[0]
         half_width_m, half_height_m = plan.footprint_m[0] / 2, plan.footprint_m[1] / 2
         return (
-            min(*along_m, 0.0, first.along_m - half_width_m),
-            max(*along_m, plan.width_m, first.along_m + half_width_m),
-            min(*up_m, 0.0, first.up_m - half_height_m),
-            max(*up_m, plan.height_m, first.up_m + half_height_m),
+            min(*along_m, 0.0, first_station.along_m - half_width_m),
+            max(*along_m, plan.width_m, first_station.along_m + half_width_m),
+            min(*up_m, 0.0, first_station.up_m - half_height_m),
+            max(*up_m, plan.height_m, first_station.up_m + half_height_m),
             max(s.away_m for s in plan.positions),
         )
 
@@ -93,15 +93,15 @@ class PlanDrawing(QWidget):
             painter,
             QRectF(x0, y0 - plan.height_m * scale, plan.width_m * scale, plan.height_m * scale),
         )
-        first = plan.select_kind("perpendicular")[0]
+        first_station = plan.select_kind("perpendicular")[0]
         width, height = (side * scale for side in plan.footprint_m)
         pen = QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine)
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(
             QRectF(
-                x0 + first.along_m * scale - width / 2,
-                y0 - first.up_m * scale - height / 2,
+                x0 + first_station.along_m * scale - width / 2,
+                y0 - first_station.up_m * scale - height / 2,
                 width,
                 height,
             )

@@ -65,7 +65,7 @@ class PlannerDialog(QDialog):
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = QtBackground(self)
-        self._requests = NewestResult(self, self._show, self._show_error, lambda: None)
+        self._requests = NewestResult(self, self._show_plan, self._show_error, lambda: None)
         self.plan: SurveyPlan | None = None
         stored_view = studio.project.journal.view(_VIEW_KEY, {})
         self._compute_timer = QTimer(self, singleShot=True, interval=_TYPING_DELAY_MS)
@@ -223,9 +223,9 @@ class PlannerDialog(QDialog):
             self._show_error(error)
 
     def _show_error(self, error: VomError) -> None:
-        self._show(None, error)
+        self._show_plan(None, error)
 
-    def _show(self, plan: SurveyPlan | None, error: VomError | None = None) -> None:
+    def _show_plan(self, plan: SurveyPlan | None, error: VomError | None = None) -> None:
         self.plan = plan
         self.problem.setVisible(self.plan is None)
         self.problem.setText("" if error is None else error.message)

@@ -40,7 +40,7 @@ class AgreementTable(QWidget):
                 ),
             ),
             3,
-            descending=True,
+            is_descending=True,
         )
         self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         column = QVBoxLayout(self)

@@ -111,7 +111,7 @@ class ComparePanel(QWidget):
         self.figures.setTextInteractionFlags(self.message.textInteractionFlags())
         self.histogram = Histogram()
         self.agreement = AgreementTable(studio)
-        self._arrange()
+        self._arrange_widgets()
         self.other.model_changed.connect(self._refresh_buttons)
         self.other.status_changed.connect(self.message.setText)
         studio.selection_changed.connect(self.refresh)
@@ -119,10 +119,10 @@ class ComparePanel(QWidget):
         connect_until_deleted(self, studio.jobs.closed, self._close)
         studio.edited.connect(self._follow_edit)
         self._show_limits()
-        self._show()
+        self._show_state()
         self._refresh_buttons()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = QFormLayout()
         form.addRow(tr("Benchmark"), self.other)
         form.addRow(tr("Distances"), self.method)
@@ -169,7 +169,7 @@ class ComparePanel(QWidget):
         if self.comparison is not None and self._compared_id not in self._studio.records:
             self.comparison, self._searched_model = None, None
             self.message.setText("")
-            self._show()
+            self._show_state()
         self.agreement.invalidate()
         self.refresh()
 
@@ -337,7 +337,7 @@ class ComparePanel(QWidget):
             if record is not None:
                 store_comparison(record)
             # Reading many millions of points takes seconds.
-            return _read(result.out)
+            return _read_comparison(result.out)
 
         self._background.run(read, lambda read: self._show_comparison(model_id, comparison, read))
 
@@ -350,7 +350,7 @@ class ComparePanel(QWidget):
             return
         fields, limit_m, counts = content
         self._job, self.comparison, self._compared_id = None, comparison, model_id
-        self._show()
+        self._show_state()
         self.histogram.show_counts(counts, limit_m, comparison.figures["median_m"])
         loaded_model = self._studio.models.get(model_id)
         messages = [Finding.from_dict(row).message for row in comparison.figures["warnings"]]
@@ -366,7 +366,7 @@ class ComparePanel(QWidget):
         self.message.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
         self._refresh_buttons()
 
-    def _show(self) -> None:
+    def _show_state(self) -> None:
         self.figures.setVisible(self.comparison is not None)
         self.histogram.setVisible(self.comparison is not None)
         if self.comparison is not None:
@@ -434,12 +434,12 @@ def _comparison_record(
 def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
     """Read a stored comparison in a worker thread; return None if its file is damaged."""
     try:
-        return _read(path)
+        return _read_comparison(path)
     except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
-def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
+def _read_comparison(path: Path) -> tuple[dict[str, Any], float, Any]:
     """Read the results of a comparison from a file. Runs in a worker thread.
 
     Returns

@@ -70,10 +70,10 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self.remove.setToolTip(tr("Remove the grid with its marks. Undo restores it."))
         self.figures = FiguresPage(Finding("grid.not-begun").message)
         self.figures.setAccessibleName(tr("Coverage"))
-        self._arrange()
-        self._connect()
+        self._arrange_widgets()
+        self._connect_signals()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.extent)
@@ -86,27 +86,27 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             self, form, self.create_button, grid_form, buttons, self.message, picture=self.figures
         )
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self._studio
         self.create_button.clicked.connect(lambda _=False: self._create_grid())
-        self.grids.activated.connect(self._soon)
+        self.grids.activated.connect(self._schedule_refresh)
         self.mark.clicked.connect(self._mark)
         self.remove.clicked.connect(lambda _=False: self._remove())
         self.extent.activated.connect(lambda _: self._refresh())
         self.plane.changed.connect(self._refresh)
         self.cell.textChanged.connect(lambda _: self._refresh())
-        studio.edited.connect(self._soon)
-        studio.model_loaded.connect(self._soon)
-        connect_until_deleted(self, studio.workspace.grids.changed, self._soon)
+        studio.edited.connect(self._schedule_refresh)
+        studio.model_loaded.connect(self._schedule_refresh)
+        connect_until_deleted(self, studio.workspace.grids.changed, self._schedule_refresh)
         studio.selection_changed.connect(self._refresh)
         studio.active_tool_changed.connect(self._refresh)
 
     # --- display -----------------------------------------------------------------------------
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         self.model.list_models()
         self._list_grids()
 
-    def _answer(self, question: CoverageRequest) -> FaceCoverage:
+    def _compute_answer(self, question: CoverageRequest) -> FaceCoverage:
         return compute_share(question)
 
     def _list_grids(self) -> None:
@@ -130,7 +130,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         """Return the selected grid, or None if no grid is selected."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
-    def _question(self) -> CoverageRequest:
+    def _create_question(self) -> CoverageRequest:
         studio, grid = self._studio, self.grid()
         if grid is None:
             raise InputError(Finding("grid.not-begun"))
@@ -160,8 +160,8 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         model = None if grid is None else get(self._studio.records, grid.model_id, Model)
         return "m" if model is not None and model.frame.has_metres else tr("units")
 
-    def _show(self, result: FaceCoverage | None, message: str) -> None:
-        super()._show(result, "" if result is None else message)
+    def _show_answer(self, result: FaceCoverage | None, message: str) -> None:
+        super()._show_answer(result, "" if result is None else message)
         if result is None:
             self.figures.show_reason(message)
         else:
@@ -181,7 +181,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
             return Finding("action.no-model")
         if self._is_creating:
             return Finding("action.busy")
-        if self.extent.currentData() == _SELECTED and not self._selected():
+        if self.extent.currentData() == _SELECTED and not self._selected_ids():
             return Finding("action.no-feature")
         if (text := self.cell.text().strip()) and not ((parse_number(text) or 0.0) > 0.0):
             return Finding("grid.cell-size")
@@ -192,7 +192,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         return None
 
     # --- actions -----------------------------------------------------------------------------
-    def _selected(self) -> list[str]:
+    def _selected_ids(self) -> list[str]:
         records = self._studio.records
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
@@ -204,7 +204,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         points = data.vertices if isinstance(data, Mesh) else data.points
         is_world = self.extent.currentData() == _SELECTED
         if is_world:
-            measurements = studio.measured(self._selected()).values()
+            measurements = studio.measured(self._selected_ids()).values()
             lines = [extent_points(item) for item in measurements]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in lines if len(p))])
         request = GridRequest(
@@ -225,13 +225,13 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self._is_creating = False
         self._studio.attempt(grid_edits.add_grid, grid)
         self._studio.activate(CellsTool.name)
-        self._soon()
+        self._schedule_refresh()
         self._refresh()
 
     def _report_failure(self, error: VomError) -> None:
         self._is_creating = False
         self._studio.fail(error)
-        self._soon()
+        self._schedule_refresh()
         self._refresh()
 
     def _mark(self, is_on: bool) -> None:

@@ -51,8 +51,8 @@ def _format_cells(column: FeatureColumn, row: Row) -> list[str]:
     if column is ORIENTATION:
         plane, line = row.measured.plane, row.measured.line
         if plane is not None:
-            strike = row.notation in ("strike/dip", "quadrant")
-            azimuth = plane.strike_rhr_deg if strike else plane.dip_direction_deg
+            is_strike = row.notation in ("strike/dip", "quadrant")
+            azimuth = plane.strike_rhr_deg if is_strike else plane.dip_direction_deg
             return [_format_number(azimuth, "deg"), _format_number(plane.dip_deg, "deg")]
         if line is not None:
             return [_format_number(line.trend_deg, "deg"), _format_number(line.plunge_deg, "deg")]

@@ -25,12 +25,12 @@ class FilterLine(QLineEdit):
 
     changed = Signal()
 
-    def __init__(self, placeholder: str, *, wraps: bool = False) -> None:
+    def __init__(self, placeholder: str, *, with_wrapping: bool = False) -> None:
         super().__init__()
         self.test: Test | None = None
         self.problem = Label()
-        self.problem.setWordWrap(wraps)
-        if not wraps:
+        self.problem.setWordWrap(with_wrapping)
+        if not with_wrapping:
             # The label must not widen the panel; its tooltip contains the full text.
             self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()

@@ -72,7 +72,7 @@ def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> l
             smallest=format_error_deg(beds.min_confidence95_deg),
         )
     ]
-    lines += [_format_pair(pair, names, is_metric=studio.metres_known()) for pair in beds.same]
+    lines += [_format_pair(pair, names, is_metric=studio.are_metres_known()) for pair in beds.same]
     return lines + [f"• {escape(str(warning))}" for warning in beds.warnings]
 
 

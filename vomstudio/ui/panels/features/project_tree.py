@@ -105,7 +105,7 @@ class ProjectTree(QWidget):
             lambda item, _: self._edit(str(item.data(NAME, ID)), edit_feature)
         )
         photos.attach(self.tree)
-        self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
+        self.filter = FilterLine(tr("Filter: words, or dip>30"), with_wrapping=True)
         self.filter.changed.connect(self._apply_filter)
         studio.filters.append((self, lambda ids: self._hidden_ids.intersection(ids)))
         self.empty_types = QToolButton()
@@ -486,8 +486,8 @@ class ProjectTree(QWidget):
             self.tree.update_items(item for item in items if isinstance(item, FeatureItem))
             for item in items:
                 if not isinstance(item, FeatureItem):
-                    visible = self._studio.visible(str(item.data(NAME, ID)))
-                    item.setCheckState(NAME, _check_state(visible))
+                    is_visible = self._studio.visible(str(item.data(NAME, ID)))
+                    item.setCheckState(NAME, _check_state(is_visible))
 
     # --- actions -----------------------------------------------------------------------------
     def _apply_selection(self) -> None:
@@ -503,9 +503,9 @@ class ProjectTree(QWidget):
             self._set_visible(item, item.checkState(NAME))
 
     def _set_visible(self, item: QTreeWidgetItem, state: Qt.CheckState) -> None:
-        id_, visible = str(item.data(NAME, ID)), state == Qt.CheckState.Checked
-        if visible != self._studio.visible(id_):
-            self._studio.set_visible([id_], visible)
+        id_, is_visible = str(item.data(NAME, ID)), state == Qt.CheckState.Checked
+        if is_visible != self._studio.visible(id_):
+            self._studio.set_visible([id_], is_visible)
 
     def _apply_feature_edit(self, item: FeatureItem, column: int, role: int, value: Any) -> None:
         """Apply the visibility box, name or set that the user has entered for a feature."""
@@ -547,8 +547,8 @@ class ProjectTree(QWidget):
         return self._menus.create_menu(id_)
 
 
-def _check_state(visible: bool) -> Qt.CheckState:
-    return Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked
+def _check_state(is_visible: bool) -> Qt.CheckState:
+    return Qt.CheckState.Checked if is_visible else Qt.CheckState.Unchecked
 
 
 def _drag_flag(feature: Feature) -> Qt.ItemFlag:

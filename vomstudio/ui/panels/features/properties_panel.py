@@ -132,7 +132,7 @@ class PropertiesPanel(QWidget):
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, tr("none"), follows_selection=False)
+            planes = PlaneBox(self._studio, tr("none"), with_selection=False)
             planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return planes
         if attribute.form == "lines":
@@ -268,7 +268,7 @@ class PropertiesPanel(QWidget):
         self._about.setText("\n".join(lines))
         # This call lays out the panel, so it must come last.
         self._fit.show_measurement(
-            measurement, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, is_local=not self._studio.is_north_known()
         )
 
     def _show_rename(self, features: list[Feature]) -> None:

@@ -149,11 +149,11 @@ class RecordMenus(QObject):
             self._studio.attempt(edits.set_attributes, ids, set_name=name)
 
     def _add_visibility_action(self, menu: QMenu, id_: str) -> None:
-        visible = self._studio.visible(id_)
+        is_visible = self._studio.visible(id_)
         menu.addAction(
-            theme.icon("eye-off-outline" if visible else "eye-outline"),
-            tr("Hide") if visible else tr("Show"),
-            lambda: self._studio.set_visible([id_], not visible),
+            theme.icon("eye-off-outline" if is_visible else "eye-outline"),
+            tr("Hide") if is_visible else tr("Show"),
+            lambda: self._studio.set_visible([id_], not is_visible),
         )
 
     def _fill_type_menu(self, menu: QMenu, feature_type: FeatureType) -> None:

@@ -142,30 +142,40 @@ class SortedRows(QAbstractTableModel):
         self._set_shown_rows(self._sort_rows())
         self.endResetModel()
 
-    def _insert_rows(self, _: QModelIndex, first: int, last: int) -> None:
-        row_count = last - first + 1
-        self._set_shown_rows([row + row_count if row >= first else row for row in self._shown_rows])
-        self._keys[first:first] = [self._key(source_row) for source_row in range(first, last + 1)]
-        self._passes[first:first] = [
-            self._passes_test(source_row) for source_row in range(first, last + 1)
+    def _insert_rows(self, _: QModelIndex, first_row: int, last_row: int) -> None:
+        row_count = last_row - first_row + 1
+        self._set_shown_rows(
+            [row + row_count if row >= first_row else row for row in self._shown_rows]
+        )
+        self._keys[first_row:first_row] = [
+            self._key(source_row) for source_row in range(first_row, last_row + 1)
+        ]
+        self._passes[first_row:first_row] = [
+            self._passes_test(source_row) for source_row in range(first_row, last_row + 1)
         ]
         self._update_shown_rows(self._sort_rows())
 
-    def _hide_rows(self, _: QModelIndex, first: int, last: int) -> None:
-        self._passes[first : last + 1] = [False] * (last - first + 1)
+    def _hide_rows(self, _: QModelIndex, first_row: int, last_row: int) -> None:
+        self._passes[first_row : last_row + 1] = [False] * (last_row - first_row + 1)
         # The remaining rows keep their order.
         self._update_shown_rows(
-            [source_row for source_row in self._shown_rows if not first <= source_row <= last]
+            [
+                source_row
+                for source_row in self._shown_rows
+                if not first_row <= source_row <= last_row
+            ]
         )
 
-    def _delete_rows(self, _: QModelIndex, first: int, last: int) -> None:
-        del self._keys[first : last + 1], self._passes[first : last + 1]
-        row_count = last - first + 1
-        self._set_shown_rows([row - row_count if row > last else row for row in self._shown_rows])
+    def _delete_rows(self, _: QModelIndex, first_row: int, last_row: int) -> None:
+        del self._keys[first_row : last_row + 1], self._passes[first_row : last_row + 1]
+        row_count = last_row - first_row + 1
+        self._set_shown_rows(
+            [row - row_count if row > last_row else row for row in self._shown_rows]
+        )
 
-    def _update_rows(self, first: QModelIndex, last: QModelIndex) -> None:
-        source_rows = range(first.row(), last.row() + 1)
-        start, end = first.row(), last.row() + 1
+    def _update_rows(self, first_index: QModelIndex, last_index: QModelIndex) -> None:
+        source_rows = range(first_index.row(), last_index.row() + 1)
+        start, end = first_index.row(), last_index.row() + 1
         previous_rows = self._keys[start:end], self._passes[start:end]
         self._keys[start:end] = [self._key(source_row) for source_row in source_rows]
         self._passes[start:end] = [self._passes_test(source_row) for source_row in source_rows]
@@ -179,7 +189,8 @@ class SortedRows(QAbstractTableModel):
         if rows:
             # Views repaint only the visible rows.
             self.dataChanged.emit(
-                self.index(min(rows), first.column()), self.index(max(rows), last.column())
+                self.index(min(rows), first_index.column()),
+                self.index(max(rows), last_index.column()),
             )
 
     # --- Qt interface ------------------------------------------------------------------------

@@ -237,8 +237,8 @@ class OrientationModel(QAbstractTableModel):
             spans = [(min(source_rows), max(source_rows))]
         else:
             spans = [(row, row) for row in source_rows]
-        for first, last_row in spans:
-            self.dataChanged.emit(self.index(first, 0), self.index(last_row, len(COLUMNS) - 1))
+        for first_row, last_row in spans:
+            self.dataChanged.emit(self.index(first_row, 0), self.index(last_row, len(COLUMNS) - 1))
 
     def _append_rows(self, rows: dict[str, Row]) -> None:
         if rows:

@@ -337,8 +337,10 @@ class TablePanel(QWidget):
         start = 0
         for i in range(1, len(rows) + 1):
             if i == len(rows) or rows[i] != rows[i - 1] + 1:
-                first, end = rows[start], rows[i - 1]
-                ranges.select(self._sorted.index(first, 0), self._sorted.index(end, 0))
+                first_index, last_row_index = rows[start], rows[i - 1]
+                ranges.select(
+                    self._sorted.index(first_index, 0), self._sorted.index(last_row_index, 0)
+                )
                 start = i
         selection = self.view.selectionModel()
         self._is_updating = True

@@ -224,9 +224,9 @@ class FeatureTree(QTreeWidget):
                 if is_many
                 else [(row, row) for row in map(group.indexOfChild, children)]
             )
-            for first, last_row in rows:
+            for first_row, last_row in rows:
                 model.dataChanged.emit(
-                    model.index(first, 0, parent), model.index(last_row, SET, parent)
+                    model.index(first_row, 0, parent), model.index(last_row, SET, parent)
                 )
 
     def startDrag(self, actions: Qt.DropAction) -> None:  # noqa: N802 - Qt's name

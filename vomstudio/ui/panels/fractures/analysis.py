@@ -97,7 +97,7 @@ class FractureQuestion:
     region_numbers: tuple[float, ...]
     options: FractureOptions
     is_metric: bool
-    north_known: bool
+    is_north_known: bool
     cells: GridCells | None = None
     crs: str | None = None
 
@@ -201,7 +201,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
                 sampling_region=region,
                 sets=[trace.set for trace in q.traces],
             )
-            if not q.north_known:
+            if not q.is_north_known:
                 mapped_fractures = replace(mapped_fractures, y_axis="y")
             return FractureAnswer(
                 question=q,
@@ -308,7 +308,7 @@ def _drawing(
     return Drawing(
         shapes,
         np.stack([low - margin, high + margin]),
-        end_names(face, q.north_known),
+        end_names(face, q.is_north_known),
         (tr("along the face ({unit})", unit=unit), up),
         is_metric=q.is_metric,
     )

@@ -109,10 +109,10 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.map = DrawingView(tr("The traces will be drawn here on their face."))
         self.map.setAccessibleName(tr("Map of the traces"))
         self.picture = ScaledPicture()
-        self._arrange()
-        self._connect()
+        self._arrange_widgets()
+        self._connect_signals()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Traces"), self.group_box)
         form.addRow(tr("Face"), self.plane)
@@ -136,14 +136,14 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         buttons = button_row(self.figure, self.copy)
         FormWithPicture.fill(self, form, buttons, self.message, picture=results)
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self._studio
-        self.group_box.activated.connect(self._soon)
-        self.plane.changed.connect(self._soon)
+        self.group_box.activated.connect(self._schedule_refresh)
+        self.plane.changed.connect(self._schedule_refresh)
         self.region_box.currentIndexChanged.connect(self._follow_region)
-        self.region_field.textChanged.connect(self._soon)
-        self.options.changed.connect(self._soon)
-        self.take.clicked.connect(lambda _=False: self._take_selected())
+        self.region_field.textChanged.connect(self._schedule_refresh)
+        self.options.changed.connect(self._schedule_refresh)
+        self.take.clicked.connect(lambda _=False: self._use_selection())
         self.figure.clicked.connect(lambda _=False: self._ask_for_figure())
         self.tabs.currentChanged.connect(lambda _: self._draw_figure())
         self.map.dragged.connect(self._store_drag)
@@ -152,7 +152,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 region_mark(self._region_kind(), self._region_numbers(ends))
             )
         )
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.selection_changed.connect(self._follow_selection)
         self._follow_region()
 
@@ -182,7 +182,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.map.enable_marking(can_mark)
         self.map.setToolTip("" if not can_mark else tr("Drag to mark the area to count."))
         self._refresh_take()
-        self._soon()
+        self._schedule_refresh()
 
     def _region_numbers(self, ends: FloatArray) -> tuple[float, ...]:
         (x0, y0), (x1, y1) = np.round(ends, 3).tolist()
@@ -211,7 +211,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             reason = Finding("action.no-area" if region_kind == WINDOW else "action.no-line")
         allow(self.take, reason)
 
-    def _take_selected(self) -> None:
+    def _use_selection(self) -> None:
         line = self._selected_line()
         if line is None or self.result is None:
             return
@@ -220,22 +220,22 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         (face_line,) = map_to_face([line], self.result.face)
         self.region_field.setText(", ".join(f"{v:.3f}" for v in face_line.ravel().tolist()))
 
-    def _edited(self, edit: Edit) -> None:
-        super()._edited(edit)
+    def _follow_edit(self, edit: Edit) -> None:
+        super()._follow_edit(edit)
         if any(isinstance(r, FaceGrid) for r in (*edit.before.values(), *edit.after.values())):
-            self._soon()
+            self._schedule_refresh()
 
     def _follow_selection(self) -> None:
         if self.group_box.choice() == SELECTED:
-            self._soon()
+            self._schedule_refresh()
         self._refresh_take()
 
     # --- input -------------------------------------------------------------------------------
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         self.group_box.list_groups()
         self.region_box.list_grids()
 
-    def _answer(self, question: FractureQuestion) -> FractureAnswer:
+    def _compute_answer(self, question: FractureQuestion) -> FractureAnswer:
         return answer(question)
 
     def _traces(self) -> list[MappedTrace]:
@@ -258,7 +258,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             )
         return traces
 
-    def _question(self) -> FractureQuestion:
+    def _create_question(self) -> FractureQuestion:
         traces = self._traces()
         if not traces:
             is_selection = self.group_box.choice() == SELECTED
@@ -281,7 +281,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             region_numbers=tuple(numbers),
             options=self.options.options(),
             is_metric=all(m is None or m.frame.has_metres for m in models),
-            north_known=all(m is None or m.frame.has_north for m in models),
+            is_north_known=all(m is None or m.frame.has_north for m in models),
             cells=self.region_box.cells(),
             crs=_crs_of(models),
         )
@@ -389,7 +389,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 [t.set for t in traces],
                 result.region,
                 result.face,
-                crs=q.crs or Axes(q.is_metric, q.north_known).wkt,
+                crs=q.crs or Axes(q.is_metric, q.is_north_known).wkt,
                 force=True,
             )
 

@@ -38,20 +38,20 @@ def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> li
     views = photos.views
     pairs = False
     if len(drawing.line) > 1:
-        pixels, visible = views.course(view, drawing.line, _STEP_PX)
+        pixels, is_visible = views.course(view, drawing.line, _STEP_PX)
     elif drawing.area is not None:
         edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MAX_EDGES)]
         world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
-        pixels, visible = views.pixels(view, world), views.shows(view, world)
+        pixels, is_visible = views.pixels(view, world), views.shows(view, world)
         pairs = True
     else:
         return []
-    if not visible.any():
+    if not is_visible.any():
         return []
     anchor = None
     if views.shows(view, drawing.anchor[None])[0]:
         anchor = views.pixels(view, drawing.anchor[None])[0]
     elif not pairs:
-        rows = np.flatnonzero(visible)
+        rows = np.flatnonzero(is_visible)
         anchor = pixels[rows[len(rows) // 2]]
-    return [Drawn(drawing.id, pixels, visible, drawing.color, drawing.label, anchor, pairs)]
+    return [Drawn(drawing.id, pixels, is_visible, drawing.color, drawing.label, anchor, pairs)]

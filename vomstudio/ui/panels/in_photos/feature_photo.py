@@ -109,8 +109,8 @@ class FeaturePhoto(QObject):
                 is_first=True,
             )
 
-    def show(self, view: int, zoom: bool = True) -> None:
-        """Show the photo with this number, and zoom to the target if `zoom` is True."""
+    def show(self, view: int, with_zoom: bool = True) -> None:
+        """Show the photo with this number, and zoom to the target if `with_zoom` is True."""
         photos = self.photos
         if photos is None:
             return
@@ -131,7 +131,7 @@ class FeaturePhoto(QObject):
                 self.canvas.set_picture(picture)
             else:
                 self.canvas.message = tr("Reading {photo}…", photo=path.name)
-        if zoom:
+        if with_zoom:
             self.look_at_target()
 
     def show_message(self, message: str) -> None:
@@ -154,14 +154,14 @@ class FeaturePhoto(QObject):
                 Finding("photo.not-shown", photo=Path(key).name, reason=picture).message
             )
 
-    def look_at_target(self, only_if_lost: bool = False) -> None:
-        """Zoom to the target; with `only_if_lost`, only if the target is not in view."""
+    def look_at_target(self, is_lost_only: bool = False) -> None:
+        """Zoom to the target; with `is_lost_only`, only if the target is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
         pixels = pixels[self.photos.views.views[self.view].contains(pixels)]
         if len(pixels) and not (
-            only_if_lost and self.canvas.contains_pixels(np.median(pixels, axis=0))
+            is_lost_only and self.canvas.contains_pixels(np.median(pixels, axis=0))
         ):
             self.canvas.look_at(pixels)
 
@@ -170,8 +170,8 @@ class FeaturePhoto(QObject):
         self, photos: ModelPhotos, view: int, points: FloatArray
     ) -> tuple[FloatArray, BoolArray]:
         views = photos.views
-        visible = views.shows(view, points) | views.shows(view, points, self._tolerance)
-        return views.pixels(view, points), visible
+        is_visible = views.shows(view, points) | views.shows(view, points, self._tolerance)
+        return views.pixels(view, points), is_visible
 
     def draw(self, position: FloatArray | None) -> None:
         """Draw the features, the tool and a cross at a `position` (3,) in the World frame."""

@@ -201,7 +201,7 @@ class InPhotosPanel(QWidget):
         self.feature_photo.set_photos(photos)
         self._sightings = []
         if photos is not None and previous_photo is not None and photos.views.has(previous_photo):
-            self._show(photos.views.row(previous_photo), zoom=False)
+            self._show_photo(photos.views.row(previous_photo), with_zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
         """Return the photos of the selected feature's model, otherwise those of the first model.
@@ -290,26 +290,26 @@ class InPhotosPanel(QWidget):
         photos, view = self.feature_photo.photos, self.feature_photo.view
         if not self._sightings:
             if view is None and photos is not None and photos.views.views:
-                self._show(0)
+                self._show_photo(0)
             return
         current = [s for s in self._sightings if s.view == view]
         best_sighting = self._sightings[0]
         if not current or (
             follow and self._studio.open_tool is None and best_sighting.view != view
         ):
-            self._show(best_sighting.view)
+            self._show_photo(best_sighting.view)
         else:
-            self.feature_photo.look_at_target(only_if_lost=True)
+            self.feature_photo.look_at_target(is_lost_only=True)
         self.list.select_photo(self.photo)
 
     def _show_selected_photo(self, name: str) -> None:
         photos = self.feature_photo.photos
         if photos is not None:
-            self._show(photos.views.row(name))
+            self._show_photo(photos.views.row(name))
             self._update_summary()
 
-    def _show(self, view: int, zoom: bool = True) -> None:
-        self.feature_photo.show(view, zoom)
+    def _show_photo(self, view: int, with_zoom: bool = True) -> None:
+        self.feature_photo.show(view, with_zoom)
         self._draw()
         self.list.select_photo(self.photo)
 
@@ -334,10 +334,10 @@ class InPhotosPanel(QWidget):
         """Select the feature at a click made without a tool, or move the pivot of the viewport."""
         feature_id = self.canvas.feature_at(pointer.x, pointer.y)
         self._is_user_choice = True
-        adds = pointer.ctrl or pointer.shift
-        if feature_id is not None and adds:
+        is_adding = pointer.ctrl or pointer.shift
+        if feature_id is not None and is_adding:
             self._studio.selection.toggle(feature_id)
-        elif not adds:
+        elif not is_adding:
             self._studio.selection.set([] if feature_id is None else [feature_id])
         world = None if hit is None else world_point(self._studio, hit)
         if feature_id is None and world is not None:

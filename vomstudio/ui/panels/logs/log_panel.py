@@ -91,11 +91,11 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.table = BedLogTable()
         follow_axes(self, studio, self._show_axes)
         self.picture = ScaledPicture()
-        self._arrange()
-        self._connect()
-        self._show(None, "")
+        self._arrange_widgets()
+        self._connect_signals()
+        self._show_answer(None, "")
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         line = QHBoxLayout()
         line.setSpacing(3)
         for part in (self.line, self.take, self.pick):
@@ -125,9 +125,9 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         for fields in (self.line_options, self.options):
             fields.show_unit(length_unit(axes))
 
-    def _connect(self) -> None:
-        studio, soon = self._studio, self._soon
-        self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Logged)))
+    def _connect_signals(self) -> None:
+        studio, soon = self._studio, self._schedule_refresh
+        self.take.clicked.connect(lambda _=False: self._take_feature(current_line(studio, Logged)))
         self.pick.clicked.connect(lambda _=False: self._pick())
         self.group.activated.connect(soon)
         self.line_options.changed.connect(soon)
@@ -136,16 +136,16 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.table.description_edited.connect(self._store_description)
         title = tr("Write the log")
         self.write.clicked.connect(lambda _=False: self._ask_for_file(title, "log.csv", _FORMATS))
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.settings_changed.connect(soon)
         studio.selection_changed.connect(self._follow_selection)
         self._line.finished.connect(self._take_picked_line)
 
     # --- line --------------------------------------------------------------------------------
-    def _take(self, feature: Feature | None) -> None:
+    def _take_feature(self, feature: Feature | None) -> None:
         if feature is not None:
             self.line_id = feature.id
-            self._soon()
+            self._schedule_refresh()
 
     def _pick(self) -> None:
         self._line.begin()
@@ -153,11 +153,11 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _take_picked_line(self, line: Dimension) -> None:
         self.line_options.show_value("of", POINTS)
-        self._take(line)
+        self._take_feature(line)
 
     def _follow_selection(self) -> None:
         if self.group.choice() == SELECTED:
-            self._soon()
+            self._schedule_refresh()
         self._refresh()
 
     def _store_description(self, key: str, description: object) -> None:
@@ -170,15 +170,15 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             )
 
     # --- input -------------------------------------------------------------------------------
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         self.group.list_groups()
         if self.line_id and self.line_id not in self._studio.records:
             self.line_id = ""
 
-    def _answer(self, question: LogQuestion) -> LogAnswer:
+    def _compute_answer(self, question: LogQuestion) -> LogAnswer:
         return answer(question)
 
-    def _question(self) -> LogQuestion:
+    def _create_question(self) -> LogQuestion:
         studio = self._studio
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:

@@ -82,8 +82,8 @@ class ContourButton(QToolButton):
             self.sigmas[sigma] = action
         menu.aboutToShow.connect(self._list_types)
         self.setMenu(menu)
-        self._show()
-        studio.settings_changed.connect(self._show)
+        self._show_settings()
+        studio.settings_changed.connect(self._show_settings)
 
     @property
     def method(self) -> str | None:
@@ -131,7 +131,7 @@ class ContourButton(QToolButton):
             action.triggered.connect(lambda _=False, n=name: self._view_settings.contour_type(n))
         self.subject.setEnabled(self.method is not None and not self.each_set_action.isChecked())
 
-    def _show(self) -> None:
+    def _show_settings(self) -> None:
         settings = self._studio.settings
         self.methods[self.method or ""].setChecked(True)
         self.fill_action.setChecked(settings.contour_filled)

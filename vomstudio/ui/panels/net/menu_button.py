@@ -71,7 +71,7 @@ class NetMenuButton(QToolButton):
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         menu = QMenu(self)
         menu.setToolTipsVisible(True)
-        menu.aboutToShow.connect(self._show)
+        menu.aboutToShow.connect(self._show_settings)
         self.overlays: dict[str, QAction] = {}
         for name, (title, tooltip) in _OVERLAYS.items():
             action = menu.addAction(tr(title))
@@ -90,8 +90,8 @@ class NetMenuButton(QToolButton):
         menu.addSeparator()
         menu.addActions(list(final_actions))
         self.setMenu(menu)
-        studio.settings_changed.connect(self._show)
-        self._show()
+        studio.settings_changed.connect(self._show_settings)
+        self._show_settings()
 
     def _fill_bins(self) -> None:
         group = QActionGroup(self)
@@ -119,7 +119,7 @@ class NetMenuButton(QToolButton):
             )
         )
 
-    def _show(self) -> None:
+    def _show_settings(self) -> None:
         view_settings, is_net = self._view_settings, self._view_settings.view == "net"
         for name, action in self.overlays.items():
             action.setChecked(name in view_settings.overlays)

@@ -168,9 +168,9 @@ class StereonetPanel(QWidget):
         self._timer.timeout.connect(self.redraw)
         self._emphasis_timer = QTimer(self, singleShot=True, interval=_REDRAW_DELAY_MS)
         self._emphasis_timer.timeout.connect(self._emphasise)
-        self._connect()
+        self._connect_signals()
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         studio = self._studio
         studio.project_opened.connect(self._schedule_redraw)
         studio.edited.connect(self._follow_edit)
@@ -451,7 +451,7 @@ class StereonetPanel(QWidget):
             self._background.run(draw, partial(self._show_drawn_net, request), key=_NET_KEY)
         else:
             self._background.cancel(_NET_KEY)
-            self._show(DrawnNet.draw(request))
+            self._show_net(DrawnNet.draw(request))
         elapsed_ms = 1000.0 * (perf_counter() - start)
         # The outcrop shows a changed feature before a large net does.
         is_slow = elapsed_ms > _MAX_DIRECT_REDRAW_MS or is_large_net
@@ -472,7 +472,7 @@ class StereonetPanel(QWidget):
         if request.contents.selected != self._source.selected_ids():
             self._emphasise_selection(net)
         net.artists.show_live(self._source.live())
-        self._show(net)
+        self._show_net(net)
 
     def _emphasise_selection(self, net: DrawnNet) -> None:
         net.artists.select(self._source.selected_ids(), self._source.current_ellipses())
@@ -498,7 +498,7 @@ class StereonetPanel(QWidget):
             self._net.artists.show_live(live_net)
             self.canvas.show_net(self._net)
 
-    def _show(self, net: DrawnNet) -> None:
+    def _show_net(self, net: DrawnNet) -> None:
         self._net, self._roses = net, None
         self.canvas.show_net(net)
         self._name_selection()

@@ -33,10 +33,10 @@ class NetViewBox(ComboBox):
             self.addItem(tr(title), (angle, ""))
         self.keep_narrow()
         self.activated.connect(lambda _: view_settings.show_view(*self.currentData()))
-        studio.settings_changed.connect(self._show)
-        self._show()
+        studio.settings_changed.connect(self._show_settings)
+        self._show_settings()
 
-    def _show(self) -> None:
+    def _show_settings(self) -> None:
         projection = self._studio.settings.projection
         current = (
             self._view_settings.view,

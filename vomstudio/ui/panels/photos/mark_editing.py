@@ -42,7 +42,7 @@ class MarkEditing(QObject):
         self._marks, self._points, self._photo = marks, points, photo
         self._canvas, self._tools = canvas, tools
         points.mark_edited.connect(self._place_typed_mark)
-        tools.mark_requested.connect(self._place)
+        tools.mark_requested.connect(self._place_mark)
         tools.mark_moved.connect(self._move_mark)
         tools.mark_picked.connect(points.select_point)
         canvas.nudged.connect(self._nudge)
@@ -132,7 +132,7 @@ class MarkEditing(QObject):
         self._marks.change(tr("Remove {label}", label=label), new_marking)
         self._points.select_point("")
 
-    def import_table(self, folder: Path, parent: QWidget, *, marks: bool) -> None:
+    def import_table(self, folder: Path, parent: QWidget, *, is_marks: bool) -> None:
         """Import control points or marks from a file that the user selects.
 
         Parameters
@@ -140,17 +140,17 @@ class MarkEditing(QObject):
         folder : Path
             Initial folder of the file dialog.
         parent : QWidget
-        marks : bool
+        is_marks : bool
             Whether to import marks instead of control points.
         """
-        title = tr("Import image marks") if marks else tr("Import control points")
+        title = tr("Import image marks") if is_marks else tr("Import control points")
         name, _ = QFileDialog.getOpenFileName(
             parent, title, str(folder), file_filters.ground_control()
         )
         if not name:
             return
         try:
-            if marks:
+            if is_marks:
                 count, warning = self._marks.import_marks(Path(name))
                 notice = Finding("marks.imported", count=count)
             else:
@@ -172,7 +172,7 @@ class MarkEditing(QObject):
         new_marking = self._marks.marking.unmarked(label, photo)
         self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
-    def _place(self, x: float, y: float, join: str | None = None) -> None:
+    def _place_mark(self, x: float, y: float, join: str | None = None) -> None:
         """Mark the selected point, or a new tie point if no point is selected."""
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
@@ -183,7 +183,7 @@ class MarkEditing(QObject):
         self._points.select_point(label)
 
     def _place_typed_mark(self, x: float, y: float) -> None:
-        self._place(x, y, "typed")
+        self._place_mark(x, y, "typed")
 
     def _move_mark(self, label: str, x: float, y: float, is_ongoing: bool) -> None:
         photo = self._photo.name
@@ -201,4 +201,4 @@ class MarkEditing(QObject):
         if pixel is not None and row is not None:
             x = min(max(pixel[0] + dx, 0.0), float(row.width))
             y = min(max(pixel[1] + dy, 0.0), float(row.height))
-            self._place(x, y, "nudged")
+            self._place_mark(x, y, "nudged")

@@ -96,7 +96,7 @@ class PhotoOpening(QObject):
         photo = name if name is not None and name in names else names[0]
         if self._page is None:
             self._page = PhotoPage(self._survey)
-            self._page.closed.connect(self._closed)
+            self._page.closed.connect(self._handle_close)
         page = self._page
         self.page_shown.emit(page)
         page.show_photo(photo)
@@ -135,7 +135,7 @@ class PhotoOpening(QObject):
         elif self.why_not() is None:
             self.open(name)
 
-    def _closed(self) -> None:
+    def _handle_close(self) -> None:
         self._page = None
 
     def may_close(self) -> bool:

@@ -58,7 +58,7 @@ class PhotoDocument(QObject):
         self._last_edit: tuple[object, int, float] | None = None
         self._masks: dict[str, Asset] = {}
         self._project_folder: Path | None = None
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.history_changed.connect(self._follow_project)
 
     def set_folder(self, folder: Path | None) -> None:
@@ -243,7 +243,7 @@ class PhotoDocument(QObject):
     def redo(self) -> None:
         self._studio.redo_edit()
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         records = [r for id_ in edit.ids for r in (edit.before[id_], edit.after[id_])]
         if not any(isinstance(r, _RECORD_TYPES) for r in records):
             return

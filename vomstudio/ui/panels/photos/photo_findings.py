@@ -30,10 +30,10 @@ def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[F
         return [facts.problem]
     summary = format_sentence(str(facts.summary))
     if facts.crs:
-        first = Finding("control.registers", crs=facts.crs, summary=summary)
+        summary_finding = Finding("control.registers", crs=facts.crs, summary=summary)
     else:
-        first = Finding("control.registers-locally", summary=summary)
-    return [first, *facts.warnings]
+        summary_finding = Finding("control.registers-locally", summary=summary)
+    return [summary_finding, *facts.warnings]
 
 
 def placement_findings(model: Model, resolution: float | None) -> list[Finding]:

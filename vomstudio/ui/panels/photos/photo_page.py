@@ -109,10 +109,10 @@ class PhotoPage(QWidget):
         self._status_text = ""
         self._status = ElidedLabel()
         self._status.setObjectName("photo_status")
-        self._arrange()
+        self._arrange_widgets()
         self.bar = MessageBar(self._middle)
         self._background = QtBackground(self)
-        self._connect()
+        self._connect_signals()
         self._read_cameras()
         self.tools.set_tool(LOOK)
 
@@ -131,7 +131,7 @@ class PhotoPage(QWidget):
         self.mask_box.set_actions(self.actions_table.all)
         self.points.set_actions(self.actions_table.all)
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         self.toolbar = bar = QToolBar()
         bar.setIconSize(QSize(18, 18))
         theme.highlight_toggles(bar)
@@ -205,7 +205,7 @@ class PhotoPage(QWidget):
         super().resizeEvent(event)
         self.list.setVisible(self.width() >= _MIN_WIDTH_WITH_LIST_PX)
 
-    def _connect(self) -> None:
+    def _connect_signals(self) -> None:
         self.list.opened.connect(self.show_photo)
         self.masks.mask_changed.connect(self._update_mask)
         self.masks.busy_changed.connect(self._refresh)
@@ -223,7 +223,7 @@ class PhotoPage(QWidget):
         self.tools.tool_changed.connect(self._tool_changed)
         self.canvas.pointed.connect(self._show_position)
         self.survey.history_changed.connect(self._refresh)
-        self.survey.edited.connect(self._edited)
+        self.survey.edited.connect(self._follow_edit)
         # Emitted after a new alignment, or when another folder is opened.
         self.survey.changed.connect(self._survey_changed)
         self.survey.rows_changed.connect(self._survey_changed)
@@ -324,7 +324,7 @@ class PhotoPage(QWidget):
         step = step_title(label)
         self.show_message(Finding("edit.redone" if is_redo else "edit.undone", edit=step), "info")
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         """Show the photo to which an undone or redone edit belongs."""
         photo = edited_photo(edit)
         if self._is_stepping and photo in self.opened_photo.rows and photo != self.photo:
@@ -438,17 +438,17 @@ class PhotoPage(QWidget):
             steps.callback(self._repeat_check)
             for signal, slot in (
                 (self.survey.history_changed, self._refresh),
-                (self.survey.edited, self._edited),
+                (self.survey.edited, self._follow_edit),
                 (self.survey.rows_changed, self._survey_changed),
                 (self.survey.changed, self._survey_changed),
             ):
                 steps.callback(signal.disconnect, slot)
-            for close in (
+            for close_step in (
                 self._background.stop,
                 self.opened_photo.close,
                 self.survey.exports.finish,
             ):
-                steps.callback(close)
+                steps.callback(close_step)
             for part in (self.marks, self.masks):
                 steps.callback(part.close)
 

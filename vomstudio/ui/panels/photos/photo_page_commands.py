@@ -298,8 +298,8 @@ def point_commands(editing_mark: MarkEditing, folder: Path, parent: QWidget) -> 
         Parent of the dialogs.
     """
 
-    def import_table(marks: bool) -> Callable[[], None]:
-        return lambda: editing_mark.import_table(folder, parent, marks=marks)
+    def import_table(is_marks: bool) -> Callable[[], None]:
+        return lambda: editing_mark.import_table(folder, parent, is_marks=is_marks)
 
     return [
         Command(

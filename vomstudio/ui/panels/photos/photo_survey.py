@@ -94,7 +94,7 @@ class PhotoSurvey(QObject):
         self._list_job: RunningJob | None = None
         self._check_job: RunningJob | None = None
         self._reconstruction_job: RunningJob | None = None
-        self._restart_pending = False
+        self._is_restart_pending = False
         self.settings = ReconstructionSettings()
         self.forecast: ReconstructionForecast | None = None
         self._forecast_job: RunningJob | None = None
@@ -104,7 +104,7 @@ class PhotoSurvey(QObject):
         self.exports.tables_written.connect(self.marks_changed)
         self.document.masks_changed.connect(self._show_masks)
         studio.edited.connect(self.edited)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.model_loaded.connect(lambda *_: self.changed.emit())
         studio.history_changed.connect(self.history_changed)
         self._tables_timer = QTimer(self, singleShot=True, interval=_TABLES_DELAY_MS)
@@ -215,7 +215,7 @@ class PhotoSurvey(QObject):
         self.frame = None
         self.rows_changed.emit()
         request = list_request(folder, self._studio.project.cache)
-        self._list_job = self._read(request, tr("Reading photos"), self._show_photos)
+        self._list_job = self._read_photos(request, tr("Reading photos"), self._show_photos)
         self.changed.emit()
 
     def _check(self) -> None:
@@ -223,10 +223,10 @@ class PhotoSurvey(QObject):
 
         assert self.folder is not None
         request = check_request(self.folder, self._studio.project.cache, self._masks())
-        self._check_job = self._read(request, tr("Checking the survey"), self._show_check)
+        self._check_job = self._read_photos(request, tr("Checking the survey"), self._show_check)
         self.changed.emit()
 
-    def _read(
+    def _read_photos(
         self, request: JobRequest[Request, Result], title: str, callback: Callable[[Result], None]
     ) -> RunningJob:
         """Start a job whose result is used unless another folder is opened meanwhile."""
@@ -375,7 +375,7 @@ class PhotoSurvey(QObject):
         ]
         return scales[0] if scales else None
 
-    def _edited(self, edit: Edit) -> None:
+    def _follow_edit(self, edit: Edit) -> None:
         records = (*edit.before.values(), *edit.after.values())
         if any(isinstance(record, Model | Registration) for record in records):
             self._show_cameras()
@@ -473,7 +473,7 @@ class PhotoSurvey(QObject):
         reconstruction_folders.store_failure(out, "")
 
         def done(result: Reconstruction) -> None:
-            self._reconstruction_job, self._restart_pending = None, False
+            self._reconstruction_job, self._is_restart_pending = None, False
             self._studio.info(finished_reconstruction(name, result))
             if self._studio.session is not session:
                 self._studio.info(Finding("reconstruction.other-project", file=result.mesh))
@@ -497,8 +497,8 @@ class PhotoSurvey(QObject):
 
         def failed(event: Failed) -> None:
             self._reconstruction_job = None
-            if event.cancelled and self._restart_pending:
-                self._restart_pending = False
+            if event.cancelled and self._is_restart_pending:
+                self._is_restart_pending = False
                 self.reconstruct()
             elif not event.cancelled:
                 reconstruction_folders.report_failure(self._studio, out, event)
@@ -517,7 +517,7 @@ class PhotoSurvey(QObject):
     def stop_to_move(self) -> None:
         """Stop running jobs before the project folder moves; they continue in the new folder."""
         if self._reconstruction_job is not None:
-            self._restart_pending = True
+            self._is_restart_pending = True
             self.pause()
             self._studio.jobs.finish(Lane.RECONSTRUCTION, _STOP_TIMEOUT_S)
 

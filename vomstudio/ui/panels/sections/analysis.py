@@ -47,7 +47,7 @@ class SectionQuestion:
     path: Path
     crs: str | None
     is_metric: bool
-    north_known: bool
+    is_north_known: bool
     curtain: Curtain
     options: SectionOptions
     features: SectionFeatures
@@ -94,7 +94,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         q.curtain,
         projected_features,
         is_metric=q.is_metric,
-        is_north_known=q.north_known,
+        is_north_known=q.is_north_known,
         model=str(q.path),
         figures=figures,
     )
@@ -125,7 +125,7 @@ def write(result: SectionAnswer, path: Path) -> None:
         crs=q.crs,
         model=str(q.path),
         is_metric=q.is_metric,
-        is_north_known=q.north_known,
+        is_north_known=q.is_north_known,
         force=True,
     )
 

@@ -90,7 +90,7 @@ class ElevationPanel(QWidget):
         self.cursor_label = hint_label()
         self.picture = ElevationView()
         self.picture.cursor_text_changed.connect(self.cursor_label.setText)
-        self._arrange()
+        self._arrange_widgets()
         self.model.currentIndexChanged.connect(self._follow_model)
         for fields in (self.grid, self.file_options):
             fields.changed.connect(self._check)
@@ -102,7 +102,7 @@ class ElevationPanel(QWidget):
         # A model may already be open.
         self.refresh()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.plane)
@@ -190,7 +190,7 @@ class ElevationPanel(QWidget):
             to_world=model.to_world,
             crs=world_crs(frame.crs, frame.unit_m),
             is_metric=frame.has_metres,
-            north_known=frame.has_north,
+            is_north_known=frame.has_north,
             options=self.grid.options(**overrides),
             files=self.file_options.options(),
             out=Path(self.target.text()).expanduser(),

@@ -120,10 +120,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.copy = CopyCommandButton(self.copy_command, tr("the command for this section"))
         self.picture = DrawingView(tr("The section will be drawn here."))
         self.picture.setAccessibleName(tr("Section"))
-        self._arrange()
-        self._connect()
+        self._arrange_widgets()
+        self._connect_signals()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         self._form_rows = form = narrow_form()
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Along"), self.path_kind)
@@ -148,8 +148,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             tr("Click along the outcrop, then press Enter for a vertical section.")
         )
 
-    def _connect(self) -> None:
-        studio, soon = self._studio, self._soon
+    def _connect_signals(self) -> None:
+        studio, soon = self._studio, self._schedule_refresh
         for box in (self.model, self.path_kind):
             box.currentIndexChanged.connect(soon)
         self.path_kind.currentIndexChanged.connect(self._show_rows)
@@ -174,7 +174,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
         )
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.model_loaded.connect(soon)
         studio.selection_changed.connect(self._refresh)
         self._show_rows()
@@ -196,7 +196,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.line = self._studio.measured([feature.id])[feature.id].points
         self._line_name = feature.name or tr("the drawn line")
         self.path_kind.setCurrentIndex(self.path_kind.findData("line"))
-        self._soon()
+        self._schedule_refresh()
 
     def _draw_line(self) -> None:
         self._drawn_line.begin()
@@ -233,13 +233,13 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             fields.show_unit(length_unit(axes))
 
     # --- input ----------------------------------------------------------------------------------
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         self.model.list_models()
 
-    def _answer(self, question: SectionQuestion) -> SectionAnswer:
+    def _compute_answer(self, question: SectionQuestion) -> SectionAnswer:
         return answer(question)
 
-    def _question(self) -> SectionQuestion:
+    def _create_question(self) -> SectionQuestion:
         studio, model = self._studio, self.model.selected_model()
         if model is None:
             raise InputError(Finding("action.no-model"))
@@ -283,7 +283,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             path=path,
             crs=world_crs(frame.crs, frame.unit_m),
             is_metric=frame.has_metres,
-            north_known=frame.has_north,
+            is_north_known=frame.has_north,
             curtain=curtain,
             options=options,
             features=features,

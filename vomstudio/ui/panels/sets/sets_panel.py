@@ -70,7 +70,7 @@ class SetsPanel(QWidget):
         self._newest = NewestResult(self, self._show_result, self._show_error, self._show_progress)
         self._make_fields()
         self._make_table()
-        self._arrange()
+        self._arrange_widgets()
         studio.sets_requested.connect(self.propose)
         studio.edited.connect(self._follow_edit)
         self._list_groups()
@@ -138,7 +138,7 @@ class SetsPanel(QWidget):
         self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
         self.table.itemChanged.connect(lambda _: self._preview())
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = narrow_form()
         form.addRow(tr("Planes"), self.group_box)
         self.options.add_rows(form)

@@ -150,7 +150,7 @@ class FacetSlopesView(QWidget):
                 Column(tr("m²"), lambda v: f"{v:.2g}", tr("Area of the facet.")),
             ),
             2,
-            descending=True,
+            is_descending=True,
         )
         self.table.setObjectName("slope_facets")
         self.table.setAccessibleName(tr("Facets as slopes"))

@@ -76,30 +76,30 @@ class SlopeResults(QWidget):
         self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.planes.itemSelectionChanged.connect(self._emit_clicked)
-        self._sides = QHBoxLayout()
-        self._sides.setSpacing(4)
-        self._sides.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
-        self._sides.addWidget(self.planes)
+        self._side_layout = QHBoxLayout()
+        self._side_layout.setSpacing(4)
+        self._side_layout.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
+        self._side_layout.addWidget(self.planes)
         self._space = QSpacerItem(0, 0)
-        self._sides.addSpacerItem(self._space)
+        self._side_layout.addSpacerItem(self._space)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self.heading)
-        column.addLayout(self._sides, 1)
+        column.addLayout(self._side_layout, 1)
         self.show_answer(None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
         is_wide = self.width() >= _MIN_SIDE_BY_SIDE_PX
         direction = QBoxLayout.Direction
-        self._sides.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
+        self._side_layout.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
         self.planes.setMaximumWidth(_LIST_WIDTH if is_wide else _MAX_WIDGET_WIDTH_PX)
         # Figures far to the right of their names could not be read.
         self.table.setMaximumWidth(MAX_FORM_WIDTH_PX if is_wide else _MAX_WIDGET_WIDTH_PX)
         policy = QSizePolicy.Policy.Expanding if is_wide else QSizePolicy.Policy.Minimum
         self._space.changeSize(0, 0, policy, QSizePolicy.Policy.Minimum)
-        self._sides.invalidate()
+        self._side_layout.invalidate()
 
     @property
     def mode(self) -> str:

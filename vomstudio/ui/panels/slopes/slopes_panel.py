@@ -80,12 +80,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.face = QLineEdit()
         self.face.setObjectName("slope_face")
         self.face.setToolTip(tr("Attitude of the slope, in the project's notation."))
-        self.face.textChanged.connect(self._soon)
+        self.face.textChanged.connect(self._schedule_refresh)
         self.take = QPushButton(tr("Use selected"))
         self.take.setToolTip(tr("Use the attitude of the selected plane."))
-        self.take.clicked.connect(self._take_selected)
+        self.take.clicked.connect(self._use_selection)
         self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
-        self.angles.changed.connect(self._soon)
+        self.angles.changed.connect(self._schedule_refresh)
         self.results = SlopeResults()
         self.results.planes_clicked.connect(self._select)
         self.facets = FacetSlopesView()
@@ -97,14 +97,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._copy_command, tr("save the planes as a table and copy the command")
         )
         self.figure = _button("image-outline", tr("Figure…"), self._ask_for_figure)
-        self._arrange()
+        self._arrange_widgets()
         studio.settings_changed.connect(self._convert_face)
-        studio.edited.connect(self._edited)
+        studio.edited.connect(self._follow_edit)
         studio.selection_changed.connect(self._follow_selection)
         connect_until_deleted(self, studio.facets.changed, self._follow_facets)
         self._convert_face()
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(4)
@@ -134,11 +134,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
                 plane = parse_plane(self.face.text(), previous_notation)
                 is_integer = (plane.dip_direction_deg % 1.0, plane.dip_deg % 1.0) == (0.0, 0.0)
                 self.face.setText(format_plane(plane, notation, 0 if is_integer else 2))
-        self._soon()
+        self._schedule_refresh()
 
     def _follow_group(self, *_: object) -> None:
         self._clicked_ids = None
-        self._soon()
+        self._schedule_refresh()
 
     def _follow_selection(self) -> None:
         if self.visibleRegion().isEmpty():
@@ -150,14 +150,16 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         # A click in the list selects some of the analysed planes, which does not change the input.
         if ids != self._clicked_ids and self.group_box.choice() == SELECTED:
             self._clicked_ids = None
-            self._soon()
+            self._schedule_refresh()
 
     # --- input -------------------------------------------------------------------------------
-    def _list(self) -> None:
+    def _list_choices(self) -> None:
         self.group_box.list_groups()
         self._refresh_take()
 
-    def _answer(self, question: SlopeQuestion | FacetsQuestion) -> SlopeAnswer | FacetsAnswer:
+    def _compute_answer(
+        self, question: SlopeQuestion | FacetsQuestion
+    ) -> SlopeAnswer | FacetsAnswer:
         if isinstance(question, FacetsQuestion):
             return answer_facets(question)
         return answer(question)
@@ -192,7 +194,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measurements)
 
-    def _question(self) -> SlopeQuestion | FacetsQuestion:
+    def _create_question(self) -> SlopeQuestion | FacetsQuestion:
         if self._uses_facets:
             return self._facets_question()
         planes = self._planes()
@@ -229,11 +231,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._studio.facets.unpaint()
         allow(self.face, Finding("action.slope-is-facet") if self._uses_facets else None)
         self._refresh_take()
-        self._soon()
+        self._schedule_refresh()
 
     def _follow_facets(self) -> None:
         if self._uses_facets:
-            self._soon()
+            self._schedule_refresh()
 
     def _show_facet(self, row: int) -> None:
         """Highlight the facet in the selected row on the outcrop."""
@@ -285,7 +287,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             reason = Finding("selection.no-plane")
         allow(self.take, reason)
 
-    def _take_selected(self) -> None:
+    def _use_selection(self) -> None:
         plane = self._selected_plane()
         if plane is not None:
             self.face.setText(format_plane(plane, self._notation, 1))

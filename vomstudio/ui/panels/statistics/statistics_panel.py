@@ -76,15 +76,15 @@ class StatisticsPanel(LazyPanel):
         column.setSpacing(0)
         column.addLayout(limit_width(form))
         column.addWidget(self.figures, 1)
-        studio.settings_changed.connect(self._soon)
-        studio.edited.connect(self._edited)
-        connect_until_deleted(self, studio.fold.changed, self._soon)
+        studio.settings_changed.connect(self._schedule_refresh)
+        studio.edited.connect(self._follow_edit)
+        connect_until_deleted(self, studio.fold.changed, self._schedule_refresh)
         studio.selection_changed.connect(self._follow_selection)
-        self._soon()
+        self._schedule_refresh()
 
     def _follow_selection(self) -> None:
         if self.group_box.choice() == SELECTED or self._studio.fold.is_selected:
-            self._soon()
+            self._schedule_refresh()
 
     def show_now(self) -> None:
         self.group_box.list_groups()

@@ -36,9 +36,9 @@ class DirectionWheel(QWidget):
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(_SIZE_PX, _SIZE_PX)
 
-    def show_map(self, name: str, *, north_known: bool) -> None:
+    def show_map(self, name: str, *, is_north_known: bool) -> None:
         """Show a colour map, with compass letters if north is known in the model."""
-        self.map_name, self.has_letters = name, north_known
+        self.map_name, self.has_letters = name, is_north_known
         self.update()
 
     def color_at(self, azimuth_deg: float) -> QColor:

@@ -78,7 +78,7 @@ class FacetsPanel(ProposalsPanel):
         self._live_timer.timeout.connect(self._try_part)
         self._make_limits()
         self._make_decisions()
-        self._arrange()
+        self._arrange_widgets()
         self._follow()
 
     # --- parts -------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ class FacetsPanel(ProposalsPanel):
     def _area_text(self, value: float) -> str:
         return area_text(value, 2, is_metric=project_axes(self._studio).metric)
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         limits = QGridLayout()
         limits.setContentsMargins(0, 0, 0, 0)
         limits.setSpacing(3)

@@ -74,7 +74,7 @@ class FieldsPanel(ModelPanel):
         self._form_field: object = None
         self._plane_id = ""
         self._make_parts()
-        self._arrange()
+        self._arrange_widgets()
         connect_until_deleted(self, studio.display.changed, self._follow_display)
         self._follow()
 
@@ -119,7 +119,7 @@ class FieldsPanel(ModelPanel):
         self.figures = hint_label()
         self.figures.setObjectName("field_figures")
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         self._form = narrow_form()
         self._form.addRow(tr("Field"), self.kind)
         self._form.addRow(tr("Radius"), self.radius)
@@ -249,7 +249,7 @@ class FieldsPanel(ModelPanel):
             model = self._model
             north = model is not None and model.frame.has_north
             name = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
-            self.wheel.show_map(name, north_known=north)
+            self.wheel.show_map(name, is_north_known=north)
         description = KINDS[field_name].says if field_name in KINDS else _PLANE_KINDS[field_name][1]
         lines = [tr(description)]
         if is_direction and self._model is not None and not self._model.frame.has_north:
@@ -333,13 +333,13 @@ class FieldsPanel(ModelPanel):
             and name in open_model.data.fields
             and model.id in self._fields.shown
         ):
-            self._show(model, request)
+            self._show_request(model, request)
 
     def _start(self, model: Model) -> None:
         if (request := self._field_request()) is not None:
-            self._show(model, request)
+            self._show_request(model, request)
 
-    def _show(self, model: Model, request: FieldRequest) -> None:
+    def _show_request(self, model: Model, request: FieldRequest) -> None:
         palette = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
         self._fields.request_field(
             model.id, request, palette if request.kind == "dip_direction" else None

@@ -73,9 +73,9 @@ class ModelPanel(LazyPanel):
     def _follow(self) -> None:
         """Connect the panel to the signals of the studio and of the work."""
         studio = self._studio
-        studio.model_loaded.connect(self._soon)
-        studio.selection_changed.connect(self._soon)
-        studio.edited.connect(self._soon)
+        studio.model_loaded.connect(self._schedule_refresh)
+        studio.selection_changed.connect(self._schedule_refresh)
+        studio.edited.connect(self._schedule_refresh)
         studio.jobs_changed.connect(self._show_progress)
         connect_until_deleted(self, self._work.changed, self.refresh)
         self.show_now()
@@ -151,20 +151,20 @@ class ProposalsPanel(ModelPanel):
         self._rows: list[tuple[tuple[Any, ...], str]] = []
 
     def _make_list(
-        self, columns: Sequence[Column], title: str, height: int, *, descending: bool = False
+        self, columns: Sequence[Column], title: str, height: int, *, is_descending: bool = False
     ) -> None:
         self.type = TypeBox(self._studio)
         self.type.setObjectName(f"{self._prefix}_type")
         self.type.setToolTip(tr("Feature type of accepted proposals."))
         self._studio.next_changed.connect(self._follow_type)
         self._follow_type()
-        self.filter = FilterLine(tr("Filter"), wraps=True)
+        self.filter = FilterLine(tr("Filter"), with_wrapping=True)
         self.filter.setObjectName(f"{self._prefix}_filter")
         self.filter.setAccessibleName(tr("Filter of the proposals"))
-        self.filter.changed.connect(self._list)
+        self.filter.changed.connect(self._list_proposals)
         self.reason = WrappedLabel()
         self.reason.setObjectName(f"{self._prefix}_reason")
-        self.table = NumberTable(columns, 0, descending=descending)
+        self.table = NumberTable(columns, 0, is_descending=is_descending)
         self.table.setObjectName(f"{self._prefix}_table")
         self.table.setAccessibleName(title)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -186,9 +186,9 @@ class ProposalsPanel(ModelPanel):
     def _show_rows(self, rows: list[tuple[tuple[Any, ...], str]]) -> None:
         """Show the rows of all undecided proposals that the filter accepts."""
         self._rows = rows
-        self._list()
+        self._list_proposals()
 
-    def _list(self) -> None:
+    def _list_proposals(self) -> None:
         """List the proposals that the filter accepts, and keep the selection."""
         test, selection = self.filter.test, set(self._selection())
         listed_rows = [row for row in self._rows if test is None or test(self._filter_row(row))]
@@ -236,7 +236,9 @@ class ProposalsPanel(ModelPanel):
         """Select the proposals that were picked on the net."""
         if self.isVisible() and self._queue.proposals is not None:
             picked_indices = set(proposal_indices(self._prefix, ids))
-            self.table.select_rows(lambda values: values[-1] - 1 in picked_indices, add=is_adding)
+            self.table.select_rows(
+                lambda values: values[-1] - 1 in picked_indices, is_adding=is_adding
+            )
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)

@@ -61,7 +61,7 @@ class TracesPanel(ProposalsPanel):
         self._table_state: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
         self._make_settings()
         self._make_decisions()
-        self._arrange()
+        self._arrange_widgets()
         self._follow()
 
     # --- parts -------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ class TracesPanel(ProposalsPanel):
         self.restore.setAccessibleName(tr("Restore rejected lines"))
         self.restore.clicked.connect(lambda _: self._restore_rejected())
 
-    def _arrange(self) -> None:
+    def _arrange_widgets(self) -> None:
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(3)
@@ -181,7 +181,7 @@ class TracesPanel(ProposalsPanel):
         self.copy.allow(self._why_not())
         rows = self._selection()
         no_selection = Finding("action.no-row")
-        open_tool = self._studio.open_tool is not None
+        has_open_tool = self._studio.open_tool is not None
         for button, reason, tooltip in (
             (
                 self.accept,
@@ -193,7 +193,7 @@ class TracesPanel(ProposalsPanel):
                 Finding("action.not-one-row")
                 if len(rows) != 1
                 else Finding("feature.open")
-                if open_tool
+                if has_open_tool
                 else None,
                 tr("Edit the way-points of the selected line in the trace tool."),
             ),

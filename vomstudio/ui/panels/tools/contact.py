@@ -28,7 +28,7 @@ class ContactPanel(FollowingPanel[ContactTool]):
         self.form.addRow(tr("Type"), self.type_box)
         self.form.addRow(tr("Set"), self.set_edit)
         self.figures = hint_label()
-        self._arrange(actions, self.figures)
+        self._arrange_widgets(actions, self.figures)
 
     def _follow_records(self, *_: object) -> None:
         if self.type_box.count() and self.type_box.findData(self._tool.next_contact.type_id) < 0:

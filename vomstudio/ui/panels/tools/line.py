@@ -28,7 +28,7 @@ class LinePanel(PickingPanel[LineTool]):
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)
-        self.plane_box = PlaneBox(studio, tr("none"), follows_selection=False)
+        self.plane_box = PlaneBox(studio, tr("none"), with_selection=False)
         self.plane_box.setObjectName("line_plane")
         self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.slip_box = ComboBox()
@@ -43,7 +43,7 @@ class LinePanel(PickingPanel[LineTool]):
         self.form.addRow(tr("On plane"), self.plane_box)
         self.form.addRow(tr("Slip"), self.slip_box)
         self.fit_view = FitView(actions)
-        self._arrange(actions, self.fit_view)
+        self._arrange_widgets(actions, self.fit_view)
 
     def _follow_records(self, *_: object) -> None:
         if self.type_box.count() and self.type_box.findData(self._tool.next_line.type_id) < 0:
@@ -63,7 +63,7 @@ class LinePanel(PickingPanel[LineTool]):
         tool, attributes = self._tool, self._tool.attributes
         measurement = tool.measurement if len(tool.vertices) > 1 else None
         self.fit_view.show_measurement(
-            measurement, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, is_local=not self._studio.is_north_known()
         )
         self.fit_view.setVisible(measurement is not None)
         self.type_box.select_type(attributes.type_id)

@@ -29,7 +29,7 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
         self.lithology_box.activated.connect(self._apply_fields)
         self.form.addRow(tr("Rock"), self.lithology_box)
         self.figures = hint_label()
-        self._arrange(actions, self.figures)
+        self._arrange_widgets(actions, self.figures)
 
     def _apply_fields(self) -> None:
         self._tool.choose(str(self.lithology_box.currentData() or ""))

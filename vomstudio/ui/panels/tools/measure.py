@@ -44,7 +44,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
         for dimension_kind, name in KINDS:
             self.kind_box.addItem(tr(name), dimension_kind)
         self.kind_box.activated.connect(self._apply_fields)
-        self.plane_box = PlaneBox(studio, None, follows_selection=True)
+        self.plane_box = PlaneBox(studio, None, with_selection=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.form.addRow(tr("Measure"), self.kind_box)
@@ -52,7 +52,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
         self.figures = hint_label()
         self.figures.setTextFormat(Qt.TextFormat.RichText)
         self.figures.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._arrange(actions, self.figures)
+        self._arrange_widgets(actions, self.figures)
 
     def _apply_fields(self) -> None:
         dimension_kind: Any = self.kind_box.currentData()

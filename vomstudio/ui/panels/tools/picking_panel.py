@@ -28,7 +28,7 @@ _EDITING = ("edit_feature", "delete_vertex")
 class PickingPanel(QWidget, Generic[Tool]):
     """Panel of a tool that picks vertices.
 
-    Subclasses add rows to `form`, call `_arrange`, and implement `refresh`.
+    Subclasses add rows to `form`, call `_arrange_widgets`, and implement `refresh`.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class PickingPanel(QWidget, Generic[Tool]):
         """Show the current state of the tool."""
         raise NotImplementedError
 
-    def _arrange(
+    def _arrange_widgets(
         self,
         actions: Mapping[str, QAction],
         figures: QWidget,
@@ -101,14 +101,14 @@ class FollowingPanel(PickingPanel[FollowedTool]):
         self.follow_box = FollowBox(studio, tool)
         self.photo_follow_box = PhotoFollowBox(studio, tool)
 
-    def _arrange(
+    def _arrange_widgets(
         self,
         actions: Mapping[str, QAction],
         figures: QWidget,
         more_settings: Sequence[QWidget] = (),
     ) -> None:
         self.form.addRow(tr("Follow"), self.follow_box)
-        super()._arrange(actions, figures, (*more_settings, self.photo_follow_box))
+        super()._arrange_widgets(actions, figures, (*more_settings, self.photo_follow_box))
 
     def _refresh_picking(self, hint: str) -> None:
         super()._refresh_picking(hint)

@@ -132,7 +132,7 @@ class PlanePanel(QWidget):
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
         tool, studio = self._tool, self._studio
-        suffix = " m" if studio.metres_known() else tr(" units")
+        suffix = " m" if studio.are_metres_known() else tr(" units")
         for box, value in (
             (self.radius, tool.radius),
             (self.angle, tool.growth.angle_deg),
@@ -158,7 +158,7 @@ class PlanePanel(QWidget):
     def _show_fit(self) -> None:
         self._measurement = measurement = self._tool.measurement
         self.fit_view.show_measurement(
-            measurement, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, is_local=not self._studio.is_north_known()
         )
         self.fit_view.setVisible(measurement is not None)
         self._hint.setVisible(measurement is None)

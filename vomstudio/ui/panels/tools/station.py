@@ -34,7 +34,7 @@ class StationPanel(PickingPanel[StationTool]):
         self.form.addRow(tr("Kind"), self.kind_box)
         self.form.addRow(tr("Number"), self.number_edit)
         self.form.addRow(tr("Photos"), self._create_photo_row())
-        self._arrange(actions, QWidget())
+        self._arrange_widgets(actions, QWidget())
 
     def _create_photo_row(self) -> QWidget:
         """Create the photo field and a button that opens the file dialog."""

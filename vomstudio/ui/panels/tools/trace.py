@@ -29,7 +29,7 @@ class TracePanel(FollowingPanel[TraceTool]):
         self.form.addRow(tr("Type"), self.type_box)
         self.form.addRow(tr("Set"), self.set_edit)
         self.fit_view = FitView(actions)
-        self._arrange(actions, self.fit_view)
+        self._arrange_widgets(actions, self.fit_view)
         studio.next_changed.connect(self._show_kind)
 
     def _apply_fields(self) -> None:
@@ -42,7 +42,7 @@ class TracePanel(FollowingPanel[TraceTool]):
         has_fit = tool.is_path or len(tool.vertices) > 2
         measurement = tool.measurement if has_fit and not tool.is_searching else None
         self.fit_view.show_measurement(
-            measurement, self._studio.settings.notation, local=not self._studio.north_known()
+            measurement, self._studio.settings.notation, is_local=not self._studio.is_north_known()
         )
         self.fit_view.setVisible(tool.is_open)
         self._show_kind()

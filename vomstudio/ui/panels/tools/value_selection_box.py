@@ -53,17 +53,17 @@ class ValueSelectionBox(QWidget):
         self.take_button.setObjectName("by_value_take")
         self.take_button.setToolTip(tr("Select elements within this range, using the active mode."))
         self.take_button.clicked.connect(self._select)
-        first, second = QHBoxLayout(), QHBoxLayout()
-        first.addWidget(self.field_box, 1)
-        first.addWidget(self.take_button)
-        second.addWidget(self.low, 1)
-        second.addWidget(self._to_label)
-        second.addWidget(self.high, 1)
+        first_row, second_row = QHBoxLayout(), QHBoxLayout()
+        first_row.addWidget(self.field_box, 1)
+        first_row.addWidget(self.take_button)
+        second_row.addWidget(self.low, 1)
+        second_row.addWidget(self._to_label)
+        second_row.addWidget(self.high, 1)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(3)
-        column.addLayout(first)
-        column.addLayout(second)
+        column.addLayout(first_row)
+        column.addLayout(second_row)
 
     def refresh(self) -> None:
         """List the fields of the current model."""
@@ -71,9 +71,10 @@ class ValueSelectionBox(QWidget):
 
         changes = self._tool.changes
         data = changes.data()
-        lacks_color = not self.field_box.currentData() and not self._tool.count
+        has_no_color = not self.field_box.currentData() and not self._tool.count
         allow(
-            self.take_button, Finding("action.no-elements") if data is None or lacks_color else None
+            self.take_button,
+            Finding("action.no-elements") if data is None or has_no_color else None,
         )
         names = () if data is None else selectable_fields(data)
         if (data, names) == self._field_source:

@@ -86,7 +86,7 @@ class SecondViewPanel(QWidget):
         menu.addAction(tr("As the outcrop"), self._copy_outcrop)
         menu.addSeparator()
         for name, text, _ in STANDARD_VIEWS:
-            menu.addAction(tr(text), partial(self._look, name))
+            menu.addAction(tr(text), partial(self._look_along, name))
         header = QHBoxLayout()
         header.setContentsMargins(4, 2, 4, 2)
         for button in (self.models, self.link, self.direction):
@@ -121,7 +121,7 @@ class SecondViewPanel(QWidget):
         if viewport is None:
             return
         self.view = view = SecondView(viewport, self.is_shown)
-        view.pointer.connect(self._pointer)
+        view.pointer.connect(self._handle_pointer)
         view.camera_changed.connect(partial(self._link, view, viewport))
         viewport.camera_changed.connect(partial(self._link, viewport, view))
         self._column.replaceWidget(self._notice, view)
@@ -190,9 +190,9 @@ class SecondViewPanel(QWidget):
         """Move the camera of the other view in the same way if the cameras are linked."""
         if self._is_linking or not self.link.isChecked() or not self.isVisible():
             return
-        self._copy(source, target)
+        self._copy_view(source, target)
 
-    def _copy(self, source: Viewport | SecondView, target: Viewport | SecondView) -> None:
+    def _copy_view(self, source: Viewport | SecondView, target: Viewport | SecondView) -> None:
         self._is_linking = True
         try:
             target.camera.restore(source.camera.to_dict())
@@ -204,18 +204,18 @@ class SecondViewPanel(QWidget):
         """Use the camera of the outcrop."""
         viewport = self._outcrop.viewport
         if self.view is not None and viewport is not None:
-            self._copy(viewport, self.view)
+            self._copy_view(viewport, self.view)
 
     def _show_whole_model(self) -> None:
         if self.view is not None:
             self.view.frame_all()
 
-    def _look(self, name: str) -> None:
+    def _look_along(self, name: str) -> None:
         if self.view is not None:
             self.view.moves.standard_view(name)
 
     # --- gestures and previews ---------------------------------------------------------------
-    def _pointer(self, event: PointerEvent) -> None:
+    def _handle_pointer(self, event: PointerEvent) -> None:
         """Select features as in the outcrop, or pass the gesture to the active tool."""
         if self.view is None:
             return

@@ -350,7 +350,7 @@ class ViewPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and enable the available directions."""
-        self._schedule(self._show)
+        self._schedule(self._show_directions)
 
     def _schedule(self, show: Callable[[], None]) -> None:
         """Call `show`; with many beds the fold axis is first computed in a worker thread.
@@ -372,7 +372,7 @@ class ViewPanel(QWidget):
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.store(axis)
         if self._bedding.is_known:
-            call_after_notifications(self._show)
+            call_after_notifications(self._show_directions)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
@@ -380,7 +380,7 @@ class ViewPanel(QWidget):
             self._is_stale = False
             self.refresh()
 
-    def _show(self) -> None:
+    def _show_directions(self) -> None:
         axis, plane = self._bedding.axis_or_reason(), self._plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
         intersection, slip = self._intersection(), self._slip_normal()
