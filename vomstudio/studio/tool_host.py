@@ -313,7 +313,7 @@ class ToolHost:
 
     def format_attitude(self, measurement: Measurement) -> str:
         text = measurement.attitude(self._preferences.settings.notation)
-        if self._derived.north_known():
+        if self._derived.is_north_known():
             return text
         return tr("{attitude} (local frame)", attitude=text)
 

@@ -166,7 +166,7 @@ class PlaneTool(ElementTool):
         metres = min(max(float(metres), MIN_RADIUS_M), MAX_RADIUS_M)
         if metres != self._radius:
             self._radius = metres
-            self._changed()
+            self._notify_change()
 
     def larger(self) -> None:
         """Enlarge the brush by one step."""
@@ -257,13 +257,13 @@ class PlaneTool(ElementTool):
                 self._context.report(error)
                 break
             if piece is None and self.growth.is_pending:
-                self._changed()
+                self._notify_change()
                 return
             self._waiting.pop(0)
             if piece is not None:
                 self.take(seed.hit.model_id, piece.mask, seed.how, tr(GROWN))
                 self.growth.seed = seed
-        self._changed()
+        self._notify_change()
 
     def regrow(self) -> None:
         """Repeat the last growth with the new tolerance."""
@@ -273,7 +273,7 @@ class PlaneTool(ElementTool):
             if piece is not None:
                 selection.change_last(combine_masks(selection.before_last(), piece.mask, seed.how))
                 self._keep_draft()
-        self._changed()
+        self._notify_change()
 
     # --- painting ----------------------------------------------------------------------------
     def _press(self, event: PointerEvent) -> None:
@@ -282,7 +282,7 @@ class PlaneTool(ElementTool):
         self._is_removing = self._stroke_how == "subtract"
         self._paint(event.hit)
         self._measure_live()
-        self._changed()
+        self._notify_change()
 
     def _begin_stroke(self, hit: Hit) -> Stroke | None:
         """Start a stroke where the brush first meets a surface."""
@@ -326,7 +326,7 @@ class PlaneTool(ElementTool):
             step_name = ERASED if stroke.is_removing else PAINTED
             next_combine: Combine = "intersect" if combination_mode == "intersect" else "new"
             self.take(stroke.model.id, stroke.is_selected, next_combine, tr(step_name))
-        self._changed()
+        self._notify_change()
 
     def _stop_stroke(self) -> None:
         self._is_pressed, self._stroke, self._live_measurement, self._is_removing = (
@@ -383,7 +383,7 @@ class PlaneTool(ElementTool):
         self.growth.seed = None
         if self._waiting:
             self._waiting.pop()
-            self._changed()
+            self._notify_change()
             return True
         return super().undo()
 
@@ -401,7 +401,7 @@ class PlaneTool(ElementTool):
         if self._waiting:
             if self._waiting[-1] is not None:
                 self._waiting.append(None)
-                self._changed()
+                self._notify_change()
             return None
         return self._keep_plane()
 
@@ -452,7 +452,7 @@ class PlaneTool(ElementTool):
             self._cancel_stroke()
         elif self._waiting:
             self._waiting.clear()
-            self._changed()
+            self._notify_change()
         elif self._shape is not None or self._continued is None:
             super().cancel()
         elif (selection := self.selection) is not None:
@@ -470,7 +470,7 @@ class PlaneTool(ElementTool):
         stroke, had_stroke = self._stroke, self.count > 0
         if stroke is None or not stroke.count:
             self._stop_stroke()
-            self._changed()
+            self._notify_change()
             return
         self._release()
         if had_stroke:
@@ -507,7 +507,7 @@ class PlaneTool(ElementTool):
         records = self._context.session.records
         if any(seed is not None and seed.hit.model_id not in records for seed in self._waiting):
             self._waiting.clear()
-            self._changed()
+            self._notify_change()
         if self._hover_hit is not None and not self._is_pressed:
             self._show_preview()
 

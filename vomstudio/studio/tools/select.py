@@ -60,7 +60,7 @@ class SelectTool(ElementTool):
         """Set whether shapes select features or the surface of a model."""
         self._shape = None
         self.target = target
-        self._changed()
+        self._notify_change()
 
     @property
     def selects(self) -> bool:

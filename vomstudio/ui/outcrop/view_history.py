@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.rendering.view.is_clipping import ClipBox
+from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.ui.base.studio import Studio
 
 _SETTLE_DELAY_MS = 500
@@ -102,7 +102,7 @@ class ViewHistory(QObject):
         display = self._studio.display
         hidden_elements = _Hidden(self._studio.workspace.elements.all_hidden())
         return _View(
-            self._viewport.moves.camera_state(), display.box, display.is_clipping, hidden_elements
+            self._viewport.moves.camera_state(), display.box, display.clipping, hidden_elements
         )
 
     def _settle(self) -> None:

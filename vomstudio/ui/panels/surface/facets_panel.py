@@ -126,7 +126,7 @@ class FacetsPanel(ProposalsPanel):
             ),
             tr("Proposed facets"),
             _MIN_HEIGHT_PX,
-            descending=True,
+            is_descending=True,
         )
         self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
