@@ -65,7 +65,7 @@ def create_feature(
 def create_line(
     points: FloatArray, model: Model, kind: FeatureType, surface: PaintSurface | None
 ) -> Lineation | Contact:
-    """Create a line: a lineation if the features of the type are lines, otherwise a contact line.
+    """Create a lineation if the features of the type are lines, otherwise a contact line.
 
     Parameters
     ----------
@@ -186,5 +186,14 @@ def _places(surface: PaintSurface, ids: IntArray) -> FloatArray:
 
 
 def to_vertices(points: FloatArray) -> tuple[Point, ...]:
-    """Return points (n, 3) as the vertices of a record."""
+    """Convert points to the vertices of a record.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+
+    Returns
+    -------
+    tuple of Point
+    """
     return tuple((x, y, z) for x, y, z in points.tolist())

@@ -19,7 +19,18 @@ td { font-variant-numeric: tabular-nums; vertical-align: top; } tr.out td { back
 
 
 def html_page(title: str, body: str) -> str:
-    """Return a page with a title and the HTML of its body."""
+    """Return a page.
+
+    Parameters
+    ----------
+    title : str
+    body : str
+        HTML of the page below its title.
+
+    Returns
+    -------
+    str
+    """
     name = escape(title)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -29,18 +40,51 @@ def html_page(title: str, body: str) -> str:
 
 
 def heading(text: str, level: int = 2) -> str:
-    """Return a heading."""
+    """Return a heading.
+
+    Parameters
+    ----------
+    text : str
+    level : int, optional
+        2 for a section, 3 for a part of it.
+
+    Returns
+    -------
+    str
+    """
     return f"<h{level}>{escape(text)}</h{level}>"
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return a paragraph of the class `kind`: "note", "small" or ""."""
+    """Return a paragraph.
+
+    Parameters
+    ----------
+    text : str
+    kind : {"", "note", "small"}, optional
+
+    Returns
+    -------
+    str
+    """
     attribute = f' class="{kind}"' if kind else ""
     return f"<p{attribute}>{escape(text)}</p>"
 
 
 def table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """Return a table whose rows are (class, cells); the class "out" highlights a row."""
+    """Return a table.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Titles of the columns.
+    rows : sequence of tuple
+        Class and cells of each row; the class "out" highlights a row.
+
+    Returns
+    -------
+    str
+    """
     cells = "".join(f"<th>{escape(name)}</th>" for name in head)
     lines = "\n".join(
         f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>"
@@ -50,7 +94,19 @@ def table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str
 
 
 def number(value: float | None, digits: int, unit: str = "") -> str:
-    """Return a number with its unit, or a dash if it is unknown."""
+    """Return a number with its unit, or a dash if it is unknown.
+
+    Parameters
+    ----------
+    value : float or None
+    digits : int
+        Number of decimals.
+    unit : str, optional
+
+    Returns
+    -------
+    str
+    """
     if value is None or value != value:
         return "–"
     # Adding 0.0 removes the sign of values that round to zero.
@@ -58,7 +114,17 @@ def number(value: float | None, digits: int, unit: str = "") -> str:
 
 
 def svg_picture(svg: bytes, caption: str) -> str:
-    """Return a picture that is embedded in the page, with its caption."""
+    """Return a picture that is embedded in the page, with its caption.
+
+    Parameters
+    ----------
+    svg : bytes
+    caption : str
+
+    Returns
+    -------
+    str
+    """
     data = base64.b64encode(svg).decode("ascii")
     image = f'<img src="data:image/svg+xml;base64,{data}" alt="{escape(caption)}">'
     return f'<p class="figure">{image}</p>' + paragraph(caption, "small")
