@@ -157,7 +157,7 @@ def settled(window: MainWindow) -> str:
     viewport = window.viewport
     wait(lambda: window.studio.models, "the model's data")
     model_id = next(iter(window.studio.models))
-    wait(lambda: "complete" in viewport.models.reached(model_id), "the drawn model")
+    wait(lambda: "complete" in viewport.models.reached_stages(model_id), "the drawn model")
     wait(lambda: viewport.is_still, "the camera's rest")
     return model_id
 

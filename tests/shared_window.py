@@ -72,7 +72,7 @@ class PanelDefaults:
         self._modes += [
             partial(tool.set_mode, tool.mode),
             partial(tool.set_combine, tool.combine),
-            partial(tool.set_through, tool.through),
+            partial(tool.set_through, tool.is_through),
         ]
         if isinstance(tool, SelectTool):
             self._modes.append(partial(tool.set_target, tool.target))

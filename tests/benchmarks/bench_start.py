@@ -63,7 +63,7 @@ class Window(main_window.MainWindow):
         self._look.start(5)
     def look(self):
         shown = self.viewport.models
-        if any("complete" in shown.reached(model) for model in self.studio.models):
+        if any("complete" in shown.reached_stages(model) for model in self.studio.models):
             self._look.stop()
             lap("outcrop")
             QTimer.singleShot(300, self.close)

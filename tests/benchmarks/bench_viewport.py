@@ -594,7 +594,7 @@ def second_view(app: QApplication, millions: float, folder: Path) -> None:
     row.addWidget(view)
     window.show()
     view.models.add("m", mesh, np.eye(4), frame_camera=True)
-    pump(app, 300.0, lambda: {"complete", "pickable"} <= view.models.reached("m"))
+    pump(app, 300.0, lambda: {"complete", "pickable"} <= view.models.reached_stages("m"))
     pump(app, 1.0)
     print(f"drag step of the viewport alone {milliseconds(drag(app, view, 20))}")
     pump(app, 60.0, lambda: view.is_still)

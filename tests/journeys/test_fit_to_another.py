@@ -58,7 +58,9 @@ def dialog_of(window, moved: Path) -> FitDialog:
     dialog.other.load_file(moved)
     driver.wait(lambda: dialog.reference is not None, "the reference")
     for view in (dialog.model_view, dialog.reference_view):
-        driver.wait(lambda v=view: "pickable" in v.models.reached("shown"), "a model to click on")
+        driver.wait(
+            lambda v=view: "pickable" in v.models.reached_stages("shown"), "a model to click on"
+        )
         driver.wait(lambda v=view: v.is_still, "its picture")
     return dialog
 

@@ -47,7 +47,7 @@ def opened(window, path: Path) -> str:
     window.open_path(path)
     wait(lambda: set(window.studio.models) - before, "the model")
     (model_id,) = set(window.studio.models) - before
-    wait(lambda: "complete" in window.viewport.models.reached(model_id), "the drawn model")
+    wait(lambda: "complete" in window.viewport.models.reached_stages(model_id), "the drawn model")
     return model_id
 
 

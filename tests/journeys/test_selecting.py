@@ -326,7 +326,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     assert studio.undo_label.startswith("Cut ") or tool.is_open
     key(window, Qt.Key.Key_Escape)
     studio.set_visible([original.id], False)
-    wait(lambda: "complete" in window.viewport.models.reached(piece.id), "the drawn piece")
+    wait(lambda: "complete" in window.viewport.models.reached_stages(piece.id), "the drawn piece")
     wait(lambda: window.viewport.is_still, "the picture")
     driver.keep_picture(window, "select-9-cut-out")
 

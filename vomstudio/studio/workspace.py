@@ -97,7 +97,7 @@ class Workspace:
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
         self.loader = ModelLoader(
             self.jobs,
-            background("models", daemon=False),
+            background("models", is_daemon=False),
             background("streams", niceness=5),
             later,
             lambda: settings.point_budget,

@@ -440,7 +440,7 @@ class Files(QObject):
             if answer != QMessageBox.StandardButton.Yes:
                 return
         self._studio.attempt(
-            edits.declare_frame, model.id, frame, instead_of_registration=registration is not None
+            edits.declare_frame, model.id, frame, replaces_registration=registration is not None
         )
 
     def locate_model(self) -> None:
