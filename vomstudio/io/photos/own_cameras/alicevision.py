@@ -68,7 +68,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     }
     views = list[View]()
     unknown_models = Counter[str]()
-    without_lens: dict[str, object] = {}
+    missing_lens_ids: dict[str, object] = {}
     for index, row in enumerate(data["views"]):
         field = f"views/{index}"
         pose_number, pose = poses.get(str(row.get("poseId")), (0, None))
@@ -79,7 +79,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
             unknown_models[unknown_model] += 1
         name = str(fields.get(field, row, "path")).replace("\\", "/").rpartition("/")[2]
         if lens is None:
-            without_lens[name] = row["intrinsicId"]
+            missing_lens_ids[name] = row["intrinsicId"]
             lens = lens_without_size()
         field = f"poses/{pose_number}/pose/transform"
         transform = _nested_value(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
@@ -87,7 +87,7 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         centre = fields.numbers(field, transform, "center", 3)
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    warnings += missing_lenses(without_lens)
+    warnings += missing_lenses(missing_lens_ids)
     turned_views = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
     return [
         Candidate(tr("the file"), views, warnings),

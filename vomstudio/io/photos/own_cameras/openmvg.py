@@ -63,7 +63,7 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     }
     views = list[View]()
     unknown_models = Counter[str]()
-    without_lens: dict[str, object] = {}
+    missing_lens_ids: dict[str, object] = {}
     for index, row in enumerate(data["views"]):
         field = f"views/{index}"
         photo = _content(fields, field, row)
@@ -81,11 +81,11 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         centre = fields.numbers(field, value, "center", 3)
         name = f"{folder}/{name}" if folder else name
         if lens is None:
-            without_lens[name] = photo["id_intrinsic"]
+            missing_lens_ids[name] = photo["id_intrinsic"]
             lens = lens_without_size()
         views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
     warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    return [Candidate(tr("the file"), views, (*warnings, *missing_lenses(without_lens)))]
+    return [Candidate(tr("the file"), views, (*warnings, *missing_lenses(missing_lens_ids)))]
 
 
 def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:
