@@ -41,6 +41,8 @@ def write(tmp_path: Path) -> Write:
         ("7 120 30\n", {"columns": {"2": "dip_direction", "3": "dip"}}),
         ("nx,ny,nz\n0.866025404,-0.5,1.732050808\n", {}),
         ("normal_x,normal_y,normal_z\n-0.433012702,0.25,-0.866025404\n", {}),
+        ("OrientX;OrientY;OrientZ\n0.866025404;-0.5;1.732050808\n", {}),
+        ("# from a field book\n#Strike\tDip\tRake\n30\t30SE\t80E\n", {}),
         ("bedding\n120/30\n", {}),
         ("id,measured\na,N30E/30SE\n", {}),
         ("120/30\n", {}),
@@ -104,8 +106,9 @@ def test_further_axes_of_a_magnetic_fabric_are_reported(write: Write) -> None:
 def test_normals_without_a_direction_are_left_out_and_those_of_loopstructural_point_up_section(
     write: Write,
 ) -> None:
-    head = "feature_name,nx,ny,nz\n"
-    found = read_orientations(write(head + "a,0.5,0,0.866\na,-0.5,0,-0.866\na,0,0,0\na,,,\n"))
+    head = "feature_name,nx,ny,nz,interface\n"
+    rows = "a,0.5,0,0.866,\na,-0.5,0,-0.866,\na,0,0,0,\na,,,,1\n"
+    found = read_orientations(write(head + rows))
     assert found.overturned == (False, True)
     assert found.dropped == (4, 5)
     assert read_orientations(write("nx,ny,nz\n0,0,-1\n")).overturned is None
@@ -287,6 +290,7 @@ def test_faults_of_an_export_come_back_as_planes(
         ("0 60 90 60 N\n", {"azimuth": "strike"}),
         ("90,60,90,2\n", {"azimuth": "dipdir"}),
         ("fazi,finc,lazi,linc,sense\n90,60,90,60,N\n", {"azimuth": "dipdir"}),
+        ("fazi,finc,lazi,linc,sense\n90,60,90,60,1\n", {"azimuth": "dipdir"}),
         ("90 60 90 60 2\n", {"columns": parse_columns("1=dipdir,2=dip,3=trend,4=plunge,5=sense")}),
     ],
 )
@@ -294,6 +298,20 @@ def test_a_fault_without_the_usual_header(write: Write, text: str, options: dict
     found = read_slips(write(text), **options)
     assert (found.dip_direction_deg[0], found.dip_deg[0]) == (90.0, 60.0)
     assert found.slip_rake_deg.tolist() == [-90.0]
+
+
+def test_signed_senses_are_those_of_the_hanging_wall(write: Write) -> None:
+    found = read_slips(write("strike,dip,rake,sense\n0,60,90,1\n0,60,90,-1\n"))
+    assert found.slip_rake_deg.tolist() == [-90.0, 90.0]
+    assert "slip.signed-senses" in by_code(found.warnings)
+    # A 1 alone is reverse in T-TECTO.
+    found = read_slips(write("strike,dip,rake,sense\n0,60,90,1\n"))
+    assert "slip.numbered-senses" in by_code(found.warnings)
+
+
+def test_the_polarity_of_gempy_and_map2loop_marks_overturned_beds(write: Write) -> None:
+    found = read_orientations(write("DipDirection,dip,DipPolarity\n10,20,1\n10,20,-1\n10,20,0\n"))
+    assert found.overturned == (False, True, None)
 
 
 @pytest.mark.parametrize("text", ["90 60 90 60 2\n", "fazi,finc,rake,sense\n90,60,90,N\n"])

@@ -181,7 +181,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The header ({columns}) contains no orientation columns. Name the columns strike and"
-            " dip, dip direction and dip, or trend and plunge."
+            " dip, dip direction and dip, or trend and plunge, or use --columns."
         ),
     ),
     "orientation.no-planes": (
@@ -284,6 +284,13 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "The senses of slip are read as codes of T-TECTO: 1 reverse, 2 normal, 3 dextral,"
             " 4 sinistral."
+        ),
+    ),
+    "slip.signed-senses": (
+        "info",
+        to_translate(
+            "The senses of slip are read as codes of APSG: 1 hanging wall down (normal), -1 up"
+            " (reverse)."
         ),
     ),
     "slip.right-lateral": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.errors import UsageError
@@ -10,8 +11,9 @@ from vomstudio.core.files.file_kinds import kind_of
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_mapping import name_columns
 from vomstudio.io.text.file_text import MAX_OBJECTS
-from vomstudio.io.text.orientation_columns import Azimuth
+from vomstudio.io.text.orientation_columns import Azimuth, has_orientations
 from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
+from vomstudio.io.text.rows import cut
 from vomstudio.io.text.slip_reading import SlipTable, extract_slips, has_fault_rows
 from vomstudio.io.text.tables import TextTable, read_table
 
@@ -50,7 +52,18 @@ def read_any_table(
         return read_layer_table(path, kind, layer)
     if layer is not None:
         raise UsageError(Finding("table.no-layers", layer=layer), file=path, field="--layer")
-    return read_table(path, has_header=has_header, max_lines=MAX_OBJECTS)
+    return _use_commented_header(read_table(path, has_header=has_header, max_lines=MAX_OBJECTS))
+
+
+def _use_commented_header(table: TextTable) -> TextTable:
+    """Return a table without a header with the names in its last comment, such as #Strike Dip."""
+    if table.names is not None:
+        return table
+    for comment in reversed(table.comments):
+        names = tuple(cut(comment, table.delimiter))
+        if len(names) == table.width and all(names) and has_orientations(names):
+            return replace(table, names=names)
+    return table
 
 
 def read_orientations(

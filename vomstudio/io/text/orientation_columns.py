@@ -49,12 +49,13 @@ ALIASES: dict[str, set[str]] = {
     "declination": {"dec", "decl", "declination"},
     "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
     "pole plunge": {"poleplunge", "plungeofpole"},
-    "normal x": {"nx", "normalx", "xnormal"},
-    "normal y": {"ny", "normaly", "ynormal"},
-    "normal z": {"nz", "normalz", "znormal"},
+    "normal x": {"nx", "normalx", "xnormal", "gx", "orientx"},
+    "normal y": {"ny", "normaly", "ynormal", "gy", "orienty"},
+    "normal z": {"nz", "normalz", "znormal", "gz", "orientz"},
     "attitude": {"attitude", "orientation", "planeorientation"}
     | {"dipdirectiondip", "dipdirdip", "dddip", "strikedip", "strikerhrdip"},
     "line attitude": {"trendplunge", "lineorientation", "lineattitude"},
+    "polarity": {"polarity", "dippolarity"},
     "element": {"element"},
     "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family"},
@@ -68,7 +69,7 @@ _LINE_CODE = re.compile(r"l\d*")
 """Code of a lineation, such as L1, beside S1 of a foliation."""
 _GEMS_FIELD = "orientationconfidencedegrees"
 _GEMPY_FIELDS = {"azimuth", "dip", "polarity"}
-_LOOP_FIELDS = {"featurename", "nx", "ny", "nz"}
+_LOOP_FIELDS = {"featurename", "nx", "ny", "nz", "interface"}
 _AXIS = re.compile(r"k([123])(?:dec|declination|trend|azi)")
 """Declination of a principal axis of the magnetic susceptibility, such as K1dec."""
 _AXIS_PLUNGES = ("inc", "inclination", "plunge")
@@ -142,7 +143,10 @@ class OrientationColumns:
 
     @property
     def are_loop_fields(self) -> bool:
-        """Whether the columns are those of LoopStructural, whose normals point to younger rocks."""
+        """Whether the columns are those of this program's export for LoopStructural.
+
+        Its normals point to the younger rocks. Other files may use the opposite direction.
+        """
         return set(map(normalise_name, self.table.names or ())) >= _LOOP_FIELDS
 
     def principal_axes(self) -> dict[str, tuple[int, int]]:
@@ -217,11 +221,15 @@ class OrientationColumns:
         )
 
     def _overturned_polarity(self, rows: IntArray) -> tuple[bool | None, ...] | None:
-        """Return whether the polarity of GemPy is -1, or None without such a column."""
-        if not self.are_gempy_fields:
+        """Return whether the polarity is -1, as in GemPy, or None without such a column."""
+        column = self.find("polarity")
+        if column is None:
             return None
-        polarity = self.table.numbers([self.table.find("polarity")])[rows, 0]
-        return tuple(None if value != value else bool(value < 0) for value in polarity.tolist())
+        flags = {"1": False, "-1": True, "0": None, "": None}
+        cells = [cell.removesuffix(".0") for cell in self.table.cells(column)]
+        if not set(cells) <= flags.keys():
+            return None
+        return tuple(flags[cells[row]] for row in rows)
 
     def quoted_names(self, *columns: int) -> str:
         """Return the names of columns for a sentence."""

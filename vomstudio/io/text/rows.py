@@ -34,9 +34,10 @@ DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _SPECIAL_NUMBERS = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
-# 120/30, N30E/45SE or 45SE: angles in field notation, which are never the name of a column.
+# 120/30, N30E/45SE, N30E or 45SE: angles in field notation, which do not name a column.
 _ANGLES = re.compile(
-    r"[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?([EW]\s*/\s*|\s?[/→]\s*)\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{0,2}"
+    r"[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{1,2}"
+    r"|[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?([EW]\s*/\s*|\s?[/→]\s*)\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{0,2}"
 )
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
 # Separator between traces: dashes, or `>` in GMT.

@@ -45,6 +45,8 @@ _SINGLE_SENSES = {
 }
 _NUMBERED_SENSES = {"1": "reverse", "2": "normal", "3": "dextral", "4": "sinistral"}
 """Codes of T-TECTO and OpenStereo."""
+_SIGNED_SENSES = {"1": "normal", "+1": "normal", "-1": "reverse"}
+"""Codes of APSG and structR: the hanging wall moves down or up."""
 _SENSES = {normalise_name(word): sense for sense, words in _SINGLE_SENSES.items() for word in words}
 _OBLIQUE_SENSES = {
     "tr": ("reverse", "dextral"),
@@ -126,7 +128,10 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
     if "sense" in cells and _is_r_right_lateral(cells["sense"]):
         cells["sense"] = ["RL" if normalise_name(word) == "r" else word for word in cells["sense"]]
         notes.append(Finding("slip.right-lateral"))
-    if "sense" in cells and _are_numbered(cells["sense"]):
+    if "sense" in cells and _are_signed(cells["sense"], is_apsg="fault_azimuth" in columns):
+        cells["sense"] = [_SIGNED_SENSES.get(word.strip(), word) for word in cells["sense"]]
+        notes.append(Finding("slip.signed-senses"))
+    elif "sense" in cells and _are_numbered(cells["sense"]):
         cells["sense"] = [_NUMBERED_SENSES.get(word.strip(), word) for word in cells["sense"]]
         notes.append(Finding("slip.numbered-senses"))
     faults: list[tuple[str, Plane, float]] = []
@@ -249,6 +254,15 @@ def _require_columns(table: TextTable, columns: dict[str, int]) -> None:
             example=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
         )
         raise table.header_error(finding, None)
+
+
+def _are_signed(words: Sequence[str], *, is_apsg: bool) -> bool:
+    """Return whether all senses that are stated are 1 or -1.
+
+    A 1 alone may also be a code of T-TECTO, unless the columns are those of APSG.
+    """
+    codes = {word.strip() for word in words if word.strip()}
+    return codes <= _SIGNED_SENSES.keys() and ("-1" in codes or (is_apsg and bool(codes)))
 
 
 def _are_numbered(texts: Sequence[str]) -> bool:
