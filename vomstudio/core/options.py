@@ -180,12 +180,34 @@ def option(
 
 
 def declarations(options: type[Any]) -> tuple[Declaration, ...]:
-    """Return the declarations of an options class in the order of its fields."""
+    """Return the declarations of an options class in the order of its fields.
+
+    Parameters
+    ----------
+    options : type
+        Options class.
+
+    Returns
+    -------
+    tuple of Declaration
+    """
     return _declarations(typing.cast(Hashable, options))
 
 
 def find_declaration(options: type[Any], name: str) -> Declaration:
-    """Return the declaration of one option."""
+    """Return the declaration of one option.
+
+    Parameters
+    ----------
+    options : type
+        Options class.
+    name : str
+        Name of the field.
+
+    Returns
+    -------
+    Declaration
+    """
     return next(item for item in declarations(options) if item.name == name)
 
 
@@ -292,7 +314,18 @@ def option_words(options: Any) -> list[str | tuple[str, str | float]]:
 
 
 def option_texts(options: Any, **effective_values: Any) -> list[str]:
-    """Return the label and value of each option that has both, such as "Angle 20°"."""
+    """Return the label and value of each option that has both, such as "Angle 20°".
+
+    Parameters
+    ----------
+    options : Options
+    **effective_values
+        Values that the program used, by the name of the option.
+
+    Returns
+    -------
+    list of str
+    """
     texts = []
     for item in declarations(type(options)):
         value = effective_values.get(item.name, getattr(options, item.name))

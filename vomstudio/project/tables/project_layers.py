@@ -31,8 +31,19 @@ _POINT_LAYERS = {"plane": "planes", "line": "lines"}
 def subjects_by_kind(
     records: Mapping[str, Record], features: Sequence[Feature], measurements: Measurements
 ) -> dict[Kind, list[Subject]]:
-    """Return the measured features by kind."""
-    measurements_by_id = measurements.of(records, [f.id for f in features])
+    """Return the measured features by kind.
+
+    Parameters
+    ----------
+    records : mapping of str to Record
+    features : sequence of Feature
+    measurements : Measurements
+
+    Returns
+    -------
+    dict of Kind to list of Subject
+    """
+    measurements_by_id = measurements.of(records, [feature.id for feature in features])
     subjects: dict[Kind, list[Subject]] = {}
     for f in features:
         subjects.setdefault(kind_of(f), []).append(Subject(f, measurements_by_id[f.id], records))

@@ -44,7 +44,16 @@ def why_no_model(studio: Studio) -> Finding | None:
 
 
 def why_no_open_model(studio: Studio) -> Finding | None:
-    """Return why there is no current model, or why its file is not open, otherwise None."""
+    """Return why no model is current and open, or None.
+
+    Parameters
+    ----------
+    studio : Studio
+
+    Returns
+    -------
+    Finding or None
+    """
     model = current_model(studio)
     if model is None:
         return Finding("action.no-model")

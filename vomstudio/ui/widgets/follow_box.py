@@ -19,7 +19,18 @@ from vomstudio.ui.widgets.options_form import fill_choices
 
 
 def field_costs(names: Iterable[str]) -> list[tuple[str, str]]:
-    """Return titles and values of the costs that follow low values of fields."""
+    """Return the costs that follow low values of fields.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of the fields.
+
+    Returns
+    -------
+    list of (str, str)
+        Title and value of each cost.
+    """
     return [(tr("low values of {field}", field=name), name) for name in names]
 
 
