@@ -52,7 +52,7 @@ def test_a_typed_plane(window, panel) -> None:
     assert "315/38" in panel.start.toolTip()
     asked.attitude.setFocus()
     QTest.keyClicks(asked.attitude, "110/40")
-    asked.length.setValue(4.0)
+    asked.options.show_value("length_m", 4.0)
     press(window, panel)
     wait_for(window, panel, "measurable, 110/40")
     assert [c.name for c in shown(window).categories][-1] == "good"
@@ -92,7 +92,7 @@ def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
     driver.wait(lambda: source.count() == 3, "set and feature")
     next_of(source)
     assert source.currentData() == f"{SET_PREFIX}S0"
-    panel.measurable.length.setValue(4.0)
+    panel.measurable.options.show_value("length_m", 4.0)
     press(window, panel)
     fits = [studio.measured([f"t{i}"])[f"t{i}"].plane for i in range(3)]
     normals = np.array([plane.normal() for plane in fits])

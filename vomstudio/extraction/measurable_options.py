@@ -32,7 +32,9 @@ class MeasurableOptions(Options):
         None,
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
+        label=to_translate("Trace length"),
         help=to_translate("length of a trace, m"),
+        tip=to_translate("Length of the traces to be picked"),
         automatic_text=to_translate("100 times the model resolution"),
     )
     noise_m: float | None = option(

@@ -155,8 +155,9 @@ class FieldsPanel(ModelPanel):
             if self._form_model_id != model.id or field is not self._form_field:
                 self._set_model(model)
         is_metric = model is None or model.frame.has_metres
-        for spin in (self.radius, self.measurable.length):
-            spin.setSuffix(" m" if is_metric else tr(" units"))
+        unit = "m" if is_metric else tr("units")
+        self.radius.setSuffix(f" {unit}")
+        self.measurable.options.show_unit(unit)
         self._list_others()
         self._show_plane()
         self._show_rows()
@@ -228,9 +229,10 @@ class FieldsPanel(ModelPanel):
             other_model = self.other_model.currentData()
             return FieldRequest(field_name, of=str(other_model)) if other_model else None
         if field_name in (MEASURABLE, EXPECTED):
-            request = FieldRequest(
-                field_name, self.measurable.length.value(), self.measurable.plane_source()
-            )
+            length_m = self.measurable.options.value("length_m")
+            if length_m is None and self._model is not None:
+                length_m = self._fields.likely_length(self._model.id)
+            request = FieldRequest(field_name, length_m or 0.0, self.measurable.plane_source())
             return (
                 request if request.of and self._fields.resolve_plane(request) is not None else None
             )

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QLineEdit, QWidget
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.words import tr
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.notation import parse_plane
 from vomstudio.studio.surfaces.measurable_planes import PLANE_PREFIX, SET_PREFIX
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, narrow_form
+from vomstudio.ui.base.controls import ComboBox, narrow_form
+from vomstudio.ui.widgets.options_form import OptionFields
 
 _SELECTED = "selected"
 
@@ -33,19 +35,13 @@ class MeasurablePlane(QWidget):
         self.attitude.setPlaceholderText(tr("dip direction/dip"))
         self.attitude.setToolTip(tr("Enter the attitude, such as 315/38."))
         self.attitude.textChanged.connect(lambda _: self.changed.emit())
-        self.length = DoubleSpinBox()
-        self.length.setObjectName("measurable_length")
-        self.length.setDecimals(3)
-        self.length.setRange(0.001, 100_000.0)
-        self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self.length.setKeyboardTracking(False)
-        self.length.setToolTip(tr("Length of the traces to be picked."))
-        self.length.valueChanged.connect(lambda _: self.changed.emit())
+        self.options = OptionFields(MeasurableOptions, "measurable")
+        self.options.changed.connect(self.changed)
         form = narrow_form()
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow(tr("Plane of"), self.source)
         form.addRow(tr("Attitude"), self.attitude)
-        form.addRow(tr("Trace length"), self.length)
+        self.options.add_rows(form)
         self._form = form
         self.setLayout(form)
         self.list_sources((), "", "")
@@ -95,8 +91,8 @@ class MeasurablePlane(QWidget):
 
     def show_request(self, source: str, length: float) -> None:
         """Show the plane and trace length of the displayed field."""
-        with QSignalBlocker(self.length):
-            self.length.setValue(length)
+        with QSignalBlocker(self.options):
+            self.options.show_value("length_m", length)
         if source.startswith(PLANE_PREFIX):
             with QSignalBlocker(self.attitude):
                 self.attitude.setText(source.removeprefix(PLANE_PREFIX))
