@@ -45,7 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "output",
         metavar="OUT",
         help=tr(
-            "output file; its extension selects the format; for cameras transforms.json, or a"
+            "output file, whose extension selects the format; for cameras: transforms.json, or a"
             " folder for COLMAP"
         ),
     )

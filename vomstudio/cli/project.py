@@ -118,7 +118,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("ids or names of features (default: all)"),
     )
     add("coverage", _coverage, tr("Report how much of each face with a grid was inspected"))
-    report = add("report", _write_report, tr("Write a report with all figures of the project"))
+    report = add("report", _write_report, tr("Write a report with all results of the project"))
     add_output(report, tr("HTML file"), is_required=True)
     report.set_defaults(force=False)
     profile = add("profile", _profile, tr("Assess all features again with another verdict profile"))

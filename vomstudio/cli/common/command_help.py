@@ -336,5 +336,9 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "project verify": (f"{_PROJECT} verify", f"{_PROJECT} verify --json"),
     "project repair": (f"{_PROJECT} repair", f"{_PROJECT} repair --json"),
     "project compact": (f"{_PROJECT} compact --dry-run", f"{_PROJECT} compact"),
+    "project report": (
+        f"{_PROJECT} report -o report.html",
+        f"{_PROJECT} report -o report.html --json",
+    ),
 }
 """Two examples of each command; they run in the folder of the program with the sample."""

@@ -307,8 +307,8 @@ TEXTS: dict[str, Entry] = {
     "model.other-selection": (
         "error",
         to_translate(
-            "The selection has {selected:,} elements, the model {count:,}. Make the selection on"
-            " this model."
+            "The selection has {selected:,} elements, but the model has {count:,}. Make the"
+            " selection on this model."
         ),
     ),
     "model.empty-selection": (

@@ -386,8 +386,8 @@ TEXTS: dict[str, Entry] = {
     "repeats.errors-too-small": (
         "warning",
         to_translate(
-            "The stated errors are too small: picks differ {factor:.1f} times as much as they"
-            " predict (95 %: {low:.1f} to {high:.1f} times)."
+            "The stated errors are too small: the differences between picks are {factor:.1f} times"
+            " as large as predicted (95 %: {low:.1f} to {high:.1f})."
         ),
     ),
     "repeats.too-few": (
@@ -402,7 +402,7 @@ TEXTS: dict[str, Entry] = {
     "repeats.errors-hold": (
         "info",
         to_translate(
-            "The stated errors agree with the repeats: picks differ {factor:.2f} times as much"
+            "The stated errors agree with the repeats: differences are {factor:.2f} times as large"
             " as predicted. Errors too small by a factor of {noticeable:.1f} would be detected."
         ),
     ),

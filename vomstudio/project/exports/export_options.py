@@ -32,5 +32,5 @@ class ExportFormat(Options):
     to: ExportFormatName = option(help=to_translate("target program or format"))
     projected: bool = option(
         False,
-        help=to_translate("write GeoJSON in the CRS of the project in place of WGS 84"),
+        help=to_translate("write GeoJSON in the CRS of the project instead of WGS 84"),
     )

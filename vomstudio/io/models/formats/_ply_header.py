@@ -113,7 +113,7 @@ def read_header(top: bytes, path: Path) -> Header:
                 if TYPES[kinds[0]][0] == "f":
                     raise header_error(
                         tr(
-                            "'{line}' counts a list with a non-integer type",
+                            "the count of a list has a non-integer type in '{line}'",
                             line=line.strip(),
                         )
                     )

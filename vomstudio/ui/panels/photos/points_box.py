@@ -147,7 +147,7 @@ class PointsBox(QGroupBox):
             spin.setDecimals(2)
             spin.setSingleStep(0.1)
             spin.setKeyboardTracking(False)
-            spin.setToolTip(tr("Pixels of the stored photo; arrow keys move it by 0.1."))
+            spin.setToolTip(tr("Pixel position in the photo; arrow keys move the mark by 0.1."))
             spin.valueChanged.connect(
                 lambda _: self.mark_edited.emit(self.mark_x.value(), self.mark_y.value())
             )

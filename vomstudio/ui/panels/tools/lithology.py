@@ -24,7 +24,7 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
         self.lithology_box.setObjectName("lithology_word")
         for value, title in CHOICES:
             self.lithology_box.addItem(tr(title), value)
-        self.lithology_box.setToolTip(tr("Lithologies of the StraboSpot list."))
+        self.lithology_box.setToolTip(tr("Lithologies from the StraboSpot list."))
         self.lithology_box.keep_narrow()
         self.lithology_box.activated.connect(self._apply_fields)
         self.form.addRow(tr("Rock"), self.lithology_box)
