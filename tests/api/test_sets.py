@@ -125,7 +125,7 @@ def test_results_cannot_be_changed_and_show_themselves(big_elk: Path) -> None:
     ("call", "kind", "said"),
     [
         (lambda t: vs.stats(t, by="site"), "UsageError", "no column 'site'"),
-        (lambda t: vs.fold(t, kind="dyke"), "UsageError", "No plane is of the kind “dyke”"),
+        (lambda t: vs.fold(t, kind="dyke"), "UsageError", "No plane has the kind “dyke”"),
         (lambda t: vs.fold(t, sets=["bedding"]), "UsageError", "two or three different sets"),
         (
             lambda t: vs.fold(t, sets=["bedding", "dyke"]),

@@ -182,7 +182,7 @@ def test_the_caption_says_how_many_great_circles_are_left_out() -> None:
         net = NetContents(make_sets({"a": planes(n)}), **more)  # type: ignore[arg-type]
         return [t.get_text() for t in draw(net, 600, 400).axes.texts]
 
-    left_out = f"Great circles of {AUTO_CIRCLES + 1:,} planes not drawn"
+    left_out = f"Great circles of {AUTO_CIRCLES + 1:,} planes are not drawn"
     assert left_out in words(AUTO_CIRCLES + 1)
     assert not any("left out" in text for text in words(AUTO_CIRCLES))
     assert not any("left out" in text for text in words(AUTO_CIRCLES + 1, circles=False))

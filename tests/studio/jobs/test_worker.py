@@ -246,7 +246,10 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
 @pytest.mark.parametrize(
     ("task", "words"),
     [
-        (KILLED, "killed by the system, probably out of memory). Finished results are kept. Take"),
+        (
+            KILLED,
+            "killed by the system, probably for lack of memory). Finished results are kept. Take",
+        ),
         (GIVEN_UP, "There is not enough memory for this task. Take less."),
         (DIE, "(code -6). Finished results are kept. Try again."),
     ],
