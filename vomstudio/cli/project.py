@@ -428,10 +428,10 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         if not dry_run and project.session.dirty:
             project.session.save()
         plan = project.project.compaction()
-        if not (dry_run or plan.nothing):
+        if not (dry_run or plan.is_empty):
             project.project.compact()
     summary = {
-        "compacted": not (dry_run or plan.nothing),
+        "compacted": not (dry_run or plan.is_empty),
         "rows": plan.rows,
         "of_rows": plan.total_rows,
         "assets": list(plan.assets),
