@@ -149,7 +149,8 @@ def domain_axes(
             off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
         figures[name] = DomainFigures(len(poles), None if axis is None else axis.figures, reason)
     off_axes = [
-        angle_between_lines(a.beta, b.beta) for a, b in combinations(axes_by_domain.values(), 2)
+        angle_between_lines(first_axis.beta, second_axis.beta)
+        for first_axis, second_axis in combinations(axes_by_domain.values(), 2)
     ]
     return figures, _test_one_axis(
         pooled_squares,

@@ -94,17 +94,24 @@ def fit_remaining_plane(
         None if none of the ranges is valid.
     """
     n = len(points)
-    valid_ranges = [(a, b) for a, b in vertex_ranges if 0 <= a <= b < n]
+    valid_ranges = [
+        (first_vertex, last_vertex)
+        for first_vertex, last_vertex in vertex_ranges
+        if 0 <= first_vertex <= last_vertex < n
+    ]
     if not valid_ranges:
         return None
     is_remaining = np.ones(n, np.bool_)
-    for a, b in valid_ranges:
-        is_remaining[max(a - MARGIN, 0) : b + 1 + MARGIN] = False
+    for first_vertex, last_vertex in valid_ranges:
+        is_remaining[max(first_vertex - MARGIN, 0) : last_vertex + 1 + MARGIN] = False
     fit = None
     if is_remaining.sum() >= MIN_POINTS:
         candidate = fit_planes(points[is_remaining], [0, int(is_remaining.sum())])[0]
         fit = candidate if candidate.error is None else None
-    stretches = tuple(DoubtfulStretch(a, b, offset(points, (a, b), fit)) for a, b in valid_ranges)
+    stretches = tuple(
+        DoubtfulStretch(first_vertex, last_vertex, offset(points, (first_vertex, last_vertex), fit))
+        for first_vertex, last_vertex in valid_ranges
+    )
     return RemainingTrace(fit, stretches)
 
 

@@ -481,9 +481,9 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
     out: list[_Token] = []
     i = 0
     while i < len(raw_tokens):
-        t = raw_tokens[i]
+        token = raw_tokens[i]
         token_pair, three = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
-        if t.kind == "label" and len(token_pair) == 2 and token_pair[1].text == "DIRECTION":
+        if token.kind == "label" and len(token_pair) == 2 and token_pair[1].text == "DIRECTION":
             out.append(_Token("label", "dipdir"))
             i += 2
         elif (
@@ -491,26 +491,28 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
             and three[1].text == "-"
             and abs(three[0].value - three[2].value) == 180.0
         ):
-            out.append(_Token("bearing", f"{t.text}-{three[2].text}", min(t.value, three[2].value)))
+            out.append(
+                _Token("bearing", f"{token.text}-{three[2].text}", min(token.value, three[2].value))
+            )
             i += 3
         elif _kinds(three) == ["wind", "number", "wind"] and (
             is_azimuth or _is_bearing(raw_tokens, i)
         ):
             angle = three[1].value
-            name = f"{t.text}{three[1].text}{three[2].text}"
+            name = f"{token.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
                 raise _notation_error("notation.bearing-out-of-range", text, bearing=name)
-            is_clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
+            is_clockwise = token.text + three[2].text in ("NE", "ES", "SW", "WN")
             out.append(
-                _Token("bearing", name, wrap360(t.value + (angle if is_clockwise else -angle)))
+                _Token("bearing", name, wrap360(token.value + (angle if is_clockwise else -angle)))
             )
             i += 3
-        elif t.kind == "mark":
+        elif token.kind == "mark":
             i += 1
-        elif t.text == "DIRECTION":
+        elif token.text == "DIRECTION":
             raise _notation_error("notation.lone-direction", text)
         else:
-            out.append(t)
+            out.append(token)
             i += 1
     return out
 

@@ -655,7 +655,7 @@ def judge_line(
     -------
     Verdict
     """
-    t = thresholds
+    limits = thresholds
     is_poor = False
     reasons = list[Finding]()
     angle = confidence95_deg
@@ -666,9 +666,9 @@ def judge_line(
             reasons.append(Finding("line.two-points"))
         if fit is not None and not is_plane_known:
             reasons.append(Finding("line.plane-error-unknown"))
-    elif angle > t.good_confidence95_deg:
-        is_poor = angle > t.poor_confidence95_deg
-        limit_deg = t.poor_confidence95_deg if is_poor else t.good_confidence95_deg
+    elif angle > limits.good_confidence95_deg:
+        is_poor = angle > limits.poor_confidence95_deg
+        limit_deg = limits.poor_confidence95_deg if is_poor else limits.good_confidence95_deg
         if registration_deg is not None and registration_deg > math.sqrt(0.5) * angle:
             code = "line.registration"
         elif fit is None or (fit.confidence95_deg is not None and angle > fit.confidence95_deg):
@@ -683,7 +683,7 @@ def judge_line(
     if is_plane_missing:
         reasons.append(Finding("line.plane-missing"))
     quality: Quality = "poor" if is_poor else "doubtful" if reasons else "good"
-    return Verdict(quality, tuple(reasons), limits=t)
+    return Verdict(quality, tuple(reasons), limits=limits)
 
 
 def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:

@@ -108,29 +108,42 @@ def count_histogram(
     """
     check_bins(bin_deg, 90.0)
     bins = round(90.0 / bin_deg)
-    a, w, n_excluded = _valid_rows(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
-    bin_of_row = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
-    sums = np.bincount(bin_of_row, w, minlength=bins)
-    total_weight = float(w.sum())
+    angles, valid_weights, n_excluded = _valid_rows(
+        np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights
+    )
+    bin_of_row = np.minimum(np.floor((angles + 1e-7) / bin_deg).astype(np.intp), bins - 1)
+    sums = np.bincount(bin_of_row, valid_weights, minlength=bins)
+    total_weight = float(valid_weights.sum())
     if total_weight <= 0:
-        return AngleHistogram(bin_deg, len(a), total_weight, np.zeros(bins), None, None, n_excluded)
-    mean = float(w @ a) / total_weight
-    effective = total_weight**2 / float(w @ w)
+        return AngleHistogram(
+            bin_deg, len(angles), total_weight, np.zeros(bins), None, None, n_excluded
+        )
+    mean = float(valid_weights @ angles) / total_weight
+    effective = total_weight**2 / float(valid_weights @ valid_weights)
     std = None
     if effective > 1.0 + 1e-9:
-        std = math.sqrt(float(w @ (a - mean) ** 2) / total_weight * effective / (effective - 1.0))
-    return AngleHistogram(bin_deg, len(a), total_weight, sums / total_weight, mean, std, n_excluded)
+        std = math.sqrt(
+            float(valid_weights @ (angles - mean) ** 2)
+            / total_weight
+            * effective
+            / (effective - 1.0)
+        )
+    return AngleHistogram(
+        bin_deg, len(angles), total_weight, sums / total_weight, mean, std, n_excluded
+    )
 
 
 def _valid_rows(
     values: FloatArray, weights: npt.ArrayLike | None
 ) -> tuple[FloatArray, FloatArray, int]:
     """Return the values and weights of rows that have both, and the number of others."""
-    w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
-    is_valid = np.isfinite(values) & np.isfinite(w)
-    if (w[is_valid] < 0).any():
+    all_weights = (
+        np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
+    )
+    is_valid = np.isfinite(values) & np.isfinite(all_weights)
+    if (all_weights[is_valid] < 0).any():
         raise UsageError(Finding("rose.negative-weight"), field="--weight")
-    return values[is_valid], w[is_valid], int(len(values) - is_valid.sum())
+    return values[is_valid], all_weights[is_valid], int(len(values) - is_valid.sum())
 
 
 def count_rose(
@@ -152,35 +165,43 @@ def count_rose(
         If the bins do not divide the half circle evenly, or if a weight is negative.
     """
     bins = count_bins(bin_deg)
-    a = np.asarray(azimuth_deg, dtype=np.float64).ravel()
-    a, w, n_excluded = _valid_rows(a, weights)
+    azimuths = np.asarray(azimuth_deg, dtype=np.float64).ravel()
+    azimuths, valid_weights, n_excluded = _valid_rows(azimuths, weights)
     period = 180.0 if is_axial else 360.0
     # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
-    bin_of_row = np.floor((a % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
+    bin_of_row = np.floor((azimuths % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
     half_count = bins // 2
     sums = np.bincount(
         bin_of_row % half_count if is_axial else bin_of_row,
-        w,
+        valid_weights,
         minlength=half_count if is_axial else bins,
     )
-    total_weight = float(w.sum())
+    total_weight = float(valid_weights.sum())
     fractions = sums / total_weight if total_weight > 0 else np.zeros(len(sums))
-    angle = np.radians(a * (360.0 / period))
-    east, north = float(w @ np.sin(angle)), float(w @ np.cos(angle))
+    angle = np.radians(azimuths * (360.0 / period))
+    east, north = float(valid_weights @ np.sin(angle)), float(valid_weights @ np.cos(angle))
     resultant = math.hypot(east, north) / total_weight if total_weight > 0 else 0.0
     mean = None
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
     full_circle = np.tile(fractions, 2) if is_axial else fractions
     resultant = min(resultant, 1.0)
-    counts = int((w > 0).sum())
-    p = (
-        rayleigh_p(total_weight**2 / float(w @ w), resultant)
+    counts = int((valid_weights > 0).sum())
+    p_value = (
+        rayleigh_p(total_weight**2 / float(valid_weights @ valid_weights), resultant)
         if counts >= MIN_RAYLEIGH_DIRECTIONS
         else None
     )
     return Rose(
-        bin_deg, is_axial, len(a), total_weight, full_circle, mean, resultant, p, n_excluded
+        bin_deg,
+        is_axial,
+        len(azimuths),
+        total_weight,
+        full_circle,
+        mean,
+        resultant,
+        p_value,
+        n_excluded,
     )
 
 

@@ -199,25 +199,25 @@ def fisher(vectors: npt.ArrayLike, is_directed: bool, weights: FloatArray | None
         If the resultant is zero.
     """
     v = unit_vectors(vectors)
-    w = np.ones(len(v)) if weights is None else weights
+    used_weights = np.ones(len(v)) if weights is None else weights
     if not is_directed:
         v = flip_to(v, orientation_tensor(v, weights)[1][0])
     n = len(v)
-    resultant_vector = w @ v
+    resultant_vector = used_weights @ v
     resultant = float(np.linalg.norm(resultant_vector))
     if resultant < 1e-9 * n:
         raise GeometryError(Finding("orientation.no-mean"))
     mean = resultant_vector / resultant
     # Compute n - R without cancellation: each term is 1 - cos of the angle to the mean.
-    shortfall = 0.5 * float(w @ np.sum((v - mean) ** 2, axis=1))
+    shortfall = 0.5 * float(used_weights @ np.sum((v - mean) ** 2, axis=1))
     is_identical = shortfall < n * ZERO_EIGENVALUE
     kappa = None if n < 2 or is_identical else (n - 1) / shortfall
     alpha: float | None = None
-    if n >= 2 and not has_dominant_weights(w):
+    if n >= 2 and not has_dominant_weights(used_weights):
         # With inverse-variance weights, the degrees of freedom are those of equal weights minus
         # those lost to the uncertainty of the weights (from simulations with an estimated natural
         # scatter).
-        dof = n - 1.0 - WEIGHT_FREEDOM_LOSS * (n - effective_number(w))
+        dof = n - 1.0 - WEIGHT_FREEDOM_LOSS * (n - effective_number(used_weights))
         versine = shortfall / resultant * math.expm1(math.log(20.0) / dof)
         if versine <= 2.0:
             # cos a = 1 - versine, rearranged to preserve small angles

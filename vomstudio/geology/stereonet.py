@@ -237,15 +237,17 @@ def confidence_ellipse(
     GeometryError
         If `major` is parallel to the axis or not finite.
     """
-    a = np.asarray(axis, dtype=np.float64)
-    a = a / np.linalg.norm(a)
+    axis_vector = np.asarray(axis, dtype=np.float64)
+    axis_vector = axis_vector / np.linalg.norm(axis_vector)
     major_axis = np.asarray(major, dtype=np.float64)
-    major_axis = major_axis - a * (major_axis @ a)
+    major_axis = major_axis - axis_vector * (major_axis @ axis_vector)
     length = float(np.linalg.norm(major_axis))
     if not math.isfinite(length) or length < 1e-9:
         raise GeometryError(Finding("net.ellipse-direction"))
     major_axis = major_axis / length
-    return cone_curve(a, major_axis, np.cross(a, major_axis), max_angle_deg, min_angle_deg, n)
+    return cone_curve(
+        axis_vector, major_axis, np.cross(axis_vector, major_axis), max_angle_deg, min_angle_deg, n
+    )
 
 
 def pole_ellipse(

@@ -336,7 +336,7 @@ class _Selection:
         is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
             members = self.use & np.array(
-                [_has_equal_names(s, name) for s in names_by_row], dtype=bool
+                [_has_equal_names(row_name, name) for row_name in names_by_row], dtype=bool
             )
             if not members.any():
                 listed_sets = [present_set or "(empty)" for present_set in present_sets]
@@ -361,5 +361,5 @@ class _Selection:
         return UsageError(finding, file=self.table.path, field=field)
 
 
-def _has_equal_names(a: str, b: str) -> bool:
-    return a.strip().casefold() == b.strip().casefold()
+def _has_equal_names(first_name: str, second_name: str) -> bool:
+    return first_name.strip().casefold() == second_name.strip().casefold()

@@ -51,7 +51,7 @@ def find_plugins(
     kind_name = kind.__name__
     plugins: list[T] = []
     broken_plugins: list[Finding] = []
-    for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda m: m.name):
+    for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
         if module.name.startswith("_"):
             continue
         name = f"{package.__name__}.{module.name}"
@@ -60,7 +60,7 @@ def find_plugins(
             plugins.append(candidate)
         else:
             broken_plugins.append(Finding("plugin.not-defined", module=name, name=attribute))
-    for point in sorted(entry_points(group=group), key=lambda p: p.name):
+    for point in sorted(entry_points(group=group), key=lambda entry_point: entry_point.name):
         plugin = f"{kind_name} '{point.name}' ({point.value})"
         try:
             candidate = point.load()

@@ -153,7 +153,7 @@ class Settings:
     def add_recent(self, path: Path) -> None:
         """Add a project to the list of recent projects."""
         text = str(path)
-        self.recent = [text, *(p for p in self.recent if p != text)][:_MAX_RECENT]
+        self.recent = [text, *(path for path in self.recent if path != text)][:_MAX_RECENT]
 
     def recorded_settings(self) -> dict[str, Any]:
         """Return the settings that are recorded with every edit in the journal."""

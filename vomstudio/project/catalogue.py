@@ -24,15 +24,21 @@ Value = Callable[[Subject], Any]
 
 
 def _fit(name: str) -> Value:
-    return lambda s: None if s.measured.fit is None else getattr(s.measured.fit, name)
+    return lambda subject: (
+        None if subject.measured.fit is None else getattr(subject.measured.fit, name)
+    )
 
 
 def _plane(name: str) -> Value:
-    return lambda s: None if s.measured.plane is None else getattr(s.measured.plane, name)
+    return lambda subject: (
+        None if subject.measured.plane is None else getattr(subject.measured.plane, name)
+    )
 
 
 def _line(name: str) -> Value:
-    return lambda s: None if s.measured.line is None else getattr(s.measured.line, name)
+    return lambda subject: (
+        None if subject.measured.line is None else getattr(subject.measured.line, name)
+    )
 
 
 def _fit_value(plane_name: str, line_name: str) -> Value:
@@ -49,30 +55,30 @@ def _fit_value(plane_name: str, line_name: str) -> Value:
 
 def _feature(name: str) -> Value:
     """Return the value of a record field, or None if it is empty or missing."""
-    return lambda s: getattr(s.feature, name, None) or None
+    return lambda subject: getattr(subject.feature, name, None) or None
 
 
-def _type(s: Subject) -> str | None:
-    kind = s.type
-    return kind.name.casefold() if kind is not None else getattr(s.feature, "type_id", None)
+def _type(subject: Subject) -> str | None:
+    kind = subject.type
+    return kind.name.casefold() if kind is not None else getattr(subject.feature, "type_id", None)
 
 
-def _is_undefined(s: Subject) -> bool | None:
-    orientation = s.measured.fit or s.measured.plane or s.measured.line
+def _is_undefined(subject: Subject) -> bool | None:
+    orientation = subject.measured.fit or subject.measured.plane or subject.measured.line
     return None if orientation is None else bool(orientation.undefined)
 
 
-def _element(s: Subject) -> str | None:
-    if s.measured.plane is not None:
+def _element(subject: Subject) -> str | None:
+    if subject.measured.plane is not None:
         return "plane"
-    return None if s.measured.line is None else "line"
+    return None if subject.measured.line is None else "line"
 
 
-def place_of(s: Subject) -> FloatArray | None:
+def place_of(subject: Subject) -> FloatArray | None:
     """Return the centre (3,) of a feature in the World frame, metres."""
-    if s.measured.fit is not None:
-        return s.measured.fit.centroid
-    return s.measured.points.mean(axis=0) if len(s.measured.points) else None
+    if subject.measured.fit is not None:
+        return subject.measured.fit.centroid
+    return subject.measured.points.mean(axis=0) if len(subject.measured.points) else None
 
 
 def _place(axis: int) -> Value:
@@ -100,35 +106,35 @@ def _eigenvalue(index: int) -> Value:
     return value
 
 
-def _ratio(s: Subject) -> float | None:
-    fit, resolution = s.measured.fit, s.measured.resolution_m
+def _ratio(subject: Subject) -> float | None:
+    fit, resolution = subject.measured.fit, subject.measured.resolution_m
     extent = None if fit is None else fit.extent
     return extent / resolution if extent and math.isfinite(extent) and resolution else None
 
 
-def _quality(s: Subject) -> str | None:
-    return s.measured.verdict.quality if s.measured.verdict else None
+def _quality(subject: Subject) -> str | None:
+    return subject.measured.verdict.quality if subject.measured.verdict else None
 
 
-def _reasons(s: Subject) -> str | None:
-    if s.measured.verdict is None:
-        return None if s.measured.problem is None else str(s.measured.problem)
-    return " ".join(item.message for item in s.measured.verdict.reasons)
+def _reasons(subject: Subject) -> str | None:
+    if subject.measured.verdict is None:
+        return None if subject.measured.problem is None else str(subject.measured.problem)
+    return " ".join(item.message for item in subject.measured.verdict.reasons)
 
 
-def _reason_codes(s: Subject) -> str | None:
-    if s.measured.verdict is None:
-        return None if s.measured.problem is None else s.measured.problem.code
-    return " ".join(item.code for item in s.measured.verdict.reasons)
+def _reason_codes(subject: Subject) -> str | None:
+    if subject.measured.verdict is None:
+        return None if subject.measured.problem is None else subject.measured.problem.code
+    return " ".join(item.code for item in subject.measured.verdict.reasons)
 
 
-def _quality_notes(s: Subject) -> str | None:
-    notes = s.measured.verdict.notes if s.measured.verdict else ()
-    return " ".join(item.message for item in notes) if s.measured.verdict else None
+def _quality_notes(subject: Subject) -> str | None:
+    notes = subject.measured.verdict.notes if subject.measured.verdict else ()
+    return " ".join(item.message for item in notes) if subject.measured.verdict else None
 
 
-def _profile(s: Subject) -> str | None:
-    return s.measured.verdict.profile if s.measured.verdict else None
+def _profile(subject: Subject) -> str | None:
+    return subject.measured.verdict.profile if subject.measured.verdict else None
 
 
 def _covariance(row: int, column: int) -> Value:
@@ -141,45 +147,52 @@ def _covariance(row: int, column: int) -> Value:
     return value
 
 
-def _method(s: Subject) -> str | None:
-    if s.measured.fit is not None:
-        return s.measured.fit.method
-    return None if s.measured.line_fit is None else "line"
+def _method(subject: Subject) -> str | None:
+    if subject.measured.fit is not None:
+        return subject.measured.fit.method
+    return None if subject.measured.line_fit is None else "line"
 
 
-def _model(s: Subject) -> str | None:
-    model = s.model
+def _model(subject: Subject) -> str | None:
+    model = subject.model
     return None if model is None else model.name
 
 
-def _frame(s: Subject) -> str:
-    if not isinstance(s.feature, OnAModel):
+def _frame(subject: Subject) -> str:
+    if not isinstance(subject.feature, OnAModel):
         return tr(IN_WORLD)
-    model = s.model
+    model = subject.model
     return tr(NO_MODEL) if model is None else model.frame.name()
 
 
-def _is_overturned(s: Subject) -> bool | None:
-    value = getattr(s.feature, "overturned", None)
+def _is_overturned(subject: Subject) -> bool | None:
+    value = getattr(subject.feature, "overturned", None)
     return None if value is None else bool(value)
 
 
-def _to_pick(s: Subject) -> float | None:
-    pick = s.nearest()
+def _to_pick(subject: Subject) -> float | None:
+    pick = subject.nearest()
     return None if pick is None else pick.angle_deg
 
 
 def _measured_value(name: str) -> Value:
-    return lambda s: getattr(s.measured, name)
+    return lambda subject: getattr(subject.measured, name)
 
 
-def _quality_text(s: Subject) -> str:
-    return _quality(s) or (tr("no plane") if s.measured.problem else "–")
+def _quality_text(subject: Subject) -> str:
+    return _quality(subject) or (tr("no plane") if subject.measured.problem else "–")
 
 
-ID = _text("id", _("Id"), _("Permanent identifier of the record"), lambda s: s.feature.id)
+ID = _text(
+    "id", _("Id"), _("Permanent identifier of the record"), lambda subject: subject.feature.id
+)
 NAME = _text(
-    "name", _("Name"), _("Name"), lambda s: s.feature.name, words=("name",), attribute="name"
+    "name",
+    _("Name"),
+    _("Name"),
+    lambda subject: subject.feature.name,
+    words=("name",),
+    attribute="name",
 )
 KIND = _text(
     "kind",
@@ -187,7 +200,7 @@ KIND = _text(
     _("Feature type"),
     _type,
     words=("type",),
-    shown=lambda s: s.type.name if s.type else "",
+    shown=lambda subject: subject.type.name if subject.type else "",
 )
 ELEMENT = _text("element", _("Element"), _("Plane or line"), _element)
 SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")

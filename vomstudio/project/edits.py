@@ -136,13 +136,13 @@ def remove_model(records: Records, model_id: str) -> Edit:
 def add_trace(records: Records, trace: Trace) -> Edit:
     """Add a trace. Raises GeometryError if its vertices do not define a plane."""
     model = _get(records, trace.model_id, Model)
-    kind = _get(records, trace.type_id, FeatureType)
+    feature_type = _get(records, trace.type_id, FeatureType)
     if trace.id in records:
         raise DocumentError(Finding("record.exists", name=trace.name))
     if not trace.name:
-        trace = replace(trace, name=next_name(records, kind))
+        trace = replace(trace, name=next_name(records, feature_type))
     measure_one(trace, model)
-    return change(records, f"Add {kind.name.lower()} trace {trace.name}", {trace.id: trace})
+    return change(records, f"Add {feature_type.name.lower()} trace {trace.name}", {trace.id: trace})
 
 
 def set_vertices(
@@ -179,11 +179,15 @@ def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple
     row = {vertex: i for i, vertex in enumerate(vertices)}
     n = len(trace.vertices)
     ends = [
-        (row.get(trace.vertices[a], -1), row.get(trace.vertices[b], -1))
-        for a, b in trace.doubtful
-        if 0 <= a <= b < n
+        (row.get(trace.vertices[first_vertex], -1), row.get(trace.vertices[last_vertex], -1))
+        for first_vertex, last_vertex in trace.doubtful
+        if 0 <= first_vertex <= last_vertex < n
     ]
-    return tuple((a, b) for a, b in ends if 0 <= a <= b)
+    return tuple(
+        (first_vertex, last_vertex)
+        for first_vertex, last_vertex in ends
+        if 0 <= first_vertex <= last_vertex
+    )
 
 
 def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[str, Any]]) -> Edit:
@@ -223,13 +227,13 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
             raise DocumentError(Finding("record.exists", name=feature.name))
         if isinstance(feature, OnAModel):
             _get(records, feature.model_id, Model)
-        kind: FeatureType | str
+        feature_type: FeatureType | str
         if isinstance(feature, Typed):
-            kind = _get(records, feature.type_id, FeatureType)
+            feature_type = _get(records, feature.type_id, FeatureType)
         else:
-            kind = kind_of(feature).prefix(feature)
+            feature_type = kind_of(feature).prefix(feature)
         if not feature.name:
-            feature = feature.but(name=names.next_for(kind))
+            feature = feature.but(name=names.next_for(feature_type))
         names.reserve(feature)
         new_records[feature.id] = feature
     if not new_records:
@@ -266,23 +270,24 @@ def add_readings(
     Readings without a name are numbered within their type.
     """
     new_records: dict[str, Record | None] = {}
-    for kind in types:
+    for feature_type in types:
         other_records = [
             new_record for new_record in new_records.values() if new_record is not None
         ]
         new_records |= add_type(
-            {**records, **{other_record.id: other_record for other_record in other_records}}, kind
+            {**records, **{other_record.id: other_record for other_record in other_records}},
+            feature_type,
         ).after
     if not readings:
         raise DocumentError(Finding("edit.empty"))
-    all_records = {**records, **{kind.id: kind for kind in types}}
+    all_records = {**records, **{feature_type.id: feature_type for feature_type in types}}
     names = NextNames(records)
     for reading in readings:
-        kind = _get(all_records, reading.type_id, FeatureType)
+        feature_type = _get(all_records, reading.type_id, FeatureType)
         if reading.id in records or reading.id in new_records:
             raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
-            reading = replace(reading, name=names.next_for(kind))
+            reading = replace(reading, name=names.next_for(feature_type))
         names.reserve(reading)
         new_records[reading.id] = reading
     n = len(readings)
@@ -362,17 +367,17 @@ def has_name_of_other_type(records: Records, feature: Feature) -> bool:
     -------
     bool
     """
-    kind = records.get(feature.type_id) if isinstance(feature, Typed) else None
-    if not isinstance(kind, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
+    feature_type = records.get(feature.type_id) if isinstance(feature, Typed) else None
+    if not isinstance(feature_type, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
         return False
     prefixes = records.cached(_prefixes) if isinstance(records, RecordMap) else _prefixes(records)
-    return feature.name[:1] in prefixes - {kind.name[:1].upper()}
+    return feature.name[:1] in prefixes - {feature_type.name[:1].upper()}
 
 
 def _prefixes(records: Records) -> frozenset[str]:
     """Return the first letters of the feature types, with which automatic names begin."""
     types = (record for record in records.values() if isinstance(record, FeatureType))
-    return frozenset(kind.name[:1].upper() for kind in types)
+    return frozenset(feature_type.name[:1].upper() for feature_type in types)
 
 
 def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
@@ -436,12 +441,12 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
     return change(records, f"Delete {description}", {feature.id: None for feature in features})
 
 
-def add_type(records: Records, kind: FeatureType) -> Edit:
+def add_type(records: Records, feature_type: FeatureType) -> Edit:
     """Add a feature type. Raises DocumentError if its name is empty or already in use."""
-    _check_type(records, kind)
-    if kind.id in records:
-        raise DocumentError(Finding("record.exists", name=kind.name))
-    return change(records, f"Add feature type {kind.name}", {kind.id: kind})
+    _check_type(records, feature_type)
+    if feature_type.id in records:
+        raise DocumentError(Finding("record.exists", name=feature_type.name))
+    return change(records, f"Add feature type {feature_type.name}", {feature_type.id: feature_type})
 
 
 # Tol's muted set (2021), used after the default types' colours by Okabe and Ito.
@@ -454,42 +459,47 @@ def suggest_type(
 ) -> FeatureType:
     """Return a new feature type with an unused colour and symbol, if any are left."""
     kinds = [record for record in records.values() if isinstance(record, FeatureType)]
-    used_colors = {kind.color for kind in kinds}
-    color = next((c for c in _MORE_COLORS if c not in used_colors), _MORE_COLORS[len(kinds) % 7])
-    symbols = [kind.symbol for kind in kinds]
+    used_colors = {feature_type.color for feature_type in kinds}
+    color = next(
+        (candidate for candidate in _MORE_COLORS if candidate not in used_colors),
+        _MORE_COLORS[len(kinds) % 7],
+    )
+    symbols = [feature_type.symbol for feature_type in kinds]
     symbol = min(_SYMBOLS, key=symbols.count)
     return FeatureType(new_id("type"), name.strip(), color, symbol, geometry)
 
 
-def change_type(records: Records, kind: FeatureType) -> Edit:
+def change_type(records: Records, feature_type: FeatureType) -> Edit:
     """Change the name, colour or symbol of a type."""
-    _get(records, kind.id, FeatureType)
-    _check_type(records, kind)
-    return change(records, f"Change feature type {kind.name}", {kind.id: kind})
+    _get(records, feature_type.id, FeatureType)
+    _check_type(records, feature_type)
+    return change(
+        records, f"Change feature type {feature_type.name}", {feature_type.id: feature_type}
+    )
 
 
 def remove_type(records: Records, type_id: str) -> Edit:
     """Remove a type that is not used by any feature."""
-    kind = _get(records, type_id, FeatureType)
+    feature_type = _get(records, type_id, FeatureType)
     count = sum(
         isinstance(record, Typed) and record.type_id == type_id for record in records.values()
     )
     if count:
-        raise DocumentError(Finding("type.in-use", count=count, type=kind.name))
+        raise DocumentError(Finding("type.in-use", count=count, type=feature_type.name))
     if sum(isinstance(record, FeatureType) for record in records.values()) == 1:
         raise DocumentError(Finding("type.last"))
-    return change(records, f"Remove feature type {kind.name}", {type_id: None})
+    return change(records, f"Remove feature type {feature_type.name}", {type_id: None})
 
 
-def _check_type(records: Records, kind: FeatureType) -> None:
-    check_name(kind.name)
-    if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
-        raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
-    is_same = kind.name.strip().casefold()
+def _check_type(records: Records, feature_type: FeatureType) -> None:
+    check_name(feature_type.name)
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", feature_type.color):
+        raise DocumentError(Finding("type.colour", colour=feature_type.color), field="color")
+    is_same = feature_type.name.strip().casefold()
     for other_type in records.values():
         if (
             isinstance(other_type, FeatureType)
-            and other_type.id != kind.id
+            and other_type.id != feature_type.id
             and other_type.name.casefold() == is_same
         ):
             raise DocumentError(
@@ -533,9 +543,9 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
 
-def next_name(records: Records, kind: FeatureType | str) -> str:
+def next_name(records: Records, feature_type: FeatureType | str) -> str:
     """Return the next name for a type, such as B01, B02 ... for Bedding."""
-    return NextNames(records).next_for(kind)
+    return NextNames(records).next_for(feature_type)
 
 
 class NextNames:
@@ -566,6 +576,6 @@ def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
         type_name = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
-        kind = "feature" if cls is Picked else type_name
-        raise DocumentError(Finding("record.missing", kind=kind, id=id_))
+        feature_type = "feature" if cls is Picked else type_name
+        raise DocumentError(Finding("record.missing", kind=feature_type, id=id_))
     return record

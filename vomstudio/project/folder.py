@@ -309,9 +309,9 @@ class ProjectFolder:
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
             *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
             *(
-                r.name
-                for r in self.session.of(ReconstructionRecord)
-                if not is_folder(folder / r.folder)
+                reconstruction.name
+                for reconstruction in self.session.of(ReconstructionRecord)
+                if not is_folder(folder / reconstruction.folder)
             ),
         ]
         if not missing_names:

@@ -330,7 +330,11 @@ def may_have_plane(record: Record | None) -> bool:
 
 def planes_among(records: Records, ids: Sequence[str]) -> list[Feature]:
     """Return the features with these ids that may have a plane."""
-    return [r for id_ in ids if isinstance(r := records.get(id_), Feature) and may_have_plane(r)]
+    return [
+        record
+        for id_ in ids
+        if isinstance(record := records.get(id_), Feature) and may_have_plane(record)
+    ]
 
 
 def is_picked_plane(record: Record | None) -> bool:

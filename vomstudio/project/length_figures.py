@@ -138,7 +138,7 @@ def words(measured: Measurement) -> list[str]:
 
 def figure_of(name: str) -> Callable[[Subject], Any]:
     """Return a function for one figure of the dimension of a subject."""
-    return lambda s: (s.measured.dimension or {}).get(name)
+    return lambda subject: (subject.measured.dimension or {}).get(name)
 
 
 def length_figure(name: str, title: str, explanation: str, short: str = "") -> Figure:

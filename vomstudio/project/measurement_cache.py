@@ -68,7 +68,11 @@ class Measurements:
         requested = list(ids)
         if missing_ids := [id_ for id_ in requested if id_ not in self._current]:
             self._current |= self._look_up(records, missing_ids)
-        return {id_: m for id_ in requested if (m := self._current.get(id_)) is not None}
+        return {
+            id_: measurement
+            for id_ in requested
+            if (measurement := self._current.get(id_)) is not None
+        }
 
     def _look_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
         limits = limits_of(records, self._default_thresholds)
@@ -186,7 +190,11 @@ def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
     dependencies = kind_of(feature).dependencies(records, feature)
     if not dependencies:
         return (feature, *model)
-    return (feature, *model, *(s for item in dependencies for s in sources_of(records, item)))
+    return (
+        feature,
+        *model,
+        *(source for item in dependencies for source in sources_of(records, item)),
+    )
 
 
 def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool:
@@ -205,7 +213,7 @@ def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool
     if not ids_of_dependencies:
         return False
     return any(id_ in ids for id_ in ids_of_dependencies) or any(
-        r.id in ids for r in sources_of(records, feature) if r is not None
+        record.id in ids for record in sources_of(records, feature) if record is not None
     )
 
 

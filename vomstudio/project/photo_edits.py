@@ -59,7 +59,7 @@ def points_of(records: Records, photo_set_id: str) -> list[MarkedPoint]:
 
 def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, ImageMark]]:
     """Return the marks of a photo set, each with its marked point."""
-    points = {p.id: p for p in points_of(records, photo_set_id)}
+    points = {point.id: point for point in points_of(records, photo_set_id)}
     return [
         (points[record.point_id], record)
         for record in records.values()
@@ -191,12 +191,12 @@ def reconstruction_registration(records: Records, reconstruction_id: str) -> Reg
 def _points_after(
     records: Records, photo_set_id: str, points: Sequence[PointState], marks: Marks
 ) -> After:
-    old_points = {p.label: p for p in points_of(records, photo_set_id)}
+    old_points = {point.label: point for point in points_of(records, photo_set_id)}
     states = {state.label: state for state in points}
     for label, _ in marks:
         states.setdefault(label, PointState(label))
     ids = {label: old_points[label].id for label in states if label in old_points}
-    old_marks = {(p.label, m.photo): m for p, m in marks_of(records, photo_set_id)}
+    old_marks = {(point.label, mark.photo): mark for point, mark in marks_of(records, photo_set_id)}
     _match_renamed_point(ids, old_points, states, old_marks, marks)
     new_records: After = {}
     for label, state in states.items():
@@ -218,7 +218,7 @@ def _points_after(
         mark = ImageMark(id_, ids[label], photo, x, y)
         if old_mark != mark:
             new_records[id_] = mark
-    new_records |= {m.id: None for m in marks_by_point.values() if m.id not in used_ids}
+    new_records |= {mark.id: None for mark in marks_by_point.values() if mark.id not in used_ids}
     return new_records
 
 

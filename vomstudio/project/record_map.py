@@ -74,7 +74,9 @@ class RecordMap(Mapping[str, Record]):
         """Return the records of a class in the order in which they were added."""
         members = self._class_members.get(cls)
         if members is None:
-            members = {id_: r for id_, r in self._records.items() if isinstance(r, cls)}
+            members = {
+                id_: record for id_, record in self._records.items() if isinstance(record, cls)
+            }
             self._class_members[cls] = members
         return list(members.values())
 

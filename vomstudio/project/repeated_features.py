@@ -92,7 +92,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
 
 def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> Edit:
     """Set the interpreter of features. Raises DocumentError if none of the features exists."""
-    features = [r for id_ in ids if (r := get(records, id_, Repeatable)) is not None]
+    features = [record for id_ in ids if (record := get(records, id_, Repeatable)) is not None]
     if not features:
         raise DocumentError(Finding("selection.empty"))
     new_records: dict[str, Any] = {

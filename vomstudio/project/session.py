@@ -47,11 +47,15 @@ class Session:
             self._begin()
         elif not self.of(FeatureType):
             # The first row of the journal is damaged. Without feature types nothing can be picked.
-            types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
+            types: dict[str, Record | None] = {
+                feature_type.id: feature_type for feature_type in DEFAULT_TYPES
+            }
             self._write(change(self._records, RESTORE_TYPES_LABEL, types), "do")
 
     def _begin(self) -> None:
-        first_edit = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
+        first_edit = change(
+            {}, "New project", {feature_type.id: feature_type for feature_type in DEFAULT_TYPES}
+        )
         self._write(first_edit, "do")
         self._journal.append("save")
         self._saved, self._saved_top = dict(self._records), self.top

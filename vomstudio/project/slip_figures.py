@@ -15,22 +15,22 @@ from vomstudio.project.figures import Subject, figure_in_degrees, text_figure
 from vomstudio.project.records import Feature
 
 
-def _sense(s: Subject) -> str | None:
-    return getattr(s.feature, "slip", None) or None
+def _sense(subject: Subject) -> str | None:
+    return getattr(subject.feature, "slip", None) or None
 
 
-def _sense_text(s: Subject) -> str:
-    sense = _sense(s)
+def _sense_text(subject: Subject) -> str:
+    sense = _sense(subject)
     return "" if sense is None else tr({str(code): text for code, text in SENSES}[sense])
 
 
-def _confidence(s: Subject) -> str | None:
+def _confidence(subject: Subject) -> str | None:
     """Return the confidence of the sense of slip, or None if the sense was removed."""
-    return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
+    return getattr(subject.feature, "slip_confidence", None) or None if _sense(subject) else None
 
 
-def _confidence_text(s: Subject) -> str:
-    confidence = _confidence(s)
+def _confidence_text(subject: Subject) -> str:
+    confidence = _confidence(subject)
     return (
         ""
         if confidence is None
@@ -38,20 +38,22 @@ def _confidence_text(s: Subject) -> str:
     )
 
 
-def _plane_name(s: Subject) -> str | None:
-    host = s.records.get(getattr(s.feature, "plane_id", ""))
+def _plane_name(subject: Subject) -> str | None:
+    host = subject.records.get(getattr(subject.feature, "plane_id", ""))
     return (host.name or host.id) if isinstance(host, Feature) else None
 
 
 def _plane_attribute(name: str) -> Callable[[Subject], Any]:
-    return lambda s: None if s.measured.on_plane is None else getattr(s.measured.on_plane, name)
+    return lambda subject: (
+        None if subject.measured.on_plane is None else getattr(subject.measured.on_plane, name)
+    )
 
 
 RAKE = figure_in_degrees(
     "rake_deg",
     _("Rake"),
     _("Rake of a line in its plane: 0 to 180 from the right-hand-rule strike, 90 down dip"),
-    lambda s: s.measured.rake_deg,
+    lambda subject: subject.measured.rake_deg,
     "angle",
     short="rake",
     words=("rake",),
@@ -60,7 +62,7 @@ SLIP_RAKE = figure_in_degrees(
     "slip_rake_deg",
     _("Slip rake"),
     _("Rake of the hanging wall's motion: -180 to 180, positive if reverse, 0 sinistral"),
-    lambda s: s.measured.slip_rake_deg,
+    lambda subject: subject.measured.slip_rake_deg,
     "angle",
     short="slip_rake",
     words=("slip_rake",),

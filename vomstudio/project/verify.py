@@ -74,7 +74,9 @@ def assets_of(
 ) -> list[Asset]:
     """Return the files referenced by records that exist, were saved, or belong to a step."""
     assets: dict[str, Asset] = {}
-    changed_records = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
+    changed_records = (
+        record for edit in steps for record in (*edit.before.values(), *edit.after.values())
+    )
     for record in (*now, *saved_records, *changed_records):
         if isinstance(record, Mask):
             assets[record.file.path] = record.file

@@ -283,7 +283,10 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
         with suppress(GeometryError):
             return [fit_similarity(model, world, scale=fixed_scale)]
     scale = _first_scale(kinds, model, world) if fixed_scale is None else fixed_scale
-    start_rotations = [np.eye(3), *(t for kind in kinds for t in _starts_of_kind(kind))]
+    start_rotations = [
+        np.eye(3),
+        *(rotation for kind in kinds for rotation in _starts_of_kind(kind)),
+    ]
     if len(start_rotations) == 1:
         start_rotations += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
     candidates = []

@@ -35,23 +35,42 @@ def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) 
         return []
     from pyproj import CRS
 
-    a, b = CRS.from_user_input(first), CRS.from_user_input(second)
+    first_crs, second_crs = CRS.from_user_input(first), CRS.from_user_input(second)
     findings = []
-    heights = [sub for crs in (a, b) for sub in crs.sub_crs_list if sub.is_vertical]
+    heights = [
+        sub for crs in (first_crs, second_crs) for sub in crs.sub_crs_list if sub.is_vertical
+    ]
     if len(heights) == 2 and not heights[0].equals(heights[1]):
         findings.append(Finding("crs.other-heights", first=heights[0].name, second=heights[1].name))
-    a, b = (crs.sub_crs_list[0] if crs.is_compound else crs for crs in (a, b))
-    if a.equals(b, ignore_axis_order=True):
+    first_crs, second_crs = (
+        crs.sub_crs_list[0] if crs.is_compound else crs for crs in (first_crs, second_crs)
+    )
+    if first_crs.equals(second_crs, ignore_axis_order=True):
         return findings
-    codes = a.to_epsg(min_confidence=_MIN_CONFIDENCE), b.to_epsg(min_confidence=_MIN_CONFIDENCE)
+    codes = (
+        first_crs.to_epsg(min_confidence=_MIN_CONFIDENCE),
+        second_crs.to_epsg(min_confidence=_MIN_CONFIDENCE),
+    )
     if codes[0] is not None and codes[0] == codes[1]:
         return findings
     if None not in codes:
         raise UsageError(
-            Finding("crs.different", first=names[0], crs=a.name, second=names[1], other=b.name)
+            Finding(
+                "crs.different",
+                first=names[0],
+                crs=first_crs.name,
+                second=names[1],
+                other=second_crs.name,
+            )
         )
     findings.append(
-        Finding("crs.unclear", first=names[0], crs=a.name, second=names[1], other=b.name)
+        Finding(
+            "crs.unclear",
+            first=names[0],
+            crs=first_crs.name,
+            second=names[1],
+            other=second_crs.name,
+        )
     )
     return findings
 

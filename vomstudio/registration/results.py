@@ -156,7 +156,7 @@ class Placed(PrintableResult):
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
         """Transform model points (n, 3) or (3,) to the World frame. Raises InputError."""
-        m = self.matrix
+        matrix = self.matrix
         try:
             positions = np.asarray(points, np.float64)
         except (TypeError, ValueError, OverflowError):
@@ -170,4 +170,4 @@ class Placed(PrintableResult):
                 Finding("points.invalid"),
                 field="points",
             )
-        return np.asarray(positions @ m[:3, :3].T + m[:3, 3])
+        return np.asarray(positions @ matrix[:3, :3].T + matrix[:3, 3])

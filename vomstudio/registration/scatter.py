@@ -99,7 +99,7 @@ def scatter_of(
     from scipy.stats import chi2, norm, t
 
     n = len(positions)
-    design = np.array([jacobian(p) for p in positions - positions.mean(axis=0)])
+    design = np.array([jacobian(position) for position in positions - positions.mean(axis=0)])
     # The equations are well conditioned in units of the spread of the points.
     size = float(np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean()))
     units = np.array([size, size, size, size, 1.0, 1.0, 1.0])

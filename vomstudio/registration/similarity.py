@@ -36,8 +36,8 @@ class Similarity:
 
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
         """Transform points (n, 3)."""
-        p = np.asarray(points, np.float64).reshape(-1, 3)
-        return self.scale * (p @ self.rotation.T) + self.translation
+        positions = np.asarray(points, np.float64).reshape(-1, 3)
+        return self.scale * (positions @ self.rotation.T) + self.translation
 
     @property
     def inverse(self) -> Similarity:
@@ -72,24 +72,32 @@ def fit_similarity(
     GeometryError
         If there are fewer than three points, or they are collinear in either frame.
     """
-    a = np.asarray(source, np.float64).reshape(-1, 3)
-    b = np.asarray(target, np.float64).reshape(-1, 3)
-    w = np.ones(len(a)) if weights is None else np.asarray(weights, np.float64)
-    a, b, w = a[w > 0], b[w > 0], w[w > 0]
-    if len(a) < 3:
-        raise GeometryError(Finding("registration.too-few-points", count=len(a), least=3))
-    w = w / w.sum()
-    ca, cb = w @ a, w @ b
-    da, db = a - ca, b - cb
+    source_points = np.asarray(source, np.float64).reshape(-1, 3)
+    target_points = np.asarray(target, np.float64).reshape(-1, 3)
+    point_weights = (
+        np.ones(len(source_points)) if weights is None else np.asarray(weights, np.float64)
+    )
+    source_points, target_points, point_weights = (
+        source_points[point_weights > 0],
+        target_points[point_weights > 0],
+        point_weights[point_weights > 0],
+    )
+    if len(source_points) < 3:
+        raise GeometryError(
+            Finding("registration.too-few-points", count=len(source_points), least=3)
+        )
+    point_weights = point_weights / point_weights.sum()
+    ca, cb = point_weights @ source_points, point_weights @ target_points
+    da, db = source_points - ca, target_points - cb
     for offsets in (da, db):
-        axes = np.linalg.svd(offsets * np.sqrt(w)[:, None], compute_uv=False)
+        axes = np.linalg.svd(offsets * np.sqrt(point_weights)[:, None], compute_uv=False)
         if not axes[1] > _COLLINEAR_RATIO * axes[0]:
             raise GeometryError(Finding("control.collinear"))
-    u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
+    u, s, vt = np.linalg.svd((db * point_weights[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * sign) @ vt
     if scale is None:
-        scale = float((s * sign).sum() / (w @ (da**2).sum(1)))
+        scale = float((s * sign).sum() / (point_weights @ (da**2).sum(1)))
     return Similarity(scale, rotation, cb - scale * rotation @ ca)
 
 
@@ -119,33 +127,37 @@ def fit_robustly(
     ------
     GeometryError
     """
-    a = np.asarray(source, np.float64).reshape(-1, 3)
-    b = np.asarray(target, np.float64).reshape(-1, 3)
-    n = len(a)
-    best_fit = fit_similarity(a, b)
+    source_points = np.asarray(source, np.float64).reshape(-1, 3)
+    target_points = np.asarray(target, np.float64).reshape(-1, 3)
+    n = len(source_points)
+    best_fit = fit_similarity(source_points, target_points)
     if n < _MIN_POINTS_ROBUST:
         return best_fit, np.ones(n, np.bool_)
-    min_median_square = float(np.median(_squares(best_fit, a, b)))
+    min_median_square = float(np.median(_squares(best_fit, source_points, target_points)))
     for triple in _triples(n, seed):
         try:
-            trial = fit_similarity(a[triple], b[triple])
+            trial = fit_similarity(source_points[triple], target_points[triple])
         except GeometryError:
             continue
-        median = float(np.median(_squares(trial, a, b)))
+        median = float(np.median(_squares(trial, source_points, target_points)))
         if median < min_median_square:
             best_fit, min_median_square = trial, median
     is_used = np.zeros(n, np.bool_)
-    is_used[np.argsort(_squares(best_fit, a, b), kind="stable")[: max(4, n // 2 + 1)]] = True
+    is_used[
+        np.argsort(_squares(best_fit, source_points, target_points), kind="stable")[
+            : max(4, n // 2 + 1)
+        ]
+    ] = True
     while True:
         try:
-            best_fit = fit_similarity(a[is_used], b[is_used])
+            best_fit = fit_similarity(source_points[is_used], target_points[is_used])
         except GeometryError:  # the best half is collinear
-            return fit_similarity(a, b), np.ones(n, np.bool_)
-        is_near = ~is_used & (_squares(best_fit, a, b) <= min_sigma**2)
+            return fit_similarity(source_points, target_points), np.ones(n, np.bool_)
+        is_near = ~is_used & (_squares(best_fit, source_points, target_points) <= min_sigma**2)
         if is_near.any():
             is_used |= is_near
             continue
-        joining = _next(best_fit, a, b, is_used)
+        joining = _next(best_fit, source_points, target_points, is_used)
         if not len(joining):
             return best_fit, is_used
         is_used[joining] = True
@@ -159,7 +171,9 @@ def _triples(n: int, seed: int) -> IntArray:
     return np.array([rng.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES)])
 
 
-def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> IntArray:
+def _next(
+    fit: Similarity, source_points: FloatArray, target_points: FloatArray, is_used: BoolArray
+) -> IntArray:
     """Return the unused point that fits best, if it fits.
 
     If there are many points, several that fit well are returned.
@@ -171,17 +185,20 @@ def _next(fit: Similarity, a: FloatArray, b: FloatArray, is_used: BoolArray) -> 
         return np.empty(0, np.int64)
     count = int(is_used.sum())
     degrees_of_freedom = 3 * count - 7
-    inlier_share = count / len(a)
+    inlier_share = count / len(source_points)
     # The used points are those with the smallest residuals, so their scatter must be corrected.
     cut = chi2.ppf(inlier_share, 3)
-    variance = float(_squares(fit, a[is_used], b[is_used]).sum()) / degrees_of_freedom
+    variance = (
+        float(_squares(fit, source_points[is_used], target_points[is_used]).sum())
+        / degrees_of_freedom
+    )
     variance /= float(chi2.cdf(cut, 5) / inlier_share)
-    placed_points = fit(a)
+    placed_points = fit(source_points)
     design = jacobians(placed_points - placed_points[is_used].mean(axis=0))
     information_rows = design[is_used].reshape(-1, 7)
     inverse = np.linalg.pinv(information_rows.T @ information_rows)
     outside_moves = design[outside_rows]
-    residuals = (b - placed_points)[outside_rows]
+    residuals = (target_points - placed_points)[outside_rows]
     covariances = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
     statistic = (residuals * np.linalg.solve(covariances, residuals[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
@@ -226,8 +243,10 @@ def jacobians(positions: FloatArray) -> FloatArray:
     return derivatives
 
 
-def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(((transform(a) - b) ** 2).sum(1))
+def _squares(
+    transform: Similarity, source_points: FloatArray, target_points: FloatArray
+) -> FloatArray:
+    return np.asarray(((transform(source_points) - target_points) ** 2).sum(1))
 
 
 def is_nearly_collinear(points: FloatArray) -> bool:
@@ -260,12 +279,12 @@ def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> 
     sigma : float or (3,) array
         Errors of the positions along the axes.
     """
-    p = np.asarray(positions, np.float64).reshape(-1, 3)
-    p = p - p.mean(axis=0)
+    points = np.asarray(positions, np.float64).reshape(-1, 3)
+    points = points - points.mean(axis=0)
     weight = np.diag(1 / np.broadcast_to(np.asarray(sigma, np.float64), 3) ** 2)
     # A small rotation w moves p by w x p; a change of scale moves it by p.
     information = np.zeros((4, 4))
-    for position in p:
+    for position in points:
         # The translation is that of the mean.
         derivatives = jacobian(position)[:, :4]
         information += derivatives.T @ weight @ derivatives

@@ -282,8 +282,8 @@ def _north(north: ReadNorth | None) -> list[Fact]:
 
 
 def _points(registration: Registration) -> list[Fact]:
-    control = [p for p in registration.control if not p.check]
-    check = [p for p in registration.control if p.check]
+    control = [point for point in registration.control if not point.check]
+    check = [point for point in registration.control if point.check]
     is_gps = registration.method == "gps"
     facts = []
     if control:
@@ -293,7 +293,7 @@ def _points(registration: Registration) -> list[Fact]:
         facts.append(_fact("check-points", str(len(check)), count=len(check)))
     rms = registration.rms_control_m
     if rms is None and control:
-        rms = float(np.sqrt(np.mean([np.square(p.residual).sum() for p in control])))
+        rms = float(np.sqrt(np.mean([np.square(point.residual).sum() for point in control])))
     for code, length_m in (
         ("rms-gps" if is_gps else "rms-control", rms),
         ("rms-check", registration.rms_check_m),
@@ -306,7 +306,7 @@ def _points(registration: Registration) -> list[Fact]:
 
 def _warnings(registration: Registration) -> list[Finding]:
     findings: list[Finding] = [*turn_findings(registration.rotation_covariance())]
-    control = [p for p in registration.control if not p.check]
+    control = [point for point in registration.control if not point.check]
     # If the model was fitted to another model, the surfaces check the points.
     uses_points = registration.method != "reference"
     if uses_points and 0 < len(control) < _MIN_REDUNDANT_POINTS:

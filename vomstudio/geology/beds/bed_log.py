@@ -110,16 +110,16 @@ def bed_log(
     GeometryError
         If there are fewer than two boundaries, or if a point is not finite.
     """
-    p = np.asarray(points, np.float64)
-    if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
+    positions = np.asarray(points, np.float64)
+    if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
         raise GeometryError(Finding("points.invalid"))
-    n = len(p)
+    n = len(positions)
     if n < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
     labels, blanks = list(names or map(str, range(1, n + 1))), [""] * n
     rocks, remarks = list(lithologies or blanks), list(notes or blanks)
     younging = (-1.0 if overturned else 1.0) * bed.normal()
-    heights = (p - p[0]) @ younging
+    heights = (positions - positions[0]) @ younging
     order = np.argsort(heights, kind="stable")
     # The lithology describes the bed above its boundary, even if the log runs from top to bottom.
     expected_order = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
@@ -127,7 +127,7 @@ def bed_log(
     has_errors = bool(sigma_m or bed_error_deg)
 
     def true_thickness(low: int, high: int) -> Measured:
-        step = p[high] - p[low]
+        step = positions[high] - positions[low]
         value = float(step @ younging)
         offset = float(np.linalg.norm(step - value * younging))
         tilt = math.radians(bed_error_deg) / CONE95

@@ -239,12 +239,17 @@ def parallel_beds(
     ]
     major_deg, minor_deg = _semi_axes(traces) if has_errors else (None, None)
     rows = {id_: i for i, id_ in enumerate(ids)}
-    selected_pairs = list(pairs) or [(a.id, b.id) for a, b in pairwise(beds)]
+    selected_pairs = list(pairs) or [
+        (first_id.id, second_id.id) for first_id, second_id in pairwise(beds)
+    ]
     is_same = [
         _compare_pair(
-            traces, (rows[a], rows[b]), (a, b), (centres[rows[b]] - centres[rows[a]]) @ basis
+            traces,
+            (rows[first_id], rows[second_id]),
+            (first_id, second_id),
+            (centres[rows[second_id]] - centres[rows[first_id]]) @ basis,
         )
-        for a, b in (selected_pairs if has_errors else [])
+        for first_id, second_id in (selected_pairs if has_errors else [])
     ]
     plane = Plane.from_normal(normal)
     return ParallelBeds(

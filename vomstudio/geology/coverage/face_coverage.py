@@ -160,20 +160,21 @@ def measure_coverage(
         lengths_by_cell = lengths_in_cells(grid, line)
         centre = int(grid.cells_of(_midpoint(line)[None])[0])
         counted_cells = {
-            c for c, length in lengths_by_cell.items() if is_counted[c] and length > 0.0
+            cell for cell, length in lengths_by_cell.items() if is_counted[cell] and length > 0.0
         }
         if centre >= 0 and is_counted[centre]:
             n_middles += 1
             counted_cells.add(centre)
         n_inside += bool(counted_cells)
         contradictory |= {
-            c
-            for c in counted_cells
-            if kind[c] == EMPTY_MARK and (c == centre or lengths_by_cell[c] > 0.05 * grid.cell)
+            cell
+            for cell in counted_cells
+            if kind[cell] == EMPTY_MARK
+            and (cell == centre or lengths_by_cell[cell] > 0.05 * grid.cell)
         }
-        for c, length in lengths_by_cell.items():
-            lengths[c] += length
-    names = tuple(cell_name(grid, c) for c in sorted(contradictory))
+        for cell, length in lengths_by_cell.items():
+            lengths[cell] += length
+    names = tuple(cell_name(grid, cell) for cell in sorted(contradictory))
     inspected_m2 = total_area - fractions[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),

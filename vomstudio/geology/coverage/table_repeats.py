@@ -177,7 +177,9 @@ def table_repeats(
         test=test,
         stated_errors_hold=verdict,
         reasons=tuple(reasons),
-        interpreters=tuple(InterpreterSpread(name, s) for name, s in spreads.items())
+        interpreters=tuple(
+            InterpreterSpread(name, pick_spread) for name, pick_spread in spreads.items()
+        )
         if has_several
         else (),
         between=between_variance,

@@ -59,7 +59,7 @@ def find_cutoffs(
         If both traces are on the same side of the fault.
     """
     normal, centre = fault.normal(), np.asarray(fault_point, np.float64)
-    traces = [np.atleast_2d(np.asarray(t, np.float64)) for t in (first_trace, second_trace)]
+    traces = [np.atleast_2d(np.asarray(trace, np.float64)) for trace in (first_trace, second_trace)]
     heights = [(trace - centre) @ normal for trace in traces]
     first_height, second_height = (float(h.mean()) for h in heights)
     if (first_height > 0) == (second_height > 0):

@@ -278,10 +278,16 @@ def _relative_points(
     hanging_wall_point: npt.ArrayLike, footwall_point: npt.ArrayLike
 ) -> FloatArray:
     """Return both points (6,) relative to the footwall point, to preserve digits of northings."""
-    h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall_point, footwall_point))
-    if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
+    hanging_wall, footwall = (
+        np.asarray(v, np.float64).ravel() for v in (hanging_wall_point, footwall_point)
+    )
+    if (
+        hanging_wall.shape != (3,)
+        or footwall.shape != (3,)
+        or not np.isfinite([*hanging_wall, *footwall]).all()
+    ):
         raise GeometryError(Finding("points.invalid"))
-    return np.concatenate([h - f, np.zeros(3)])
+    return np.concatenate([hanging_wall - footwall, np.zeros(3)])
 
 
 def _axes(plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -323,20 +329,24 @@ def _parameter_sigmas(errors: DisplacementErrors, **cones: float) -> FloatArray:
 
 
 def _derivatives(
-    f: Callable[[FloatArray], FloatArray], position: FloatArray, step: float = DIFFERENTIATION_STEP
+    function: Callable[[FloatArray], FloatArray],
+    position: FloatArray,
+    step: float = DIFFERENTIATION_STEP,
 ) -> FloatArray:
     steps = step * np.eye(len(position))
-    return np.array([(f(position + s) - f(position - s)) / (2 * step) for s in steps]).T
+    return np.array(
+        [(function(position + s) - function(position - s)) / (2 * step) for s in steps]
+    ).T
 
 
 def _propagate(
-    f: Callable[[FloatArray], FloatArray], position: FloatArray, sigmas: FloatArray
+    function: Callable[[FloatArray], FloatArray], position: FloatArray, sigmas: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the values of a function and their standard deviations."""
-    values = f(position)
+    values = function(position)
     if not sigmas.any():
         return values, np.zeros(len(values))
-    slope = _derivatives(f, position) * sigmas
+    slope = _derivatives(function, position) * sigmas
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 

@@ -114,9 +114,9 @@ def displacements(
         warnings += _rake_warnings(fault)
     pairs: list[Pair] = []
     skipped_pairs: list[dict[str, Any]] = []
-    for name, h, f in zip(names, hanging_wall, footwall, strict=True):
+    for name, hanging_wall_xyz, footwall_xyz in zip(names, hanging_wall, footwall, strict=True):
         try:
-            pairs.append(_pair(name, h, f, fault, bed, rake_deg, errors))
+            pairs.append(_pair(name, hanging_wall_xyz, footwall_xyz, fault, bed, rake_deg, errors))
         except GeometryError as error:
             skipped_pairs.append({"id": name, "reason": cause_of(error)})
     vectors = [d for d in map(_vector, pairs) if d is not None]
@@ -196,15 +196,23 @@ def _vector(pair: Pair) -> Displacement | None:
 
 def _pair(
     name: str,
-    h: FloatArray,
-    f: FloatArray,
+    hanging_wall_point: FloatArray,
+    footwall_point: FloatArray,
     fault: Plane,
     bed: Plane | None,
     rake: float | None,
     errors: DisplacementErrors,
 ) -> Pair:
     if bed is None:
-        return Pair(name, net_slip_of_piercing_points(h, f, fault, errors), None)
+        return Pair(
+            name,
+            net_slip_of_piercing_points(hanging_wall_point, footwall_point, fault, errors),
+            None,
+        )
     if rake is None:
-        return Pair(name, None, separations(h, f, fault, bed, errors))
-    return Pair(name, net_slip_of_cutoffs(h, f, fault, bed, rake, errors), None)
+        return Pair(name, None, separations(hanging_wall_point, footwall_point, fault, bed, errors))
+    return Pair(
+        name,
+        net_slip_of_cutoffs(hanging_wall_point, footwall_point, fault, bed, rake, errors),
+        None,
+    )

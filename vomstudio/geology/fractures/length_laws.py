@@ -378,12 +378,14 @@ def _interval(log_value: float, error: float) -> Parameter:
 DIFFERENTIATION_STEP = 1e-3
 
 
-def _gradient(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
+def _gradient(function: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
     steps = DIFFERENTIATION_STEP * np.eye(len(u))
-    return np.array([(f(u + step) - f(u - step)) / (2 * DIFFERENTIATION_STEP) for step in steps])
+    return np.array(
+        [(function(u + step) - function(u - step)) / (2 * DIFFERENTIATION_STEP) for step in steps]
+    )
 
 
-def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:
+def _covariance(function: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:
     """Return the inverse of the observed information, or None if u is not a maximum."""
     k = len(u)
     steps = DIFFERENTIATION_STEP * np.eye(k)
@@ -391,9 +393,12 @@ def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray |
     for i in range(k):
         for j in range(k):
             a, b = steps[i], steps[j]
-            hessian[i, j] = (f(u + a + b) - f(u + a - b) - f(u - a + b) + f(u - a - b)) / (
-                4 * DIFFERENTIATION_STEP * DIFFERENTIATION_STEP
-            )
+            hessian[i, j] = (
+                function(u + a + b)
+                - function(u + a - b)
+                - function(u - a + b)
+                + function(u - a - b)
+            ) / (4 * DIFFERENTIATION_STEP * DIFFERENTIATION_STEP)
     if not np.isfinite(hessian).all() or (np.linalg.eigvalsh(-hessian) <= 0).any():
         return None
     return np.asarray(np.linalg.inv(-hessian))

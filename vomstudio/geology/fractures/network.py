@@ -346,8 +346,12 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
         kaplan_meier_mean_m=km_mean,
         kaplan_meier_median_m=km_median,
         distribution=best_fit.distribution if best_fit else None,
-        parameters={k: p.value for k, p in best_fit.parameters.items()} if best_fit else {},
-        parameters_95={k: _limits(p) for k, p in best_fit.parameters.items()} if best_fit else {},
+        parameters={k: parameter.value for k, parameter in best_fit.parameters.items()}
+        if best_fit
+        else {},
+        parameters_95={k: _limits(parameter) for k, parameter in best_fit.parameters.items()}
+        if best_fit
+        else {},
         fits=tuple(fits),
         uncorrected=tuple(uncorrected) if window is not None else (),
         reason=reason,

@@ -216,8 +216,8 @@ def _group_nodes(
     place_of = np.full(len(ends), -1, np.int64)
     place_of[free_indices] = np.arange(len(free_indices))
     crossings_by_pair: dict[tuple[int, int], list[int]] = {}
-    for row, (a, b) in enumerate(pair.tolist()):
-        crossings_by_pair.setdefault((a, b), []).append(row)
+    for row, (first_piece, second_piece) in enumerate(pair.tolist()):
+        crossings_by_pair.setdefault((first_piece, second_piece), []).append(row)
     added_nodes = []
     for end, touched_piece in zip(
         touching_ends.end.tolist(), touching_ends.other_piece.tolist(), strict=True
@@ -330,8 +330,8 @@ def _snapped_edges(
             None,
             float(ends[end, 0]),
             float(ends[end, 1]),
-            float(d),
+            float(edge_distance),
         )
-        for end, d in zip(rows, distance, strict=True)
-        if d > pieces.rounding_m
+        for end, edge_distance in zip(rows, distance, strict=True)
+        if edge_distance > pieces.rounding_m
     ]

@@ -126,11 +126,11 @@ def find_crossings(
     import shapely
 
     start, end, trace_of_segment = line_segments(lines)
-    a, b, line = line_segments(scanlines)
+    starts, ends, line = line_segments(scanlines)
     traces = shapely.linestrings(np.stack([start, end], axis=1))
-    parts = shapely.linestrings(np.stack([a, b], axis=1))
-    distances_before = np.zeros(len(a))
-    steps = np.hypot(*(b - a).T)
+    parts = shapely.linestrings(np.stack([starts, ends], axis=1))
+    distances_before = np.zeros(len(starts))
+    steps = np.hypot(*(ends - starts).T)
     for k in range(len(scanlines)):
         is_on_line = np.flatnonzero(line == k)
         distances_before[is_on_line] = np.cumsum(steps[is_on_line]) - steps[is_on_line]
@@ -140,8 +140,8 @@ def find_crossings(
     overlaps = len(np.unique(trace_of_segment[segment[~is_point]]))
     part, segment = part[is_point], segment[is_point]
     xy = shapely.get_coordinates(intersection_points[is_point])
-    line_distances = distances_before[part] + np.hypot(*(xy - a[part]).T)
-    trace_vector, line_vector = end[segment] - start[segment], b[part] - a[part]
+    line_distances = distances_before[part] + np.hypot(*(xy - starts[part]).T)
+    trace_vector, line_vector = end[segment] - start[segment], ends[part] - starts[part]
     cross_products = np.abs(
         trace_vector[:, 0] * line_vector[:, 1] - trace_vector[:, 1] * line_vector[:, 0]
     )

@@ -161,7 +161,7 @@ def propose_clusters(
         valid_mixtures = [mixture for mixture in mixtures if _is_valid(mixture)]
         if not valid_mixtures:
             break
-        candidate = min(valid_mixtures, key=lambda m: m.icl)
+        candidate = min(valid_mixtures, key=lambda mixture: mixture.icl)
         criteria.append(candidate.icl)
         if exactly or (candidate.icl < best_mixture.icl and _is_significant(sample, candidate)):
             best_mixture, n_worse = candidate, 0

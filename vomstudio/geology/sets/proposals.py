@@ -389,7 +389,7 @@ def propose_sets_of_poles(
         dropped_lines=(),
         warnings=tuple(warnings),
         assignment=tuple(names[int(j)] for j in group),
-        probability=tuple(float(p) for p in probability),
+        probability=tuple(float(value) for value in probability),
         rows=tuple(range(len(poles))),
     )
 

@@ -118,7 +118,7 @@ def read_geo(path: Path) -> GeoFile:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     text, _ = read_text(path, MAX_OBJECTS)
     return [
-        (line_number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
+        (line_number, [cell.strip() for cell in line.split("\t")] if "\t" in line else line.split())
         for line_number, line in enumerate(text.split("\n"), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]

@@ -277,15 +277,15 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
     return [
         ScaleBar(
-            a,
-            b,
+            first_label,
+            second_label,
             float(length),
-            None if np.isnan(s) else float(s),
+            None if np.isnan(sigma) else float(sigma),
             bool(check),
             table.path,
             int(line),
         )
-        for a, b, length, s, check, line in zip(
+        for first_label, second_label, length, sigma, check, line in zip(
             first_labels,
             second,
             lengths,

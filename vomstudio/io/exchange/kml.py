@@ -173,5 +173,7 @@ def _add(
     child = ElementTree.SubElement(parent, tag, attributes)
     if text is not None:
         # Characters that are not allowed in XML would make the file unreadable.
-        child.text = "".join(c for c in text if c >= " " or c in "\n\t")
+        child.text = "".join(
+            character for character in text if character >= " " or character in "\n\t"
+        )
     return child

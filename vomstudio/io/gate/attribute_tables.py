@@ -142,7 +142,9 @@ def _positions(
     is_point = shapely.get_type_id(shapes) == 0
     if not is_point.any():
         return None, None, ()
-    points = np.column_stack([f(shapes) for f in (shapely.get_x, shapely.get_y, shapely.get_z)])
+    points = np.column_stack(
+        [get_coordinate(shapes) for get_coordinate in (shapely.get_x, shapely.get_y, shapely.get_z)]
+    )
     points[is_point & np.isnan(points[:, 2]), 2] = 0.0
     finite_points = points[np.isfinite(points).all(axis=1), :2]
     if not len(finite_points):

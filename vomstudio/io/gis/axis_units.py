@@ -219,8 +219,8 @@ def _crs_name(crs: Any) -> str:
 
         epsg_axes = CRS.from_epsg(code).axis_info
         if all(
-            _is_same(epsg_axis.unit_conversion_factor, b.unit_conversion_factor)
-            for epsg_axis, b in zip(epsg_axes, crs.axis_info, strict=False)
+            _is_same(epsg_axis.unit_conversion_factor, crs_axis.unit_conversion_factor)
+            for epsg_axis, crs_axis in zip(epsg_axes, crs.axis_info, strict=False)
         ):
             return f"EPSG:{code}"
     return str(crs.to_wkt())

@@ -33,7 +33,9 @@ POLYLINE_3D, CLOSED, VERTEX_3D = 8, 1, 32
 def plain_text(text: str) -> str:
     """Return text as one line of ASCII, with other characters escaped as in DXF."""
     flat_text = " ".join(text.split())
-    return "".join(c if " " <= c <= "~" else _escape(c) for c in flat_text)
+    return "".join(
+        character if " " <= character <= "~" else _escape(character) for character in flat_text
+    )
 
 
 def _escape(letter: str) -> str:
@@ -50,7 +52,9 @@ def layer_names(names: Iterable[str]) -> dict[str, str]:
             continue
         # Remove accents that Unicode decomposition has separated from letters.
         decomposed_name = unicodedata.normalize("NFKD", name.strip())
-        decomposed_name = "".join(c for c in decomposed_name if not unicodedata.combining(c))
+        decomposed_name = "".join(
+            character for character in decomposed_name if not unicodedata.combining(character)
+        )
         plain_name = re.sub(r"[^\w$-]", "_", decomposed_name, flags=re.ASCII) or "layer"
         suffix, label = 1, plain_name[:MAX_NAME_LENGTH]
         while label.casefold() in used_names:

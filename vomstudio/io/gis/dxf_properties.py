@@ -218,6 +218,7 @@ def _names(value: Value) -> set[str]:
         raw_value_text.decode("latin-1"),
     }
     names |= {
-        re.sub(r"\\U\+([0-9A-Fa-f]{4})", lambda m: chr(int(m.group(1), 16)), name) for name in names
+        re.sub(r"\\U\+([0-9A-Fa-f]{4})", lambda match: chr(int(match.group(1), 16)), name)
+        for name in names
     }
     return {text.casefold() for text in names}

@@ -233,20 +233,20 @@ def _write_rows(table: BinaryIO, columns: Sequence[DbfColumn], rows: slice) -> N
     table.write(block.tobytes())
 
 
-def _cells(c: DbfColumn, rows: slice) -> AnyArray:
+def _cells(column: DbfColumn, rows: slice) -> AnyArray:
     """Return the values of a column as bytes (n, width)."""
-    values = c.values[rows]
-    if c.kind == "L":
+    values = column.values[rows]
+    if column.kind == "L":
         return np.where(values, ord("T"), ord("F")).astype(np.uint8)[:, None]
     if values.dtype.kind == "i":
-        return _integers(values, c.width)
+        return _integers(values, column.width)
     if values.dtype.kind == "f":
-        texts = [_number(value, c.width) for value in values.tolist()]
+        texts = [_number(value, column.width) for value in values.tolist()]
         if values.dtype.itemsize < 8:
-            texts = [_number(float(str(value)), c.width) for value in values]
+            texts = [_number(float(str(value)), column.width) for value in values]
     else:
-        texts = [text.ljust(c.width) for text in values.tolist()]
-    return np.frombuffer(b"".join(texts), np.uint8).reshape(len(values), c.width)
+        texts = [text.ljust(column.width) for text in values.tolist()]
+    return np.frombuffer(b"".join(texts), np.uint8).reshape(len(values), column.width)
 
 
 def _number(value: float, width: int) -> bytes:

@@ -270,7 +270,9 @@ class _ElementWalk:
 
     def __init__(self, root: Any) -> None:
         self._root = root
-        self._elements = {str(e.get("id")): e for e in root.iter() if e.get("id")}
+        self._elements = {
+            str(element.get("id")): element for element in root.iter() if element.get("id")
+        }
         self._rules = _style_rules(root)
         self._count = 0
 
@@ -397,18 +399,18 @@ def _viewport(
     element: Any, matrix: FloatArray, outer_values: tuple[float, float]
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Return the matrix to the units of an inner viewport, and its size in these units."""
-    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), outer_values)
-    w, h = w or outer_values[0], h or outer_values[1]
+    x, y, width, height = parse_lengths(element, ("x", "y", "width", "height"), outer_values)
+    width, height = width or outer_values[0], height or outer_values[1]
     step = np.eye(3)
     step[:2, 2] = (x, y) if _tag(element) == "svg" else (0.0, 0.0)
     box = [float(n) for n in re.findall(NUMBER, str(element.get("viewBox") or ""))]
     if len(box) != 4 or not (box[2] > 0 and box[3] > 0):
-        return np.asarray(matrix @ step), (w, h)
+        return np.asarray(matrix @ step), (width, height)
     fit, align = _aspect(element)
-    scale = np.array([w / box[2], h / box[3]])
+    scale = np.array([width / box[2], height / box[3]])
     if fit != "none":
         scale[:] = scale.max() if fit == "slice" else scale.min()
-    step[:2, 2] += np.array(align) * (np.array([w, h]) - scale * box[2:])
+    step[:2, 2] += np.array(align) * (np.array([width, height]) - scale * box[2:])
     step[0, 0], step[1, 1] = scale
     origin = np.eye(3)
     origin[:2, 2] = (-box[0], -box[1])
@@ -428,8 +430,8 @@ def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
 
 
 def _image(element: Any, context: _Context) -> SvgImage:
-    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), context.view)
-    corners = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+    x, y, width, height = parse_lengths(element, ("x", "y", "width", "height"), context.view)
+    corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
     link = str(element.get(_LINK) or element.get("href") or "")
     if link.startswith("data:") or not link:
         link = str(element.get(_ABSOLUTE) or "")
@@ -440,7 +442,7 @@ def _image(element: Any, context: _Context) -> SvgImage:
 
 def _title(element: Any) -> str:
     """Return the title of a shape, which programs display as a tooltip."""
-    return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
+    return next((str(child.text or "").strip() for child in element if _tag(child) == "title"), "")
 
 
 def _page(root: Any) -> FloatArray | None:

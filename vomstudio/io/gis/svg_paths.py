@@ -114,19 +114,28 @@ def element_pieces(
 
 
 def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
-    x, y, w, h, rx, ry = parse_lengths(element, ("x", "y", "width", "height", "rx", "ry"), view)
-    if w <= 0 or h <= 0:
+    x, y, width, height, rx, ry = parse_lengths(
+        element, ("x", "y", "width", "height", "rx", "ry"), view
+    )
+    if width <= 0 or height <= 0:
         return []
     # A single radius applies to both axes; neither radius exceeds half of its side.
-    rx, ry = min(rx or ry, w / 2), min(ry or rx, h / 2)
+    rx, ry = min(rx or ry, width / 2), min(ry or rx, height / 2)
     if rx <= 0 or ry <= 0:
-        return [(np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]]), True)]
+        return [
+            (
+                np.array(
+                    [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]]
+                ),
+                True,
+            )
+        ]
     quarter = np.linspace(0.0, 0.5 * math.pi, CURVE_STEPS + 1)
     centres = (
-        (x + w - rx, y + h - ry),
-        (x + rx, y + h - ry),
+        (x + width - rx, y + height - ry),
+        (x + rx, y + height - ry),
         (x + rx, y + ry),
-        (x + w - rx, y + ry),
+        (x + width - rx, y + ry),
     )
     arcs = [
         np.stack([mx + rx * np.cos(quarter + angle), my + ry * np.sin(quarter + angle)], axis=1)

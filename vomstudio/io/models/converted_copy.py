@@ -39,7 +39,9 @@ def write_converted(
         As for `read_model`.
     """
     loaded_model = read_model(path, progress, options)
-    code = "".join(c for c in (loaded_model.crs or "").casefold() if c.isalnum())[:16]
+    code = "".join(
+        character for character in (loaded_model.crs or "").casefold() if character.isalnum()
+    )[:16]
     target = folder / f"{path.stem}_{code}{path.suffix}"
     folder.mkdir(exist_ok=True)
     registration = stored_registration(loaded_model, options)

@@ -111,7 +111,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
             spacing_value = spacing.result()
         arrays |= order_arrays
         meta["arrays"] = {
-            n: {"shape": list(a.shape), "dtype": a.dtype.str} for n, a in arrays.items()
+            n: {"shape": list(array.shape), "dtype": array.dtype.str} for n, array in arrays.items()
         }
         spacing_or_none = spacing_value if spacing_value == spacing_value else None
         meta["resolution"] = spacing_or_none
@@ -180,7 +180,7 @@ def _stamp(path: Path) -> dict[str, object]:
 def _has_missing_image(meta: dict[str, Any]) -> bool:
     """Return whether an image extracted from the model file is missing from the cache."""
     store = os.fspath(image_store.folder())
-    textures = [m.get("texture") for m in meta["materials"]]
+    textures = [material.get("texture") for material in meta["materials"]]
     return any(
         texture and texture.startswith(store) and not os.path.isfile(texture)
         for texture in textures
@@ -329,9 +329,11 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     else:
         raise _damage_error(folder, tr("it is neither mesh nor cloud"))
     per_row = [
-        a for k, a in arrays.items() if k in ("colors", "uv", "normals") or k[:6] == "field_"
+        array
+        for k, array in arrays.items()
+        if k in ("colors", "uv", "normals") or k[:6] == "field_"
     ]
-    if n == 0 or any(len(a) != n for a in per_row):
+    if n == 0 or any(len(array) != n for array in per_row):
         raise _damage_error(folder, tr("the arrays have different lengths"))
     crs = meta["crs"]
     if crs is not None and not isinstance(crs, str):

@@ -218,7 +218,7 @@ def _libraries(model: Path) -> list[Path]:
         paths += (
             [single_file]
             if single_file
-            else [p for word in name.split() if (p := find_companion(model.parent, word)[0])]
+            else [path for word in name.split() if (path := find_companion(model.parent, word)[0])]
         )
     return paths
 

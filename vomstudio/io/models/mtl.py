@@ -292,7 +292,7 @@ def _image_by_material_name(
     Polycam 3.4.5 writes ``map_Kd not_found`` next to ``NAME_ab12.jpg``. An image whose name begins
     with the longer name of another material belongs to that material.
     """
-    longer_names = [m for m in materials if m != material and _begins_with(m, material)]
+    longer_names = [name for name in materials if name != material and _begins_with(name, material)]
     pictures: dict[str, Path] = {}
     for folder in folders:
         try:

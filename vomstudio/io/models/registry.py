@@ -42,13 +42,15 @@ def default_reader(extension: str) -> Reader | None:
 
 def extensions() -> tuple[str, ...]:
     """Return all extensions that can be read, for file dialogs."""
-    return tuple(dict.fromkeys(extension for r in find_readers().all for extension in r.extensions))
+    return tuple(
+        dict.fromkeys(extension for reader in find_readers().all for extension in reader.extensions)
+    )
 
 
 def supported_formats() -> str:
     """Return the formats for messages: 'LAS/LAZ point cloud (.las, .laz), ...'."""
     readers = find_readers()
-    formats = [f"{tr(r.name)} ({', '.join(r.extensions)})" for r in readers.all]
+    formats = [f"{tr(reader.name)} ({', '.join(reader.extensions)})" for reader in readers.all]
     return ", ".join([*formats, *map(str, readers.broken)])
 
 
@@ -79,7 +81,7 @@ def choose_reader(path: Path, head: bytes) -> Reader:
     if default is not None and default.matches(path, head):
         return default
     readers = find_readers()
-    candidates = [r for r in readers.all if extension in r.extensions]
+    candidates = [reader for reader in readers.all if extension in reader.extensions]
     for reader in candidates:
         if reader.matches(path, head):
             return reader

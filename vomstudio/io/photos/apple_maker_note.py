@@ -39,7 +39,8 @@ def acceleration(note: object) -> Vector | None:
             if (tag, kind, values) == (_ACCELERATION, _SIGNED_RATIOS, 3):
                 integers = struct.unpack_from(byte_order + "6i", note, offset)
                 x, y, z = (
-                    number / b for number, b in zip(integers[::2], integers[1::2], strict=True)
+                    numerator / denominator
+                    for numerator, denominator in zip(integers[::2], integers[1::2], strict=True)
                 )
                 return x, y, z
     except (struct.error, ZeroDivisionError):

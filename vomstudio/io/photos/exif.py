@@ -250,5 +250,9 @@ def _text(value: Any) -> str | None:
         value = value.decode("utf-8", "replace")
     if not isinstance(value, str):
         return None
-    text = " ".join("".join(c if c.isprintable() else " " for c in value.split("\0")[0]).split())
+    text = " ".join(
+        "".join(
+            character if character.isprintable() else " " for character in value.split("\0")[0]
+        ).split()
+    )
     return text or None

@@ -28,7 +28,9 @@ def is_mask(path: Path, root: Path) -> bool:
     if path.suffix.lower() not in MASK_SUFFIXES:
         return False
     parent_names = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(p.casefold() in _FOLDER_NAMES for p in parent_names)
+    return bool(_MASK.search(path.stem)) or any(
+        name.casefold() in _FOLDER_NAMES for name in parent_names
+    )
 
 
 class MaskFinder:

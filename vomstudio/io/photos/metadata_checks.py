@@ -76,7 +76,7 @@ def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[F
     unmeasured = {
         camera: group
         for camera, group in photos_by_camera.items()
-        if all(p.has_zero_angles for p in group)
+        if all(photo.has_zero_angles for photo in group)
     }
     findings = [
         Finding("photo.angles-not-measured", photos=len(group), photo=group[0].name)
@@ -88,7 +88,9 @@ def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[F
         else photo
         for photo in photos
     ]
-    commented_photos = [p for p in result if p.yaw_deg is not None and p.has_comment_angles]
+    commented_photos = [
+        photo for photo in result if photo.yaw_deg is not None and photo.has_comment_angles
+    ]
     if commented_photos:
         findings.append(
             Finding(

@@ -63,14 +63,14 @@ def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Itera
 def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
     """Rotate stored pixels upright according to the EXIF orientation (tag 0x0112)."""
     transforms: dict[int, Callable[[AnyArray], AnyArray]] = {
-        1: lambda p: p,
-        2: lambda p: p[:, ::-1],
-        3: lambda p: p[::-1, ::-1],
-        4: lambda p: p[::-1],
-        5: lambda p: p.swapaxes(0, 1),
-        6: lambda p: p.swapaxes(0, 1)[:, ::-1],
-        7: lambda p: p.swapaxes(0, 1)[::-1, ::-1],
-        8: lambda p: p.swapaxes(0, 1)[::-1],
+        1: lambda pixels: pixels,
+        2: lambda pixels: pixels[:, ::-1],
+        3: lambda pixels: pixels[::-1, ::-1],
+        4: lambda pixels: pixels[::-1],
+        5: lambda pixels: pixels.swapaxes(0, 1),
+        6: lambda pixels: pixels.swapaxes(0, 1)[:, ::-1],
+        7: lambda pixels: pixels.swapaxes(0, 1)[::-1, ::-1],
+        8: lambda pixels: pixels.swapaxes(0, 1)[::-1],
     }
     transpose = transforms[orientation if orientation in range(1, 9) else 1]
     return np.ascontiguousarray(transpose(pixels))
@@ -182,6 +182,6 @@ def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
         if reduce > 1:
             image = image.reduce(reduce)
         scale = size / max(image.size)
-        reduced_size = tuple(max(1, round(s * scale)) for s in image.size)
+        reduced_size = tuple(max(1, round(size * scale)) for size in image.size)
         image = image.resize((reduced_size[0], reduced_size[1]), Image.Resampling.BILINEAR)
     return image if image.mode == mode else image.convert(mode)

@@ -217,7 +217,9 @@ def _list_files(root: Path) -> list[Path]:
     for folder, folders, names in os.walk(root):
         depth = len(Path(folder).relative_to(root).parts)
         folders[:] = sorted(
-            f for f in folders if depth < MAX_DEPTH and not _is_other_folder(Path(folder, f))
+            subfolder
+            for subfolder in folders
+            if depth < MAX_DEPTH and not _is_other_folder(Path(folder, subfolder))
         )
         files += (Path(folder, name) for name in names if not name.startswith("."))
     return sorted(

@@ -149,10 +149,12 @@ def _angles(tags: Mapping[str, str]) -> tuple[Angles, bool]:
         "Camera{}Degree",
         "CameraOrientationNED/{}",
     ):
-        yaw, pitch, roll = (_number(tags, pattern.format(a)) for a in ("Yaw", "Pitch", "Roll"))
+        yaw, pitch, roll = (
+            _number(tags, pattern.format(angle)) for angle in ("Yaw", "Pitch", "Roll")
+        )
         if yaw is not None and pitch is not None:
             return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll)
-    yaw, pitch, roll = (_number(tags, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))
+    yaw, pitch, roll = (_number(tags, f"Camera:{angle}") for angle in ("Yaw", "Pitch", "Roll"))
     if yaw is None or pitch is None:
         return (None, None, None), False
     is_zero = not (yaw or pitch or roll)

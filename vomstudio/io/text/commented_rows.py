@@ -53,7 +53,11 @@ def commented_rows(
         return value is not None and value == value
 
     rows = [split_row(row) for row in sample]
-    columns = [c for c in range(width) if all(is_number(row[c]) for row in rows if len(row) > c)]
+    columns = [
+        column
+        for column in range(width)
+        if all(is_number(row[column]) for row in rows if len(row) > column)
+    ]
     line_numbers = []
     for line_number, line in enumerate(lines, 1):
         if line.lstrip()[:1] != "#":

@@ -220,7 +220,10 @@ class NamedTable:
         if any(self.has(names) for names in _SIGMA):
             title = ("sigma_x", "sigma_y", "sigma_z")
             return np.column_stack(
-                [self.positive(n, c) for n, c in zip(_SIGMA, title, strict=True)]
+                [
+                    self.positive(n, column_title)
+                    for n, column_title in zip(_SIGMA, title, strict=True)
+                ]
             )
         return np.repeat(self.positive(_SIGMA_ALL, "sigma")[:, None], 3, axis=1)
 
@@ -271,7 +274,7 @@ class NamedTable:
 def _add_header(table: TextTable, column_names: Sequence[str]) -> TextTable:
     """Use the last comment as header if it fits the columns, or else the given order."""
     for comment in reversed(table.comments):
-        cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
+        cells = [cell.strip() for cell in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:
             cells = comment.split()
         text_count = sum(parse_number(cell, decimal_comma=True) is None for cell in cells)

@@ -167,7 +167,10 @@ class _TableReader:
         """Interpret a table without dips and plunges, which become NaN."""
         meanings = ("strike", "dip direction", "azimuth", "trend")
         names = self.table.names
-        meaning = next((m for m in meanings if self.columns.take(m) is not None), "azimuth")
+        meaning = next(
+            (quantity for quantity in meanings if self.columns.take(quantity) is not None),
+            "azimuth",
+        )
         column = 0 if names is None else self.columns.take(meaning) or 0
         if meaning == "azimuth":
             meaning = {"strike": "strike", "dipdir": "dip direction"}.get(self.azimuth or "", "")

@@ -89,7 +89,7 @@ def is_comma_number(cell: str) -> bool:
 
 def shorten(text: str, limit: int = 40) -> str:
     """Shorten a cell for a message."""
-    printable_text = "".join(c if c.isprintable() else "?" for c in text)
+    printable_text = "".join(character if character.isprintable() else "?" for character in text)
     return printable_text if len(printable_text) <= limit else printable_text[: limit - 3] + "..."
 
 

@@ -149,8 +149,8 @@ def table_with_sets(
     writer.writerow([*map(escape_foreign_cell, header), *new_columns])
     cells = [[""] * len(new_columns) for _ in range(len(text))]
     has_commas = _has_decimal_commas(text.delimiter, text.rows)
-    for k, (row, name, p) in enumerate(zip(rows, sets, probability, strict=True)):
-        probability_text = f"{p:.6g}"
+    for k, (row, name, row_probability) in enumerate(zip(rows, sets, probability, strict=True)):
+        probability_text = f"{row_probability:.6g}"
         cells[int(table.row_indices[row])] = [
             escape_formula(name),
             probability_text.replace(".", ",") if has_commas else probability_text,

@@ -138,7 +138,11 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
     dropped_rows: list[int] = []
     off_plane_lines: list[int] = []
     for row, line in enumerate(table.line_numbers.tolist()):
-        slip_row = _Row(table.path, line, {key: c[row].strip() for key, c in cells.items()}).read()
+        slip_row = _Row(
+            table.path,
+            line,
+            {key: column_cells[row].strip() for key, column_cells in cells.items()},
+        ).read()
         if slip_row is None:
             dropped_rows.append(line)
             continue

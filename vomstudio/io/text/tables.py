@@ -417,7 +417,9 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 def _kinds_and_sets(
     table: TextTable, groups: list[str], is_finite_row: BoolArray, group_column: str | None
 ) -> tuple[Words[str], list[Finding]]:
-    columns = [c for c in COLUMNS if group_column not in (None, c) and table.has(c)]
+    columns = [
+        column for column in COLUMNS if group_column not in (None, column) and table.has(column)
+    ]
     return group_words(
         {column: table.cells(table.find(column)) for column in columns},
         groups,
@@ -525,4 +527,8 @@ def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Findin
 
 def _is_grouped(cells: list[str]) -> bool:
     """Return whether equal cells are adjacent, as is usual for labels but not measurements."""
-    return 1 + sum(a != b for a, b in itertools.pairwise(cells)) == len(set(cells)) < len(cells)
+    return (
+        1 + sum(cell != next_cell for cell, next_cell in itertools.pairwise(cells))
+        == len(set(cells))
+        < len(cells)
+    )

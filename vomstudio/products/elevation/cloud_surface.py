@@ -224,7 +224,7 @@ def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -
     key = cells[:, 1] * nx + cells[:, 0]
     order = np.argsort(key, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(key, minlength=nx * ny))])
-    g = grid.gsd
+    gsd = grid.gsd
     depth = np.empty((tile.height, tile.width))
     interpolate(
         np.ascontiguousarray(points[order]),
@@ -234,9 +234,9 @@ def interpolate_tile(points: FloatArray, limit: float, grid: Grid, tile: Tile) -
         float(low[0]),
         float(low[1]),
         cell_size,
-        grid.left + (tile.column + 0.5) * g,
-        grid.top + (tile.row + 0.5) * g,
-        g,
+        grid.left + (tile.column + 0.5) * gsd,
+        grid.top + (tile.row + 0.5) * gsd,
+        gsd,
         limit,
         np.zeros(3, np.int64),
         depth,

@@ -93,8 +93,8 @@ class MeshHeights:
         self._view = np.ascontiguousarray(view)
         self._faces = to_kernel_array(faces, np.int32)
         self._grid = grid
-        g = grid.gsd
-        self._members = Members.of(bin_faces, self._view, self._faces, grid, g)
+        gsd = grid.gsd
+        self._members = Members.of(bin_faces, self._view, self._faces, grid, gsd)
 
     def draw(self, tile: Tile) -> FloatArray:
         members = self._members.members_of(tile)
@@ -109,9 +109,9 @@ class CloudHeights:
 
         self._view = np.ascontiguousarray(view)
         self._limit, self._grid = limit, grid
-        g = grid.gsd
+        gsd = grid.gsd
         max_distance = np.zeros(len(view))
-        self._members = Members.of(bin_points, self._view, max_distance, grid, limit + g)
+        self._members = Members.of(bin_points, self._view, max_distance, grid, limit + gsd)
 
     def draw(self, tile: Tile) -> FloatArray:
         members = self._members.members_of(tile)
@@ -132,14 +132,14 @@ def _cast(
 ) -> FloatArray:
     if not len(members):
         return np.full((tile.height, tile.width), np.nan)
-    g = grid.gsd
+    gsd = grid.gsd
     depth = cast_grid(
         view,
         faces,
         members,
-        left=grid.left + tile.column * g,
-        top=grid.top + tile.row * g,
-        step=g,
+        left=grid.left + tile.column * gsd,
+        top=grid.top + tile.row * gsd,
+        step=gsd,
         width=tile.width,
         height=tile.height,
     ).depth

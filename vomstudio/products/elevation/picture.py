@@ -89,7 +89,9 @@ def colour_heights(heights: Float32Array, step: float) -> ElevationPicture:
     table = colormaps["viridis"].resampled(256)(np.arange(256), bytes=True)[:, :3]
     is_known = np.isfinite(heights)
     low, high = (
-        (float(f(heights[is_known])) for f in (np.min, np.max)) if is_known.any() else (0.0, 0.0)
+        (float(function(heights[is_known])) for function in (np.min, np.max))
+        if is_known.any()
+        else (0.0, 0.0)
     )
     fraction = np.where(is_known, (heights - low) / max(high - low, 1e-12), 0.0)
     rgb = table[np.clip(255 * fraction, 0, 255).astype(np.uint8)].astype(np.float32)

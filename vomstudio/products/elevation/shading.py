@@ -29,9 +29,9 @@ def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, F
     right, down : (h, w) arrays
         Gradients; NaN at the border and next to cells without a height.
     """
-    h, w = heights.shape
-    right, down = np.full((h, w), np.nan), np.full((h, w), np.nan)
-    if h < 3 or w < 3:
+    height, width = heights.shape
+    right, down = np.full((height, width), np.nan), np.full((height, width), np.nan)
+    if height < 3 or width < 3:
         return right, down
     z = np.asarray(heights, np.float64)
     columns = z[:-2] + 2 * z[1:-1] + z[2:]

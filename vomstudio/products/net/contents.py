@@ -414,8 +414,8 @@ def make_sets(
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
         if kind not in ("plane", "line"):
             raise ValueError(kind)
-        a, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        is_finite = np.isfinite(a) & np.isfinite(b)
+        azimuths, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
+        is_finite = np.isfinite(azimuths) & np.isfinite(b)
         names = tuple(ids[name]) if ids and name in ids else ()
         kept_ids = (
             tuple(name for name, is_kept in zip(names, is_finite, strict=True) if is_kept)
@@ -429,7 +429,7 @@ def make_sets(
             NetSet(
                 name,
                 kind,
-                a[is_finite],
+                azimuths[is_finite],
                 b[is_finite],
                 kept_ids,
                 color,
@@ -450,17 +450,17 @@ def compute_means(
     """
     set_list = list(sets)
     means = []
-    for s in set_list:
-        if len(s) < 3:
+    for net_set in set_list:
+        if len(net_set) < 3:
             continue
-        vectors = s.vectors()
-        is_directed = s.kind == "line" and bool((s.angle_deg < 0).any())
+        vectors = net_set.vectors()
+        is_directed = net_set.kind == "line" and bool((net_set.angle_deg < 0).any())
         has_mean = no_fisher_reason(vectors, is_directed) is None
         try:
             line = fisher(vectors, is_directed).mean if has_mean else axial_mean(vectors)
         except GeometryError:
             continue
-        if s.kind == "plane":
+        if net_set.kind == "plane":
             text = format_plane(line.normal_plane(), notation, decimals)
         else:
             text = format_line(line, decimals)
@@ -472,8 +472,10 @@ def compute_means(
                 if has_mean
                 else tr("Axis 1 {orientation}", orientation=text)
             )
-        total_region = _total(s, line.vector())
-        means.append(NetMean(line, label, s.color, s.marker, text, total_region, has_mean))
+        total_region = _total(net_set, line.vector())
+        means.append(
+            NetMean(line, label, net_set.color, net_set.marker, text, total_region, has_mean)
+        )
     return tuple(means)
 
 
@@ -487,13 +489,15 @@ def describe_means(means: Sequence[NetMean]) -> str:
     return tr("Open symbol: Fisher mean, or axis 1 of a girdle")
 
 
-def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
+def _total(net_set: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone."""
-    if s.turns is None or not s.turns.has_known_errors:
+    if net_set.turns is None or not net_set.turns.has_known_errors:
         return None
-    vectors = s.vectors()
+    vectors = net_set.vectors()
     values, axes = orientation_tensor(vectors)
-    covariance = principal_axis(move_vectors(vectors, s.turns), values, axes, 0).covariance()[0]
+    covariance = principal_axis(move_vectors(vectors, net_set.turns), values, axes, 0).covariance()[
+        0
+    ]
     fisher_cone = None
     if no_fisher_reason(vectors, False) is None:
         alpha = fisher(vectors, False).alpha95_deg

@@ -65,10 +65,10 @@ class ContourPlan:
         contouring = net.contouring
         colors = Counter[str]()
         parts = []
-        for s, vectors in groups:
+        for net_set, vectors in groups:
             steps, values = densities.density_grid(vectors, net.contour, sigma=contouring.sigma)
-            color = "" if s is None else s.color
-            parts.append(ContourGroup(s, steps, values, DASHES[colors[color] % len(DASHES)]))
+            color = "" if net_set is None else net_set.color
+            parts.append(ContourGroup(net_set, steps, values, DASHES[colors[color] % len(DASHES)]))
             colors[color] += 1
         top = max(float(part.values.max()) for part in parts)
         levels = contour_levels(net, top)

@@ -73,8 +73,13 @@ def find_label_place(
     return best_place
 
 
-def _are_overlapping(a: Box, b: Box) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+def _are_overlapping(first_box: Box, second_box: Box) -> bool:
+    return (
+        first_box[0] < second_box[2]
+        and second_box[0] < first_box[2]
+        and first_box[1] < second_box[3]
+        and second_box[1] < first_box[3]
+    )
 
 
 def _gap(box: Box, mark: Sequence[float] | FloatArray) -> float:

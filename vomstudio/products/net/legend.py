@@ -106,23 +106,23 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def set_text(s: NetSet, with_poles: bool) -> str:
+def set_text(net_set: NetSet, with_poles: bool) -> str:
     """Return the full legend text of a set.
 
     Parameters
     ----------
-    s : NetSet
+    net_set : NetSet
     with_poles : bool
 
     Returns
     -------
     str
     """
-    if s.kind == "line":
-        return tr("{set}, lines (n = {count:,})", set=s.name, count=len(s))
+    if net_set.kind == "line":
+        return tr("{set}, lines (n = {count:,})", set=net_set.name, count=len(net_set))
     if with_poles:
-        return tr("{set}, poles (n = {count:,})", set=s.name, count=len(s))
-    return tr("{set}, planes (n = {count:,})", set=s.name, count=len(s))
+        return tr("{set}, poles (n = {count:,})", set=net_set.name, count=len(net_set))
+    return tr("{set}, planes (n = {count:,})", set=net_set.name, count=len(net_set))
 
 
 def text_width(text: str, font_pt: float, weight: str = "normal") -> float:

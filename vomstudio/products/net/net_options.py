@@ -184,15 +184,17 @@ class Turning:
             v = rotate_vectors(v, self.axis, self.angle_deg)
         return v
 
-    def rotate_set(self, s: NetSet) -> NetSet:
+    def rotate_set(self, net_set: NetSet) -> NetSet:
         """Rotate a set; the registration errors of rotated features are not known."""
-        v = self.vectors(s.vectors())
-        if s.kind == "plane":
+        v = self.vectors(net_set.vectors())
+        if net_set.kind == "plane":
             azimuth, angle = normals_to_planes(v)[:2]
         else:
-            azimuth, angle = vectors_to_lines(v, is_directed=bool((s.angle_deg < 0).any()))[:2]
-        slips = None if s.slips is None else self.vectors(s.slips)
-        return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
+            azimuth, angle = vectors_to_lines(v, is_directed=bool((net_set.angle_deg < 0).any()))[
+                :2
+            ]
+        slips = None if net_set.slips is None else self.vectors(net_set.slips)
+        return replace(net_set, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
     def rotate_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
         """Rotate a user-defined circle; its label states the original and the new attitude."""
@@ -225,7 +227,9 @@ def rotate_net(net: NetContents, turning: Turning) -> NetContents:
         sets=tuple(sets),
         means=compute_means(clustered_sets, net.notation, net.decimals),
         errors=tuple(turning.rotate_ellipse(error) for error in net.errors),
-        circles_typed=tuple(turning.rotate_circle(c, net.notation) for c in net.circles_typed),
+        circles_typed=tuple(
+            turning.rotate_circle(circle, net.notation) for circle in net.circles_typed
+        ),
         marks=tuple(map(turning.rotate_mark, net.marks)),
         notes=(*net.notes, *turning.notes),
     )

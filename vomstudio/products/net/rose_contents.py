@@ -122,8 +122,8 @@ def roses_of_table(
     for name, members in members_of(table, by).items():
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
-            w = None if weights is None else weights[rows]
-            rose = _count_one(of, angles[rows], bin_deg, w)
+            set_weights = None if weights is None else weights[rows]
+            rose = _count_one(of, angles[rows], bin_deg, set_weights)
             if rose.total > 0:
                 roses[name] = rose
             else:

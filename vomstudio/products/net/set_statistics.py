@@ -114,17 +114,17 @@ def describe_sets(
     return tuple(_average(set_, notation, decimals) for set_ in sets if len(set_))
 
 
-def _average(s: NetSet, notation: str, decimals: int) -> str:
-    vectors, n = s.vectors(), len(s)
-    is_directed = s.kind == "line" and bool((s.angle_deg < 0).any())
+def _average(net_set: NetSet, notation: str, decimals: int) -> str:
+    vectors, n = net_set.vectors(), len(net_set)
+    is_directed = net_set.kind == "line" and bool((net_set.angle_deg < 0).any())
 
     def format_orientation(line: Line) -> str:
-        if s.kind == "plane":
+        if net_set.kind == "plane":
             return format_plane(line.normal_plane(), notation, decimals)
         return format_line(line, decimals)
 
     if n < 2:
-        return tr("{set}: n = {n:,}", set=s.name, n=n)
+        return tr("{set}: n = {n:,}", set=net_set.name, n=n)
     if no_fisher_reason(vectors, is_directed) is None:
         fisher_mean = fisher(vectors, is_directed)
         figures = []
@@ -140,7 +140,7 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
             figures.append(f"α95\N{NO-BREAK SPACE}{fisher_mean.alpha95_deg:.1f}°")
         return tr(
             "{set}: n = {n:,}, Fisher mean {mean}, {figures}",
-            set=s.name,
+            set=net_set.name,
             n=n,
             mean=format_orientation(fisher_mean.mean),
             figures=", ".join(figures) or tr("all identical"),
@@ -150,9 +150,11 @@ def _average(s: NetSet, notation: str, decimals: int) -> str:
     if girdle > random:
         return tr(
             "{set}: n = {n:,}, girdle (G {share:.2f}) about {axis}, by the tensor",
-            set=s.name,
+            set=net_set.name,
             n=n,
             share=girdle,
             axis=format_line(Line.from_vector(axes[2]), decimals),
         )
-    return tr("{set}: n = {n:,}, scattered (R {share:.2f}): no mean", set=s.name, n=n, share=random)
+    return tr(
+        "{set}: n = {n:,}, scattered (R {share:.2f}): no mean", set=net_set.name, n=n, share=random
+    )

@@ -109,16 +109,16 @@ class NetStyle:
                 color = mix_colors(color, self.ink, 0.15)
         return color
 
-    def symbol(self, s: NetSet) -> tuple[str, str, float]:
+    def symbol(self, net_set: NetSet) -> tuple[str, str, float]:
         """Return the face colour, edge colour and edge width (points) of a set's symbols."""
-        color = self.color(s.color)
-        if s.variant % 4 == 1:
+        color = self.color(net_set.color)
+        if net_set.variant % 4 == 1:
             return self.net, self.outline(color), 1.5 * self.line_pt
-        if s.variant % 4 == 2:
+        if net_set.variant % 4 == 2:
             return mix_colors(color, self.net), self.outline(color), 1.2 * self.line_pt
-        face = color if s.variant % 4 == 0 else mix_colors(color, self.ink)
+        face = color if net_set.variant % 4 == 0 else mix_colors(color, self.ink)
         edge = self.outline(face)
-        if s.marker in "PX" and edge == face:  # a light rim would leave little of their arms
+        if net_set.marker in "PX" and edge == face:  # a light rim would leave little of their arms
             return face, face, 0.5 * self.line_pt
         return (face, self.net, 0.5 * self.line_pt) if edge == face else (face, edge, self.line_pt)
 
@@ -152,9 +152,9 @@ def _lightness(color: str) -> float:
     return 0.2126 * linear_rgb[0] + 0.7152 * linear_rgb[1] + 0.0722 * linear_rgb[2]
 
 
-def _contrast(a: str, b: str) -> float:
+def _contrast(first_color: str, second_color: str) -> float:
     """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
-    low, high = sorted((_lightness(a), _lightness(b)))
+    low, high = sorted((_lightness(first_color), _lightness(second_color)))
     return (high + 0.05) / (low + 0.05)
 
 

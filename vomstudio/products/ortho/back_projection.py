@@ -296,8 +296,8 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
         box for _, box, place in shown_images if _is_like(place, sidecar)
     ]
     if not drawing.images and drawing.page is not None:
-        x, y, w, h = drawing.page
-        page = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+        x, y, width, height = drawing.page
+        page = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
         positions = [page] if _is_like(page, sidecar) else []
     if not positions:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
@@ -458,8 +458,8 @@ def _denser(points: FloatArray, step: float) -> FloatArray:
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts = [
-        point + (b - point) * np.arange(count)[:, None] / count
-        for point, b, count in zip(points[:-1], points[1:], counts, strict=True)
+        start + (end - start) * np.arange(count)[:, None] / count
+        for start, end, count in zip(points[:-1], points[1:], counts, strict=True)
     ]
     return np.concatenate([*parts, points[-1:]])
 

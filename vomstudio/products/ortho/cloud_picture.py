@@ -41,13 +41,13 @@ class CloudSource:
         self._view = np.ascontiguousarray(view)
         self._grid = grid
         self._colors = _colors(cloud, self._view)
-        g = grid.gsd
-        self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * g)
-        self.hole_m = max(HOLE_SPACINGS * spacing, 2 * g)
-        self._close = max(1, math.ceil(self.hole_m / g / 2))
+        gsd = grid.gsd
+        self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * gsd)
+        self.hole_m = max(HOLE_SPACINGS * spacing, 2 * gsd)
+        self._close = max(1, math.ceil(self.hole_m / gsd / 2))
         # The distance of pixels that close a hole, plus the distance of pixels that keep it open.
         self._halo = 2 * self._close
-        self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * g)
+        self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * gsd)
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._splat_kernels import splat
@@ -55,15 +55,15 @@ class CloudSource:
         members = self._members.members_of(tile)
         if not len(members):
             return empty_picture(tile)
-        g, halo = self._grid.gsd, self._halo
-        h, w = tile.height + 2 * halo, tile.width + 2 * halo
-        nearest_depths = np.full((h, w), np.inf, np.float32)
-        limit = np.zeros((h, w), np.float32)
-        color = np.zeros((h, w, 3), np.float32)
-        weight = np.zeros((h, w), np.float32)
-        depth = np.zeros((h, w))
-        x_left = self._grid.left + (tile.column - halo) * g
-        top = self._grid.top + (tile.row - halo) * g
+        gsd, halo = self._grid.gsd, self._halo
+        height, width = tile.height + 2 * halo, tile.width + 2 * halo
+        nearest_depths = np.full((height, width), np.inf, np.float32)
+        limit = np.zeros((height, width), np.float32)
+        color = np.zeros((height, width, 3), np.float32)
+        weight = np.zeros((height, width), np.float32)
+        depth = np.zeros((height, width))
+        x_left = self._grid.left + (tile.column - halo) * gsd
+        top = self._grid.top + (tile.row - halo) * gsd
         splat(
             members,
             self._view,
@@ -71,7 +71,7 @@ class CloudSource:
             self._colors,
             x_left,
             top,
-            g,
+            gsd,
             nearest_depths,
             limit,
             color,

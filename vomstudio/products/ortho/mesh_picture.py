@@ -45,8 +45,8 @@ class MeshSource:
         self._view = np.ascontiguousarray(view)
         self._faces = to_kernel_array(mesh.faces, np.int32)
         self._grid = grid
-        g = grid.gsd
-        self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * g)
+        gsd = grid.gsd
+        self._members = Members.of(bin_faces, self._view, self._faces, grid, 2 * gsd)
         # Materials are counted from 1; 0 is for faces before the first material.
         all_faces = np.arange(len(self._faces))
         materials = np.searchsorted(mesh.material_offsets, all_faces, side="right")
@@ -65,17 +65,24 @@ class MeshSource:
         members = self._members.members_of(tile)
         if not len(members):
             return empty_picture(tile)
-        g = self._grid.gsd
+        gsd = self._grid.gsd
         view, faces = self._view, self._faces
-        x_left = self._grid.left + tile.column * g
-        y_top = self._grid.top + tile.row * g
+        x_left = self._grid.left + tile.column * gsd
+        y_top = self._grid.top + tile.row * gsd
         # Add a pixel on each side to detect edges between tiles.
-        h, w = tile.height + 2, tile.width + 2
+        height, width = tile.height + 2, tile.width + 2
         hits = cast_grid(
-            view, faces, members, left=x_left - g, top=y_top - g, step=g, width=w, height=h
+            view,
+            faces,
+            members,
+            left=x_left - gsd,
+            top=y_top - gsd,
+            step=gsd,
+            width=width,
+            height=height,
         )
-        is_edge = np.zeros((h, w), bool)
-        find_edges(view, faces, hits.face, hits.depth, g, is_edge)
+        is_edge = np.zeros((height, width), bool)
+        find_edges(view, faces, hits.face, hits.depth, gsd, is_edge)
         inner_slices = (slice(1, -1), slice(1, -1))
         face = hits.face[inner_slices].ravel()
         is_hit = face >= 0
@@ -87,7 +94,9 @@ class MeshSource:
         depth = np.where(is_hit, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
         is_edge = np.ascontiguousarray(is_edge[inner_slices])
         if is_edge.any():
-            quarters = cast_quarters(view, faces, members, is_edge, left=x_left, top=y_top, step=g)
+            quarters = cast_quarters(
+                view, faces, members, is_edge, left=x_left, top=y_top, step=gsd
+            )
             self._smooth(quarters, np.flatnonzero(is_edge), rgba, depth)
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))

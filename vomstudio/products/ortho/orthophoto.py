@@ -306,26 +306,28 @@ class _Reduced:
         self.out = np.zeros((-(-grid.height // factor), -(-grid.width // factor), 4), np.uint8)
 
     def add(self, column: int, row: int, rgba: ByteArray) -> None:
-        f = self.factor
-        h, w = rgba.shape[:2]
-        padded_tile = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
-        padded_tile[:h, :w] = rgba
-        padded_tile[:h, :w, :3] *= rgba[..., 3:] / np.float32(255)
+        factor = self.factor
+        height, width = rgba.shape[:2]
+        padded_tile = np.zeros(
+            (-(-height // factor) * factor, -(-width // factor) * factor, 4), np.float32
+        )
+        padded_tile[:height, :width] = rgba
+        padded_tile[:height, :width, :3] *= rgba[..., 3:] / np.float32(255)
         mean = padded_tile.reshape(
-            padded_tile.shape[0] // f, f, padded_tile.shape[1] // f, f, 4
+            padded_tile.shape[0] // factor, factor, padded_tile.shape[1] // factor, factor, 4
         ).mean(axis=(1, 3))
         alpha = np.maximum(mean[..., 3:] / 255, 1e-6)
         mean[..., :3] = np.where(mean[..., 3:] > 0, mean[..., :3] / alpha, 0)
-        position = self.out[row // f :, column // f :]
+        position = self.out[row // factor :, column // factor :]
         position[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
     def reduced_picture(self) -> ByteArray:
         """Return the picture, resized to exactly the covered pixels."""
         from PIL import Image
 
-        h, w = self.out.shape[:2]
+        height, width = self.out.shape[:2]
         box = (0.0, 0.0, self._size[0] / self.factor, self._size[1] / self.factor)
-        return np.asarray(Image.fromarray(self.out).resize((w, h), box=box))
+        return np.asarray(Image.fromarray(self.out).resize((width, height), box=box))
 
 
 def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:

@@ -101,4 +101,4 @@ class TextureStore:
             return pyramid
 
     def _bytes(self) -> int:
-        return sum(p.texels.nbytes for p in self._cache.values() if p is not None)
+        return sum(pyramid.texels.nbytes for pyramid in self._cache.values() if pyramid is not None)

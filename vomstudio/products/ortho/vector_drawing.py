@@ -434,8 +434,13 @@ def _resample(line: FloatArray, step: float) -> FloatArray:
     )
 
 
-def _are_overlapping(a: LabelBox, b: LabelBox) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+def _are_overlapping(first_box: LabelBox, second_box: LabelBox) -> bool:
+    return (
+        first_box[0] < second_box[2]
+        and second_box[0] < first_box[2]
+        and first_box[1] < second_box[3]
+        and second_box[1] < first_box[3]
+    )
 
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:

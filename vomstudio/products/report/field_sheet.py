@@ -161,12 +161,12 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
                 color=CONTROL,
             )
         first_view = plan.select_kind("perpendicular")[0]
-        w, h = plan.footprint_m
+        width_m, height_m = plan.footprint_m
         axes.add_patch(
             Rectangle(
-                (first_view.along_m - w / 2, first_view.up_m - h / 2),
-                w,
-                h,
+                (first_view.along_m - width_m / 2, first_view.up_m - height_m / 2),
+                width_m,
+                height_m,
                 fill=False,
                 edgecolor=PERPENDICULAR,
                 linestyle="--",
@@ -348,7 +348,7 @@ def _html(plan: SurveyPlan) -> str:
 
 def _rows(headings: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     heading = "".join(f"<th>{heading}</th>" for heading in headings)
-    body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in rows)
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{heading}</tr>{body}</table>"
 
 

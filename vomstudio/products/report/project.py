@@ -125,7 +125,7 @@ def write_project_report(
     report = ProjectReport(
         str(path), elements["plane"], elements["line"], dict(qualities), tuple(rows.skipped)
     )
-    features = [r for r in records.values() if isinstance(r, Feature)]
+    features = [record for record in records.values() if isinstance(record, Feature)]
     body = "".join(
         [
             _summary(records, features, rows, qualities),
@@ -173,8 +173,17 @@ def _models(records: Mapping[str, Record], features: Sequence[Feature]) -> list[
         table(
             head,
             [
-                ("", [m.name, tr(m.kind), m.frame.name(), f"{counts[m.id]:,}", Path(m.path).name])
-                for m in models
+                (
+                    "",
+                    [
+                        model.name,
+                        tr(model.kind),
+                        model.frame.name(),
+                        f"{counts[model.id]:,}",
+                        Path(model.path).name,
+                    ],
+                )
+                for model in models
             ],
         ),
     ]

@@ -82,7 +82,7 @@ def _sentence(note: str | Finding | Mapping[str, Any]) -> str:
 
 
 def _survey(survey: Mapping[str, Any]) -> str:
-    findings = "".join(f"<li>{escape(f['message'])}</li>" for f in survey["findings"])
+    findings = "".join(f"<li>{escape(finding['message'])}</li>" for finding in survey["findings"])
     advice_items = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
     text = f"<p>{escape(survey['verdict'])}</p>"
     if findings:

@@ -90,7 +90,7 @@ def lay_out_page(log: BedLog) -> LogPage:
     column = 1000.0 * thickness_m / scale
     centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
     heights_mm = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
-    has_name = [len(centres) <= _MAX_ROWS or t >= _ROW_MM for t in heights_mm]
+    has_name = [len(centres) <= _MAX_ROWS or height >= _ROW_MM for height in heights_mm]
     rows = np.full(len(centres), np.nan)
     rows[has_name] = _spread(
         [centre for centre, n in zip(centres, has_name, strict=True) if n], _ROW_MM

@@ -91,7 +91,7 @@ def _subdivide(points: FloatArray) -> tuple[FloatArray, BoolArray]:
     step = max(float(lengths.sum()) / PIECES, 1e-12)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts, is_vertex = [], []
-    for point, b, count in zip(points[:-1], points[1:], counts.tolist(), strict=True):
-        parts.append(point + (b - point) * np.arange(count)[:, None] / count)
+    for start, end, count in zip(points[:-1], points[1:], counts.tolist(), strict=True):
+        parts.append(start + (end - start) * np.arange(count)[:, None] / count)
         is_vertex.append(np.arange(count) == 0)
     return np.concatenate([*parts, points[-1:]]), np.concatenate([*is_vertex, [True]])

@@ -122,20 +122,21 @@ def answer(question: LogQuestion) -> LogAnswer:
     """Compute a log along a line, as `vomstudio log` does. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
-    q = question
-    max_distance = _reach(q)
-    boundaries = _boundaries(q, max_distance)
-    bed = _bed(q, boundaries, max_distance)
-    sigma = q.options.sigma_m
+    max_distance = _reach(question)
+    boundaries = _boundaries(question, max_distance)
+    bed = _bed(question, boundaries, max_distance)
+    sigma = question.options.sigma_m
     if sigma is None:
         crossing_traces = [
-            q.traces[boundary.key] for boundary in boundaries if boundary.key in q.traces
+            question.traces[boundary.key]
+            for boundary in boundaries
+            if boundary.key in question.traces
         ]
         # The line itself follows the face, so its deviation from a plane is not an error.
-        sigma = pick_scatter_m([replace(q.line, fit=None), *crossing_traces])
+        sigma = pick_scatter_m([replace(question.line, fit=None), *crossing_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([boundary.name for boundary in boundaries])
-    descriptions = [q.words.get(boundary.key, RockWords()) for boundary in boundaries]
+    descriptions = [question.words.get(boundary.key, RockWords()) for boundary in boundaries]
     log = bed_log(
         [boundary.position for boundary in boundaries],
         bed.plane,
@@ -144,29 +145,41 @@ def answer(question: LogQuestion) -> LogAnswer:
         notes=[word.notes for word in descriptions],
         sigma_m=sigma,
         bed_error_deg=bed.error95_deg,
-        overturned=q.options.overturned,
+        overturned=question.options.overturned,
     )
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         log = replace(log, warnings=(*log.warnings, warning))
-    overturned = sum(boundary.key in q.marked for boundary in boundaries)
-    if overturned and not q.options.overturned:
+    overturned = sum(boundary.key in question.marked for boundary in boundaries)
+    if overturned and not question.options.overturned:
         warning = Finding("log.overturned-beds", count=overturned)
         log = replace(log, warnings=(*log.warnings, warning))
     keys = dict(zip(labels, (boundary.key for boundary in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in log.intervals)
     return LogAnswer(
-        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, max_distance, log, bases, bed.ids
+        question,
+        tuple(boundaries),
+        bed.plane,
+        bed.error95_deg,
+        sigma,
+        max_distance,
+        log,
+        bases,
+        bed.ids,
     )
 
 
-def _reach(q: LogQuestion) -> float:
+def _reach(question: LogQuestion) -> float:
     from vomstudio.geometry.lines import path_length
 
-    return _DEFAULT_REACH_SHARE * path_length(q.line.points) if q.reach_m is None else q.reach_m
+    return (
+        _DEFAULT_REACH_SHARE * path_length(question.line.points)
+        if question.reach_m is None
+        else question.reach_m
+    )
 
 
-def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
+def _boundaries(question: LogQuestion, max_distance: float) -> list[Boundary]:
     """Find the boundaries in order along the line.
 
     Raises InputError if there are fewer than two.
@@ -174,8 +187,8 @@ def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
     from vomstudio.geology.beds.log_boundaries import crossings
 
     boundaries: list[tuple[float, Boundary]] = []
-    points = q.line.points
-    if q.of in (POINTS, BOTH):
+    points = question.line.points
+    if question.of in (POINTS, BOTH):
         distances_along = np.concatenate(
             [[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()]
         )
@@ -184,14 +197,18 @@ def _boundaries(q: LogQuestion, max_distance: float) -> list[Boundary]:
         ):
             key = f"{POINT}{i}"
             boundaries.append((position, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
-    if q.of in (TRACES, BOTH):
-        traces = {id_: m.points for id_, m in q.traces.items() if id_ != q.line_id}
+    if question.of in (TRACES, BOTH):
+        traces = {
+            id_: measurement.points
+            for id_, measurement in question.traces.items()
+            if id_ != question.line_id
+        }
         for crossing in crossings(points, traces, max_distance):
             x, y, z = crossing.position.tolist()
-            name = q.names[crossing.name]
+            name = question.names[crossing.name]
             boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:
-        unit = "m" if q.is_metric else tr("units")
+        unit = "m" if question.is_metric else tr("units")
         raise InputError(
             Finding("log.too-few-boundaries", count=len(boundaries), reach=max_distance, unit=unit)
         )
@@ -214,7 +231,7 @@ class _Bed(NamedTuple):
     are_parallel: bool = True
 
 
-def _bed(q: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Bed:
+def _bed(question: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Bed:
     """Determine the attitude of the beds.
 
     It is the plane given by the user, if any. Otherwise it is fitted to the traces that are
@@ -227,18 +244,18 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Be
     """
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
-    if q.bed is not None:
-        return _Bed(q.bed, q.options.bed_error_deg or 0.0)
-    ids = [boundary.key for boundary in boundaries if boundary.key in q.traces] or _near_traces(
-        q, max_distance
-    )
+    if question.bed is not None:
+        return _Bed(question.bed, question.options.bed_error_deg or 0.0)
+    ids = [
+        boundary.key for boundary in boundaries if boundary.key in question.traces
+    ] or _near_traces(question, max_distance)
     if not ids:
         raise InputError(Finding("log.no-bedding"))
-    common_bed = fit_common_bed([q.traces[id_].points for id_ in ids])
+    common_bed = fit_common_bed([question.traces[id_].points for id_ in ids])
     fit95 = common_bed.max_confidence95_deg or 0.0
-    turned_count = sum(_is_turned(q.traces[id_], common_bed.plane, fit95) for id_ in ids)
+    turned_count = sum(_is_turned(question.traces[id_], common_bed.plane, fit95) for id_ in ids)
     are_parallel = common_bed.are_parallel and turned_count <= _MAX_TURNED_SHARE * len(ids)
-    error = common_error_deg(fit95, (q.traces[id_] for id_ in ids)) or 0.0
+    error = common_error_deg(fit95, (question.traces[id_] for id_ in ids)) or 0.0
     return _Bed(common_bed.plane, error, fit95, tuple(ids), are_parallel)
 
 
@@ -253,16 +270,16 @@ def _is_turned(trace: Measurement, common_plane: Plane, error_deg: float) -> boo
     )
 
 
-def _near_traces(q: LogQuestion, max_distance: float) -> list[str]:
+def _near_traces(question: LogQuestion, max_distance: float) -> list[str]:
     """Return the traces within reach of the line; if none, those within the line's length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
     distance_by_id = {
-        id_: nearest_approach(q.line.points, trace.points).distance
-        for id_, trace in q.traces.items()
-        if id_ != q.line_id and len(trace.points) > 1
+        id_: nearest_approach(question.line.points, trace.points).distance
+        for id_, trace in question.traces.items()
+        if id_ != question.line_id and len(trace.points) > 1
     }
-    for limit in (max_distance, path_length(q.line.points)):
+    for limit in (max_distance, path_length(question.line.points)):
         if near_ids := [id_ for id_, distance in distance_by_id.items() if distance <= limit]:
             return near_ids
     return []

@@ -179,7 +179,7 @@ def project_items(
         if len(curtain.panels) > 1 and len(item.points) > 1:
             parts = project_along_bends(item, crossings, direction)
             near_features = [
-                f for f in parts if within is None or np.abs(f.distance).mean() <= within
+                item for item in parts if within is None or np.abs(item.distance).mean() <= within
             ]
             projected_features += near_features
             continue

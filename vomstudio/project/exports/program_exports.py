@@ -99,7 +99,7 @@ def _describe(column: str, value: Any) -> tuple[str, str]:
 def _figures() -> Mapping[str, Figure]:
     """Return all figures of layers by the names of their columns."""
     layers = [kind.layer for kind in KINDS if kind.layer is not None]
-    figures = (*catalogue.ORIENTATION, *(f for layer in layers for f in layer.figures))
+    figures = (*catalogue.ORIENTATION, *(figure for layer in layers for figure in layer.figures))
     return {figure.name: figure for figure in figures}
 
 

@@ -146,15 +146,18 @@ def _guess_without_names(table: FieldTable) -> Guess:
         return Guess({"text": text}, _text_notation(table, text))
     for first_column in range(table.width - 1):
         cells = [(row[first_column], row[first_column + 1]) for row in table.rows[:50]]
-        has_directions = any(c in "NSEW" for pair in cells for word in pair for c in word.upper())
+        has_directions = any(
+            letter in "NSEW" for pair in cells for word in pair for letter in word.upper()
+        )
         if (
             has_directions
             and sum(is_orientation(" ".join(pair)) for pair in cells) > len(cells) / 2
         ):
             return Guess({"azimuth": first_column, "inclination": first_column + 1}, "quadrant")
-        pairs = [(number_in(a, table), number_in(b, table)) for a, b in cells]
+        pairs = [(number_in(azimuth, table), number_in(dip, table)) for azimuth, dip in cells]
         are_angles = [
-            a is not None and b is not None and 0 <= a <= 360 and 0 <= b <= 90 for a, b in pairs
+            azimuth is not None and dip is not None and 0 <= azimuth <= 360 and 0 <= dip <= 90
+            for azimuth, dip in pairs
         ]
         if sum(are_angles) > len(are_angles) / 2:
             return Guess({"azimuth": first_column, "inclination": first_column + 1}, None)
@@ -180,7 +183,8 @@ def _text_notation(table: FieldTable, column: int) -> str | None:
     if "trend" in name or "lineation" in name:
         return "trend/plunge"
     has_numbers = any(
-        row[column] and not any(c in "NSEW" for c in row[column].upper()) for row in table.rows
+        row[column] and not any(letter in "NSEW" for letter in row[column].upper())
+        for row in table.rows
     )
     return None if has_numbers else "quadrant"
 
@@ -192,7 +196,7 @@ def _strike_notation(
         return None
     if quadrant is not None:
         return "quadrant" if all(row[quadrant] for row in table.rows) else "strike/dip"
-    if any(c in "NSEW" for row in table.rows for c in (row[strike] + row[dip]).upper()):
+    if any(letter in "NSEW" for row in table.rows for letter in (row[strike] + row[dip]).upper()):
         return "quadrant"
     name = normalise_name(table.label(strike))
     return "strike/dip lhr" if "lhr" in name or "left" in name else "strike/dip"

@@ -74,7 +74,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     else:
         rows = [_split_cells(line, delimiter) for _, line in used_columns]
     column_indices = [i for i, _ in used_columns]
-    has_header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
+    has_header = is_header(rows[0], delimiter) and not any(is_orientation(cell) for cell in rows[0])
     first_row = rows[0]
     if has_header:
         rows, column_indices = rows[1:], column_indices[1:]
@@ -133,7 +133,9 @@ def _split_cells(line: str, delimiter: str) -> list[str]:
 
 def is_orientation(text: str) -> bool:
     """Return whether a text contains both angles; two plain numbers do not count."""
-    if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
+    if not any(character in text for character in "/°") and not any(
+        character in "NSEWnsew" for character in text
+    ):
         return False
     for parse in (parse_plane, parse_line):
         try:

@@ -150,7 +150,7 @@ def read_readings(
         try:
             position = _position(cells_by_role, table, to_grid)
             if position is None and any(
-                cells_by_role.get(c) for c in ("x", "y", "longitude", "latitude")
+                cells_by_role.get(role) for role in ("x", "y", "longitude", "latitude")
             ):
                 unpositioned_rows.append(line)
         except InputError as error:

@@ -42,7 +42,8 @@ def _line(row: JournalRow) -> str:
 def _label(label: str) -> str:
     """Replace each sequence of words that are not in `_WORDS` by "…"."""
     labels = [
-        w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()
+        word if word.lower() in _WORDS or re.fullmatch(r"\d{1,3}", word) else "…"
+        for word in label.split()
     ]
     return re.sub(r"…(?: …)+", "…", " ".join(labels))
 

@@ -187,7 +187,7 @@ WHAT = replace(
     of.KIND,
     title=_("Kind"),
     explanation=_("Measured quantity"),
-    value=lambda s: s.feature.kind,
+    value=lambda subject: subject.feature.kind,
     words=(),
     shown=None,
 )
@@ -263,7 +263,12 @@ KIND = Kind(
     figures=(of.ID, of.NAME, *FIGURES, of.NOTES),
     attributes=(
         kind.NAME,
-        Attribute("plane_id", _("Across"), "plane", applies=lambda d: d.kind == "thickness"),
+        Attribute(
+            "plane_id",
+            _("Across"),
+            "plane",
+            applies=lambda dimension: dimension.kind == "thickness",
+        ),
         kind.NOTES,
     ),
     sketch=sketch,

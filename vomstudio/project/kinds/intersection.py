@@ -87,7 +87,7 @@ def members(records: Records, group: Group) -> list[Feature]:
 
 def dependency_ids(feature: Intersection) -> list[str]:
     """Return the IDs of the features in both groups."""
-    return [g.feature_id for g in (feature.first, feature.second) if g.feature_id]
+    return [group.feature_id for group in (feature.first, feature.second) if group.feature_id]
 
 
 def dependencies(records: Records, feature: Intersection) -> list[Feature]:
@@ -115,13 +115,15 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     start = 0
     try:
         for group in measurements:
-            planar_group = [m for m in group if m.plane is not None]
+            planar_group = [measurement for measurement in group if measurement.plane is not None]
             if len(planar_group) == 1:
                 planes = [plane_with_error(planar_group[0])]
             else:
                 # The error of a mean is computed from the scatter; computing the errors of its
                 # planes would take too long.
-                planes = [UncertainPlane(_normal_of(m), None) for m in planar_group]
+                planes = [
+                    UncertainPlane(_normal_of(measurement), None) for measurement in planar_group
+                ]
             usable_planes = [plane for plane in planes if plane is not None]
             means.append(mean_plane(usable_planes))
             scatter = max(scatter, scatter_deg(usable_planes, means[-1]))
@@ -190,11 +192,18 @@ def _ends(
     The line passes through the intersection of the planes through the centres of the groups or, if
     that is far away, midway between the groups.
     """
-    extents = [m.fit.extent for group in measured_lists for m in group if m.fit and m.fit.extent]
+    extents = [
+        measurement.fit.extent
+        for group in measured_lists
+        for measurement in group
+        if measurement.fit and measurement.fit.extent
+    ]
     centres = []
     for group in measured_lists:
         positions = [
-            m.fit.centroid if m.fit else m.points.mean(axis=0) for m in group if len(m.points)
+            measurement.fit.centroid if measurement.fit else measurement.points.mean(axis=0)
+            for measurement in group
+            if len(measurement.points)
         ]
         if positions:
             centres.append(np.mean(positions, axis=0))

@@ -212,7 +212,7 @@ WHAT = replace(
     of.KIND,
     title=_("Kind"),
     explanation=_("Known quantity"),
-    value=lambda s: s.feature.kind,
+    value=lambda subject: subject.feature.kind,
     words=(),
     shown=None,
 )

@@ -242,7 +242,7 @@ def words(measured: Measurement) -> list[str]:
     return lines
 
 
-N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+N_VERTICES = replace(of.N_POINTS, value=lambda subject: len(subject.feature.vertices))
 
 KIND = Kind(
     name="lineation",

@@ -151,7 +151,7 @@ LITHOLOGY = text_figure(
     "lithology",
     _("Lithology"),
     _("Rock type of the StraboSpot list"),
-    lambda s: s.feature.lithology or None,
+    lambda subject: subject.feature.lithology or None,
     words=("lithology", "rock"),
 )
 SURFACE_AREA = replace(AREA, explanation=_("Area of the surface inside the outline"))
@@ -159,7 +159,7 @@ OUTLINE_AREA = Figure(
     "outline_m2",
     _("Outline"),
     _("Largest projected area of a lithology outline"),
-    lambda s: (s.measured.dimension or {}).get("outline_m2"),
+    lambda subject: (subject.measured.dimension or {}).get("outline_m2"),
     "area",
     "m2",
 )

@@ -161,7 +161,7 @@ def places(subject: Subject) -> FloatArray:
     return np.concatenate([points, _to_world(patch.outline, subject)])
 
 
-N_ELEMENTS = replace(of.N_POINTS, value=lambda s: s.feature.n)
+N_ELEMENTS = replace(of.N_POINTS, value=lambda subject: subject.feature.n)
 
 KIND = Kind(
     name="patch",

@@ -169,7 +169,7 @@ KIND = Kind(
         of.PLUNGE,
         of.OVERTURNED,
         *of.PLACE,
-        replace(of.METHOD, value=lambda s: "compass"),
+        replace(of.METHOD, value=lambda subject: "compass"),
         of.FRAME,
         of.TO_PICK,
         *of.VERDICT,

@@ -190,14 +190,14 @@ NUMBER = text_figure(
     "number",
     _("Number"),
     _("Number of a station or sample, as written in the field"),
-    lambda s: s.feature.number or None,
+    lambda subject: subject.feature.number or None,
     words=("number",),
 )
 PHOTO = text_figure(
     "photo",
     _("Photos"),
     _("Names or paths of the photos of a station or sample, separated by semicolons"),
-    lambda s: s.feature.photo or None,
+    lambda subject: subject.feature.photo or None,
     words=("photo",),
 )
 WHAT = replace(

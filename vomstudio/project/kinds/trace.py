@@ -228,7 +228,7 @@ def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     return Sketch(points, anchor, sign=anchor)
 
 
-N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+N_VERTICES = replace(of.N_POINTS, value=lambda subject: len(subject.feature.vertices))
 
 NOTES = replace(of.NOTES, value=notes_with_beds)
 

@@ -29,7 +29,11 @@ def listed_tables(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> dict[str, str]:
     """Return the CSV text of each such kind that has features, by layer name, in World."""
-    features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
+    features = [
+        record
+        for record in records.values()
+        if isinstance(record, Feature) and kind_of(record).listed
+    ]
     subjects = subjects_by_kind(records, features, measurements)
     return {
         kind.layer.name: _text(kind, subjects[kind], table)

@@ -66,7 +66,7 @@ def write_log(
         error = interval.thickness_m.error95
         texts = [
             interval.lithology,
-            *(interval.strabospot.get(f, "") for f in FIELDS),
+            *(interval.strabospot.get(field, "") for field in FIELDS),
             interval.notes,
         ]
         out.writerow(

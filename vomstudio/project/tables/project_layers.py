@@ -45,8 +45,10 @@ def subjects_by_kind(
     """
     measurements_by_id = measurements.of(records, [feature.id for feature in features])
     subjects: dict[Kind, list[Subject]] = {}
-    for f in features:
-        subjects.setdefault(kind_of(f), []).append(Subject(f, measurements_by_id[f.id], records))
+    for feature in features:
+        subjects.setdefault(kind_of(feature), []).append(
+            Subject(feature, measurements_by_id[feature.id], records)
+        )
     return subjects
 
 
@@ -58,7 +60,9 @@ def project_layers(
     Each layer follows the points of its orientations. Empty layers are omitted, except `planes` and
     `traces`. A compass reading without a position is included only in the table.
     """
-    features = first_picks((r for r in records.values() if isinstance(r, Feature)), records)
+    features = first_picks(
+        (record for record in records.values() if isinstance(record, Feature)), records
+    )
     subjects = subjects_by_kind(records, features, measurements)
     layers: dict[str, Layer] = {}
     for kind in KINDS:
@@ -79,9 +83,12 @@ def project_layers(
 def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
     table = table.drop_repeats()
     rows = [row for row in table.rows if row["x"] is not None and row["element"] == geometry]
-    positions = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
+    positions = [np.array([[row[axis] for axis in "xyz"]], np.float64) for row in rows]
     # The key of the layer is `fid`, so `id` remains the ID of the record.
-    columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
+    columns = {
+        figure.name: _array([row[figure.name] for row in rows], figure.form)
+        for figure in catalogue.ORIENTATION
+    }
     for name in table.extra_columns:
         columns[name] = _array([row.get(name) or "" for row in rows], "text")
     return Layer(layer_name, "point", positions, columns)

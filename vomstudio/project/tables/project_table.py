@@ -73,7 +73,7 @@ class ProjectTable:
     @property
     def extra_columns(self) -> tuple[str, ...]:
         """Optional columns that are in use: domain, station, interpreter and repeated feature."""
-        return tuple(c for c in EXTRA_COLUMNS if any(c in row for row in self.rows))
+        return tuple(column for column in EXTRA_COLUMNS if any(column in row for row in self.rows))
 
     def drop_repeats(self) -> ProjectTable:
         """Return the table without repeats, for programs that would count them as structures."""
@@ -162,7 +162,9 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
 
 
 def _extra_values(subject: Subject) -> Row:
-    values = {f.name: value for f in _FIGURES if (value := f.value(subject)) is not None}
+    values = {
+        figure.name: value for figure in _FIGURES if (value := figure.value(subject)) is not None
+    }
     return values | repeat_columns(subject.feature, subject.records)
 
 

@@ -65,7 +65,7 @@ def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) ->
         return False
     # The points were selected for the mirror image, so test at a higher significance.
     misfit_of_inliers, mirror_misfit = (
-        residual_misfit(m[agree], world[agree]) for m in (model, model * _MIRROR)
+        residual_misfit(positions[agree], world[agree]) for positions in (model, model * _MIRROR)
     )
     return is_far_better_fit(mirror_misfit, misfit_of_inliers, _SIGNIFICANCE**2)
 

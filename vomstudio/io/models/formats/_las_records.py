@@ -185,7 +185,12 @@ def choose_fields(records: AnyArray, layout: RecordLayout) -> Choice:
     """
     names = layout.kind.names or ()
     top = max(
-        (int(records[c].max(initial=0)) for c in ("red", "green", "blue") if c in names), default=0
+        (
+            int(records[color].max(initial=0))
+            for color in ("red", "green", "blue")
+            if color in names
+        ),
+        default=0,
     )
     fields = []
     for name in STANDARD_FIELDS:

@@ -131,7 +131,10 @@ def _are_different(first: StatedAxes, second: StatedAxes, centre: tuple[float, f
         ]
     except ProjError:
         return True
-    return any(abs(a - b) > MAX_DEVIATION_DEG for a, b in zip(*positions, strict=True))
+    return any(
+        abs(first_angle - second_angle) > MAX_DEVIATION_DEG
+        for first_angle, second_angle in zip(*positions, strict=True)
+    )
 
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:

@@ -73,7 +73,7 @@ def read_header(top: bytes, path: Path) -> Header:
         )
 
     while True:
-        ends = [e for e in (top.find(b"\n", position), top.find(b"\r", position)) if e >= 0]
+        ends = [end for end in (top.find(b"\n", position), top.find(b"\r", position)) if end >= 0]
         if not ends:
             raise header_error(tr("the PLY header has no 'end_header'"))
         end = min(ends)

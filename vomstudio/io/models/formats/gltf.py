@@ -133,11 +133,11 @@ def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
     result: dict[str, AnyArray] = {}
     for name in dict.fromkeys(name for piece in pieces for name in piece.fields):
         columns_of_pieces = [piece.fields.get(name) for piece in pieces]
-        types = [f.dtype for f in columns_of_pieces if f is not None]
+        types = [column.dtype for column in columns_of_pieces if column is not None]
         dtype: Any = np.result_type(*types)
         if len(types) < len(pieces):
             dtype = np.result_type(dtype, np.float32)
-        columns = [None if f is None else f[:, None] for f in columns_of_pieces]
+        columns = [None if column is None else column[:, None] for column in columns_of_pieces]
         column = _join(pieces, columns, 1, np.nan if dtype.kind == "f" else 0, dtype)
         assert column is not None
         result[name] = np.ascontiguousarray(column[:, 0])
@@ -179,8 +179,10 @@ def _mesh(
     origin: FloatArray,
     findings: list[Finding],
 ) -> Mesh:
-    used_materials = sorted({piece.material for piece in pieces}, key=lambda m: (m == -1, m))
-    pieces = sorted(pieces, key=lambda p: used_materials.index(p.material))
+    used_materials = sorted(
+        {piece.material for piece in pieces}, key=lambda material: (material == -1, material)
+    )
+    pieces = sorted(pieces, key=lambda piece: used_materials.index(piece.material))
     counts = [
         sum(
             len(piece.faces)

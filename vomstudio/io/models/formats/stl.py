@@ -119,7 +119,7 @@ def _text(
     for start, block in _blocks(text):
         matches = list(_VERTEX.finditer(block))
         starts = np.array([match.start() for match in matches], np.int64)
-        loop_starts = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
+        loop_starts = np.array([match.start() for match in _LOOP.finditer(block)], np.int64)
         number_texts = [match.groups() for match in matches]
         values = _numbers(number_texts) if number_texts else np.empty((0, 3))
         invalid = np.flatnonzero(np.isnan(values).any(axis=1))

@@ -142,7 +142,9 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
     width = len(cells[0])
     if header is None:
         header, header_line = _commented_header(lines[: rows[0][0]], width, delimiter)
-    has_decimal_comma = delimiter in ";\t" and any(is_comma_number(c) for row in cells for c in row)
+    has_decimal_comma = delimiter in ";\t" and any(
+        is_comma_number(cell) for row in cells for cell in row
+    )
     return Layout(
         delimiter,
         "," if has_decimal_comma else ".",
@@ -220,8 +222,12 @@ def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> Co
         )
     columns = ColumnUses([0, 1, 2])
     rows = [row for row in layout.sample if len(row) == layout.width]
-    cells = [[parse_number(c, decimal_comma=layout.decimal == ",") for c in row] for row in rows]
-    values = np.array([[np.nan if c is None else c for c in row] for row in cells], np.float64)
+    cells = [
+        [parse_number(cell, decimal_comma=layout.decimal == ",") for cell in row] for row in rows
+    ]
+    values = np.array(
+        [[np.nan if cell is None else cell for cell in row] for row in cells], np.float64
+    )
     column = 3
     while column < layout.width:
         triple = values[:, column : column + 3]

@@ -48,7 +48,7 @@ def write(out: WriteRequest) -> list[Finding]:
     color_numbers_of_layers = dict.fromkeys(names.values(), 7)
     for material in () if mesh is None else mesh.materials:
         if material.diffuse is not None:
-            r, g, b = (round(255 * min(max(c, 0.0), 1.0)) for c in material.diffuse)
+            r, g, b = (round(255 * min(max(component, 0.0), 1.0)) for component in material.diffuse)
             color_numbers_of_layers[names[material.name or "mesh"]] = color_number(
                 f"#{r:02x}{g:02x}{b:02x}"
             )

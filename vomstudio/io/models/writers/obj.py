@@ -71,7 +71,9 @@ def _write_library(path: Path, mesh: Mesh, names: list[str], images: Images) -> 
         for name, material, image in zip(names, mesh.materials, images.names, strict=True):
             file.write(f"newmtl {name}\n")
             if material.diffuse is not None:
-                file.write("Kd " + " ".join(f"{c:.6g}" for c in material.diffuse) + "\n")
+                file.write(
+                    "Kd " + " ".join(f"{component:.6g}" for component in material.diffuse) + "\n"
+                )
             elif image is not None:
                 file.write("Kd 1 1 1\n")
             if image is not None:

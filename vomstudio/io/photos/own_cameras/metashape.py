@@ -45,8 +45,14 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         warnings.append(
             Finding("cameras.several-chunks", count=len(chunks), label=chunk.get("label", ""))
         )
-    lenses = {s.get("id"): _lens(path, s) for s in chunk.iter("sensor") if s.get("id") is not None}
-    transforms = {c.get("id"): _transform(path, c) for c in chunk.iter("component")}
+    lenses = {
+        sensor.get("id"): _lens(path, sensor)
+        for sensor in chunk.iter("sensor")
+        if sensor.get("id") is not None
+    }
+    transforms = {
+        component.get("id"): _transform(path, component) for component in chunk.iter("component")
+    }
     chunk_transform = _transform(path, chunk)
     poses, unknown_models = list[tuple[str, Intrinsics, FloatArray, FloatArray]](), list[str]()
     for camera in chunk.iter("camera"):
@@ -119,7 +125,7 @@ def _view(
             name, lens, (camera_to_world[:3, :3] / scale).T, camera_to_world[:3, 3]
         )
     except ValueError as error:
-        camera = next(c for c in chunk.iter("camera") if _label(path, c) == name)
+        camera = next(element for element in chunk.iter("camera") if _label(path, element) == name)
         raise _damage_error(path, camera, str(error)) from error
 
 
