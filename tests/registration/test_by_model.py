@@ -17,7 +17,7 @@ from vomstudio.core.errors import Cancelled, GeometryError, InputError
 from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.registration.by_model.reference import FREE, fit_to_reference
 from vomstudio.registration.by_model.refining import Refinement, determined_directions
-from vomstudio.registration.by_model.stable import find_inside_polygons, near_cloud
+from vomstudio.registration.by_model.stable import find_inside_polygons, is_near_cloud
 from vomstudio.registration.by_model.subsets import cut_into_blocks, jackknife_error
 from vomstudio.registration.combined import Combined, difference
 from vomstudio.registration.observations import Points
@@ -316,7 +316,7 @@ def test_points_that_contradict_it_are_named() -> None:
 # --- masks ----------------------------------------------------------------------------------------
 def test_a_cloud_is_a_mask_for_what_lies_near_it() -> None:
     points = np.column_stack([np.linspace(0, 10, 101), np.zeros(101), np.zeros(101)]) + FAR
-    flags, reach = near_cloud(points, points[:11], 0.1)
+    flags, reach = is_near_cloud(points, points[:11], 0.1)
     assert reach == pytest.approx(0.3)
     assert flags.sum() in (13, 14)
 

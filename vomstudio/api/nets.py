@@ -151,7 +151,7 @@ def stereonet(
     """
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.net_axes import is_stereonet_axes
-    from vomstudio.products.net.preparation import contouring_of, read_wishes
+    from vomstudio.products.net.preparation import contouring_of, read_additions
     from vomstudio.products.net.script_net import draw_net, new_axes
     from vomstudio.products.net.table_net import net_of_table
 
@@ -172,7 +172,7 @@ def stereonet(
     with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
     with name_arguments_in_errors(StereonetOptions):
-        net_request = read_wishes(options)
+        net_request = read_additions(options)
     if ax is not None and not is_stereonet_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:

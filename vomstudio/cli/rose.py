@@ -55,7 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.rose import mean_words
+    from vomstudio.products.net.rose import describe_mean
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     format_ = picture_format(args.output, "--output")
@@ -99,7 +99,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.note(tr("read {convention}", convention=table.convention))
     out.warn(warnings)
     for name, rose in roses.roses.items():
-        out.text(tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=mean_words(rose)))
+        out.text(
+            tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=describe_mean(rose))
+        )
 
 
 def _result_without_warnings(

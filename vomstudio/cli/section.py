@@ -118,7 +118,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if section_features.convention:
         out.note(tr("read {convention}", convention=section_features.convention))
     out.warn(files.warnings)
-    projection_words = writing.projection_words(figures)
+    projection_words = writing.describe_projection(figures)
     out.text(_result_text(files.to_dict(), unit_of(model.has_metric_unit), projection_words))
 
 

@@ -55,12 +55,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.preparation import contouring_of, read_wishes
+    from vomstudio.products.net.preparation import contouring_of, read_additions
     from vomstudio.products.net.table_net import net_of_table, replace_colors
 
     format_ = picture_format(args.output, "--output")
     options = parse_options(args, StereonetOptions)
-    net_request = read_wishes(options)
+    net_request = read_additions(options)
     style = FigureStyle.from_options(parse_options(args, StereonetFigure))
     colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])

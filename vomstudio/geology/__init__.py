@@ -1,1 +1,1 @@
-"""Words and conventions: orientation, notation, statistics, folds, quality."""
+"""Structural geology: orientations, notation, statistics, folds, faults and verdicts."""

@@ -95,7 +95,7 @@ def _confidence95_deg(spread: float, noise: float, dof: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneError:
-    """Expected error of a plane of some size.
+    """Expected error of a plane of a given size.
 
     Attributes
     ----------

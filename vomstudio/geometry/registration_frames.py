@@ -83,7 +83,7 @@ def change_world(
 def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) -> Registration:
     """Return a registration after a similarity of the file coordinates of the model.
 
-    The place of the model in World, and its errors, stay as they are. A file whose coordinates
+    The position of the model in the World frame and its errors do not change. A file whose coordinates
     become those of World has the identity as its matrix.
 
     Parameters

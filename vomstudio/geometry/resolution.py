@@ -133,7 +133,7 @@ def _inner_share(neighbour_points: FloatArray) -> float:
 
 
 def _larger_of_spacing_and_noise(areas: FloatArray, noises: FloatArray) -> float | None:
-    """Return the larger of median spacing and median noise of the places."""
+    """Return the larger of the median spacing and the median noise."""
     is_known = np.isfinite(areas) & (areas > 0)
     if not is_known.any():
         return None

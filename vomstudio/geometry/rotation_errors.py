@@ -118,7 +118,7 @@ def enlarged_semi_axes(
 
 
 def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:
-    """Return the 95 % error of a component of the difference of two places.
+    """Return the 95 % error of a component of the difference of two positions.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArra
 
 
 def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
-    """Return the 95 % error of the horizontal distance of two places.
+    """Return the 95 % error of the horizontal distance of two positions.
 
     For a vertical difference, whose horizontal part can only grow, it is the maximum over
     directions.

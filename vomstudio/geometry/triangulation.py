@@ -14,7 +14,7 @@ from vomstudio.geometry.cameras import View
 def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     """Find the point whose projections have the smallest residuals in photos.
 
-    Nearest point of the rays, then Gauss-Newton on the pixels.
+    The point nearest to the rays is refined by Gauss-Newton iterations on the pixels.
 
     Parameters
     ----------

@@ -117,7 +117,7 @@ UNIT_SUFFIXES = (
 
 
 def length_text(length_m: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
-    """Format a length with a number of significant digits, at least to whole units.
+    """Format a length with the given significant digits, but at least to whole units.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def bar_text(length_m: float, *, is_metric: bool = True) -> str:
 
 
 def area_text(value_m2: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
-    """Format an area with a number of significant digits, at least to whole units.
+    """Format an area with the given significant digits, but at least to whole units.
 
     Parameters
     ----------

@@ -255,7 +255,7 @@ def _heights_finding(positions: Positions, longitude: float, latitude: float) ->
 
 
 # --- misread positions ------------------------------------------------------------------------
-def require_apart(world: FloatArray) -> None:
+def require_separate_positions(world: FloatArray) -> None:
     """Check that positions of cameras are neither in degrees nor all equal.
 
     Parameters
@@ -306,7 +306,7 @@ def select_consistent_cameras(
     GeometryError
         If the positions do not determine the position of the model.
     """
-    require_apart(world)
+    require_separate_positions(world)
     misplaced, is_far = find_misplaced_points(labels, model, world, crs)
     misplaced = [*(missing_height_findings(labels, model, world) or misplaced)]
     is_used = ~is_far

@@ -66,7 +66,7 @@ class Combined:
         )
 
     def size_of(self, error: FloatArray) -> tuple[float, float]:
-        """Return the size of errors (m,) in metres at `about` and in degrees."""
+        """Return the size of errors (m,) in metres at `rotation_centre` and in degrees."""
         components = np.linalg.pinv(self.whitening) @ error
         return float(np.linalg.norm(components[4:])), float(
             np.degrees(np.linalg.norm(components[:3]))

@@ -61,7 +61,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
-    result: dict[str, Any] = {**back_projection.facts_of(brought_lines, args.output)}
+    result: dict[str, Any] = {**back_projection.command_output(brought_lines, args.output)}
     if options.into is not None:
         result |= _add(
             args,

@@ -370,7 +370,7 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
 def _alternate_ends(
     poles: FloatArray, axis_estimate: FloatArray
 ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-    """Alternate the selection of ends and the fit until the ends remain.
+    """Alternate the selection of ends and the fit until the ends no longer change.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Compiled loops over cubic cells that contain points.
 
-Points are sorted by cell: the points of cell c are points[begins[c]:begins[c + 1]].
+Points are sorted by cell: the points of cell c are points[starts[c]:starts[c + 1]].
 """
 
 from __future__ import annotations

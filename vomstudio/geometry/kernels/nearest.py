@@ -23,7 +23,7 @@ def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
 def _edge(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
     """Return the nearest point of an edge as a fraction 0 to 1.
 
-    The place and the edge are relative to the first end of the edge.
+    The position and the edge are relative to the first end of the edge.
     """
     length = ex * ex + ey * ey + ez * ez
     if length == 0.0:

@@ -57,7 +57,7 @@ def find_quarter_hits(  # type: ignore[no-untyped-def]
 ):
     """Find the first hits of four rays in each pixel whose slot is not -1.
 
-    As `find_grid_hits`; the slot is the row of the results.
+    Same as `find_grid_hits`, except that the slot of a pixel is its row in the results.
     """
     h, w = slot.shape
     for k in range(len(selected_triangles)):

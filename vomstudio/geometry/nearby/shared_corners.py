@@ -171,7 +171,7 @@ def _side_keys(nodes: IntArray) -> IntArray:
 
 
 def _weld_within(positions: FloatArray, tolerance: float) -> IntArray:
-    """Return common numbers of places (n, 3) much closer than the tolerance.
+    """Return common numbers of positions (n, 3) much closer than the tolerance.
 
     These are in one cell of this side in one of four grids, shifted by a quarter each.
     """

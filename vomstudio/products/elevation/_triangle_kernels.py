@@ -101,7 +101,7 @@ def _lifted_determinant(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _deepest_inside(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
+def _find_deepest(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
     """Return the point in a square that is deepest inside the circle of a plane, or -1."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
@@ -124,7 +124,7 @@ def _deepest_inside(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, 
 
 
 @part
-def _enter(points, tri, new, x, y):  # type: ignore[no-untyped-def]
+def _replace_point(points, tri, new, x, y):  # type: ignore[no-untyped-def]
     """Replace one of three points by a new one so that they still enclose the position."""
     best_score, leaves = -math.inf, 0
     for k in range(3):
@@ -149,7 +149,7 @@ def _has_long_edge(points, tri, limit):  # type: ignore[no-untyped-def]
 
 
 @part
-def _settle(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri):  # type: ignore[no-untyped-def]
+def _flip_to_delaunay(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri):  # type: ignore[no-untyped-def]
     """Turn an enclosing triangle into the Delaunay triangle.
 
     Returns whether its sides do not exceed the limit.
@@ -158,19 +158,17 @@ def _settle(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri)
         f, g, h = _lifted_determinant(points, tri, x, y)
         if math.isnan(f):
             return False
-        new = _deepest_inside(
-            points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit
-        )
+        new = _find_deepest(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit)
         if new < 0:
             if _has_long_edge(points, tri, limit):
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.
-            deepest_point = _deepest_inside(
+            deepest_point = _find_deepest(
                 points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, math.inf
             )
             return deepest_point < 0
-        _enter(points, tri, new, x, y)
+        _replace_point(points, tri, new, x, y)
     return False
 
 
@@ -223,7 +221,7 @@ def interpolate(  # type: ignore[no-untyped-def]
                     tri,
                 )
                 max_distance *= 2.0
-            is_enclosed = is_enclosed and _settle(
+            is_enclosed = is_enclosed and _flip_to_delaunay(
                 points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri
             )
             if not is_enclosed:

@@ -162,7 +162,7 @@ def write_elevation(
         path_by_name.get("contours"),
         warnings,
     )
-    metadata = _facts(result, plan, world, is_north_known) | {
+    metadata = _sidecar_metadata(result, plan, world, is_north_known) | {
         "model": model,
         "content_hash": content_hash,
     }
@@ -202,7 +202,7 @@ def write_elevation(
     return result
 
 
-def _facts(
+def _sidecar_metadata(
     result: WrittenElevation, plan: HeightPlan, world: str | None, is_north_known: bool
 ) -> dict[str, Any]:
     """Collect the content of the sidecar."""

@@ -85,7 +85,7 @@ def contouring_of(options: StereonetOptions) -> Contouring:
     )
 
 
-def read_wishes(options: StereonetOptions) -> NetAdditions:
+def read_additions(options: StereonetOptions) -> NetAdditions:
     """Return the elements that options request besides the sets.
 
     Raises

@@ -209,7 +209,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
         title_text = tr("{set} (n = {count:,})", set=name, count=rose.n)
         for baseline, text, weight in (
             (1.95, title_text, "bold"),
-            (0.53, mean_words(rose), "normal"),
+            (0.53, describe_mean(rose), "normal"),
         ):
             size = font * min(1.0, max(0.7, 0.94 * panel_width / text_width(text, font, weight)))
             figure.text(
@@ -254,7 +254,7 @@ def draw_single_rose(ax: Axes, contents: RoseContents, style: NetStyle = PRINT) 
     ax.set_aspect("equal")
     font, ink = style.font_pt, style.ink
     title = tr("{set} (n = {count:,})", set=name, count=rose.n)
-    ax.set_title(f"{title}\n{mean_words(rose)}", fontsize=font, color=ink, parse_math=False)
+    ax.set_title(f"{title}\n{describe_mean(rose)}", fontsize=font, color=ink, parse_math=False)
     ax.text(
         0.5,
         -0.02,
@@ -321,7 +321,7 @@ def _quantity(column: str) -> str:
     return titles.get(column, column)
 
 
-def mean_words(rose: Rose | AngleHistogram) -> str:
+def describe_mean(rose: Rose | AngleHistogram) -> str:
     """Describe the mean of a rose or histogram."""
     if isinstance(rose, Rose) and not rose.has_preferred_direction and rose.rayleigh_p is not None:
         return tr("no preferred direction (Rayleigh p = {p})", p=f"{rose.rayleigh_p:.2g}")

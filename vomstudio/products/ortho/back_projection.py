@@ -260,7 +260,7 @@ def project_lines(
     ProjectedLines
     """
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
-    pixels = [line.points if step is None else _denser(line.points, step / gsd) for line in lines]
+    pixels = [line.points if step is None else _densify(line.points, step / gsd) for line in lines]
     size = (sidecar.width, sidecar.height)
     depths = visible_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
@@ -453,7 +453,7 @@ def _transform_line(line: ReadLine, matrix: FloatArray) -> ReadLine:
     return replace(line, points=points)
 
 
-def _denser(points: FloatArray, step: float) -> FloatArray:
+def _densify(points: FloatArray, step: float) -> FloatArray:
     """Insert points so that neighbouring points are at most `step` apart."""
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
@@ -484,7 +484,7 @@ def _unique(names: Sequence[str]) -> list[str]:
     return labels
 
 
-def facts_of(brought_projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
+def command_output(brought_projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
     """Return the output of the command."""
     return {
         "lines": len(brought_projected_lines.lines),

@@ -81,7 +81,7 @@ class Territory:
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
     @property
-    def facts(self) -> dict[str, Any]:
+    def metadata(self) -> dict[str, Any]:
         """Facts for the sidecar of the picture."""
         return {"name": self.name, "ends_at": [wall.name for wall in self.walls]}
 

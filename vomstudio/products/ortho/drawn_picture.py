@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.drawn_tiles import draw_tiles
-from vomstudio.products.ortho.orthophoto import create_source, picture_facts
+from vomstudio.products.ortho.orthophoto import create_source, picture_metadata
 from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture
@@ -80,7 +80,7 @@ def drawn_figures(
     drawn_picture: DrawnPicture, plan: OrthophotoPlan, crs: str | None
 ) -> OrthophotoFigures:
     """Return the figures of a drawn picture; `crs` is the World CRS, "EPSG:n" or WKT."""
-    metadata = picture_facts(plan, crs if plan.frame.is_vertical else None)
+    metadata = picture_metadata(plan, crs if plan.frame.is_vertical else None)
     metadata |= {
         "coverage": float(np.isfinite(drawn_picture.depth).mean()),
         "holes_filled_px": drawn_picture.filled,

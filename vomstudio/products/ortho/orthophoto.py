@@ -148,7 +148,7 @@ def write_orthophoto(
     if features is not None:
         warnings += _feature_findings(drawing, outside_count)
     transform = _transform(plan)
-    metadata = picture_facts(plan, crs if is_map else None)
+    metadata = picture_metadata(plan, crs if is_map else None)
     shown_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
@@ -169,10 +169,10 @@ def write_orthophoto(
             "image": image.name,
             "depth": depth.name,
             "world_file": world.name,
-            **_drawn_facts(covered / (grid.width * grid.height), filled, source),
+            **_drawing_metadata(covered / (grid.width * grid.height), filled, source),
             "model": model,
             "content_hash": content_hash,
-            **_place_facts(plan, crs, metadata),
+            **_position_metadata(plan, crs, metadata),
             "drawing": {format_: target.name for format_, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
@@ -203,13 +203,15 @@ def _sidecar_text(metadata: dict[str, Any]) -> str:
     return json.dumps(stated_facts, indent=1, ensure_ascii=False) + "\n"
 
 
-def _drawn_facts(coverage: float, filled_count: int, source: TileSource) -> dict[str, Any]:
+def _drawing_metadata(coverage: float, filled_count: int, source: TileSource) -> dict[str, Any]:
     metadata = {
         "coverage": coverage,
         "holes_filled_px": filled_count,
         "holes_filled_up_to_m": getattr(source, "hole_m", None),
     }
-    return metadata | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
+    return metadata | (
+        {"domain": source.territory.metadata} if isinstance(source, OneDomain) else {}
+    )
 
 
 def _mask_domain(
@@ -232,7 +234,9 @@ def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
     return [Finding("interpretation.partly-in-view", count=n_outside)] if n_outside else []
 
 
-def _place_facts(plan: OrthophotoPlan, crs: str | None, metadata: dict[str, Any]) -> dict[str, Any]:
+def _position_metadata(
+    plan: OrthophotoPlan, crs: str | None, metadata: dict[str, Any]
+) -> dict[str, Any]:
     """Return the facts about the position of the picture in the World frame.
 
     crs : CRS of the World frame, regardless of that of the picture
@@ -345,7 +349,7 @@ def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
     return CloudSource(data, plan.points, plan.grid, spacing)
 
 
-def picture_facts(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
+def picture_metadata(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
     """Return the sidecar facts of a planned picture; only a map has a `crs`."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view

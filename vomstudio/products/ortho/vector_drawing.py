@@ -646,14 +646,14 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
             for line in shape.marks(0.001 * scale * DIP_TICK_MM):
                 line_3d = np.column_stack([line, np.zeros(len(line))])
                 out.line(line_3d, names[symbol_layers[shape.layer]])
-        for shape, position in _text_places(drawing, scale):
+        for shape, position in _place_texts(drawing, scale):
             out.text(
                 position, shape.label, 0.001 * scale * _LABEL_MM, names[symbol_layers[shape.layer]]
             )
         out.close()
 
 
-def _text_places(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, FloatArray]]:
+def _place_texts(drawing: Drawing, scale: float) -> list[tuple[DrawingShape, FloatArray]]:
     """Return each labelled shape with the centre (3,) of its text.
 
     Texts without a free position overlap others, since a CAD drawing can be enlarged.

@@ -19,7 +19,7 @@ td { font-variant-numeric: tabular-nums; vertical-align: top; } tr.out td { back
 
 
 def html_page(title: str, body: str) -> str:
-    """Return a page.
+    """Return the HTML of a complete page.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def html_page(title: str, body: str) -> str:
 
 
 def heading(text: str, level: int = 2) -> str:
-    """Return a heading.
+    """Return the HTML of a heading.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def heading(text: str, level: int = 2) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Return a paragraph.
+    """Return the HTML of a paragraph.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def table(head: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """Return a table.
+    """Return the HTML of a table.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
     position = positions - centre
     sizes = np.linalg.norm(residuals, axis=1)
     max_distance = float(np.ptp(position, axis=0).max()) or 1.0
-    times = _round_up(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
+    times = _round_down(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
     unit = "m" if is_scaled else tr("model units")
     worst_error = _weakest_axis(registration)
@@ -143,7 +143,7 @@ def _weakest_axis(registration: Mapping[str, Any]) -> FloatArray | None:
     return np.asarray(np.linalg.eigh(covariance[:3, :3])[1][:, -1], np.float64)
 
 
-def _round_up(value: float) -> float:
+def _round_down(value: float) -> float:
     """Round a value down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value) * power)

@@ -33,7 +33,7 @@ _DOUBTFUL_DEG = 10.0
 
 
 @dataclass(frozen=True)
-class RockWords:
+class RockDescription:
     """Lithology and notes of a bed, stored at the boundary at which the bed begins."""
 
     lithology: str = ""
@@ -74,7 +74,7 @@ class LogQuestion:
     bed: Plane | None
     options: LogOptions
     reach_m: float | None
-    words: Mapping[str, RockWords]
+    words: Mapping[str, RockDescription]
     is_metric: bool
     marked: frozenset[str] = frozenset()
 
@@ -112,10 +112,10 @@ class LogAnswer:
     bed_ids: tuple[str, ...]
 
 
-def words_along(line: Feature) -> dict[str, RockWords]:
+def rock_descriptions_along(line: Feature) -> dict[str, RockDescription]:
     """Return the lithology and notes of the beds along a line, by boundary key."""
     beds = line.beds if isinstance(line, Logged) else ()
-    return {key: RockWords(lithology, notes) for key, lithology, notes in beds}
+    return {key: RockDescription(lithology, notes) for key, lithology, notes in beds}
 
 
 def answer(question: LogQuestion) -> LogAnswer:
@@ -136,7 +136,7 @@ def answer(question: LogQuestion) -> LogAnswer:
         sigma = pick_scatter_m([replace(question.line, fit=None), *crossing_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([boundary.name for boundary in boundaries])
-    descriptions = [question.words.get(boundary.key, RockWords()) for boundary in boundaries]
+    descriptions = [question.words.get(boundary.key, RockDescription()) for boundary in boundaries]
     log = bed_log(
         [boundary.position for boundary in boundaries],
         bed.plane,

@@ -9,7 +9,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.section.line_log import LogQuestion, words_along
+from vomstudio.products.section.line_log import LogQuestion, rock_descriptions_along
 from vomstudio.project.exports.export import thresholds_of
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.trace import Trace
@@ -66,7 +66,7 @@ def read_log_question(
         bed,
         options,
         reach_m,
-        words_along(line_points),
+        rock_descriptions_along(line_points),
         model is None or model.frame.has_metres,
         frozenset(trace.id for trace in traces if trace.overturned),
     )

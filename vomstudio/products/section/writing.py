@@ -355,8 +355,8 @@ def section_drawing(
         ends,
         (tr("distance along the section ({unit})", unit=unit), height),
         (
-            section_words(curtain, section_cut, unit),
-            *([] if figures is None else projection_words(figures)),
+            describe_section(curtain, section_cut, unit),
+            *([] if figures is None else describe_projection(figures)),
             *([Path(model).name] if model else []),
         ),
         is_metric=is_metric,
@@ -378,7 +378,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
     ]
 
 
-def projection_words(figures: SectionFigures) -> list[str]:
+def describe_projection(figures: SectionFigures) -> list[str]:
     """Describe the projection of features; empty without features."""
     if not figures.features:
         return []
@@ -419,7 +419,7 @@ def end_names(curtain: Curtain, is_north_known: bool = True) -> tuple[str, str]:
     return format_wind(left_azimuth), format_wind(right_azimuth)
 
 
-def section_words(curtain: Curtain, section_cut: Cut, unit: str) -> str:
+def describe_section(curtain: Curtain, section_cut: Cut, unit: str) -> str:
     """Describe a section in one sentence."""
     plane = curtain.plane
     if plane is None:

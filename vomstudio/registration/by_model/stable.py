@@ -17,7 +17,7 @@ REACH = 3.0
 """Distance to a mask cloud, in spacings of the mask, within which reference points are stable."""
 
 
-def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
+def is_near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
     """Find the points near a mask cloud.
 
     Parameters

@@ -65,7 +65,7 @@ def similarity_of(rows: Any) -> Similarity:
 
 
 def replace_scale(fit: Similarity, scale: float, centre: FloatArray) -> Similarity:
-    """Replace the scale of a similarity; the place of the model's middle does not change.
+    """Replace the scale of a similarity; the centre of the model does not move.
 
     Parameters
     ----------

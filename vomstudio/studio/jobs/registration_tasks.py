@@ -191,7 +191,7 @@ def _stable(
         from vomstudio.registration.by_model.starting import points_and_spacing
 
         mask = load_in_world(part.model, progress)
-        flags &= stable.near_cloud(target_points, *points_and_spacing(mask, part.model.path))[0]
+        flags &= stable.is_near_cloud(target_points, *points_and_spacing(mask, part.model.path))[0]
     return flags, messages
 
 

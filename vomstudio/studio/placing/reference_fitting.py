@@ -17,7 +17,7 @@ from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
-from vomstudio.registration.by_model.stable import POLYGONS, find_inside_polygons, near_cloud
+from vomstudio.registration.by_model.stable import POLYGONS, find_inside_polygons, is_near_cloud
 from vomstudio.registration.by_model.starting import (
     box_of,
     points_and_spacing,
@@ -164,7 +164,7 @@ def _stable(
         mask = read_in_world(path, progress)
         findings = list(crs_findings(mask.crs, target.crs, names))
         positions, spacing = points_and_spacing(mask.data, mask.loaded.path)
-        flags, max_distance = near_cloud(points, positions, spacing)
+        flags, max_distance = is_near_cloud(points, positions, spacing)
     if not flags.any():
         raise InputError(
             Finding("reference.mask-elsewhere"),

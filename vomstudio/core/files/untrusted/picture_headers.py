@@ -44,7 +44,7 @@ _BLOCK = 1 << 16
 
 
 class HeaderError(ValueError):
-    """A header is not like that of a valid file; the message states the reason."""
+    """The header does not match a valid file; the message states the reason."""
 
 
 @dataclass(frozen=True)

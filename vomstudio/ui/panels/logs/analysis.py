@@ -12,7 +12,7 @@ from vomstudio.core.options import option_words
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.products.section.line_log import LogAnswer, RockWords, unique_names
+from vomstudio.products.section.line_log import LogAnswer, RockDescription, unique_names
 from vomstudio.ui.widgets.copied_command import CommandArguments, format_numbers
 
 
@@ -67,7 +67,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     descriptions = result.question.words
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
-        description = descriptions.get(boundary.key, RockWords())
+        description = descriptions.get(boundary.key, RockDescription())
         coordinates = format_numbers(boundary.position).split(",")
         writer.writerow(
             [

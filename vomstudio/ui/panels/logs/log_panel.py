@@ -22,9 +22,9 @@ from vomstudio.products.section.line_log import (
     POINTS,
     LogAnswer,
     LogQuestion,
-    RockWords,
+    RockDescription,
     answer,
-    words_along,
+    rock_descriptions_along,
 )
 from vomstudio.project.bed_descriptions import describe_bed
 from vomstudio.project.kinds.dimension import Dimension
@@ -162,9 +162,12 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _store_description(self, key: str, description: object) -> None:
         """Store the description of a bed in the record of the line, as one edit."""
-        assert isinstance(description, RockWords)
+        assert isinstance(description, RockDescription)
         line = get_feature(self._studio.records, self.line_id)
-        if line is not None and words_along(line).get(key, RockWords()) != description:
+        if (
+            line is not None
+            and rock_descriptions_along(line).get(key, RockDescription()) != description
+        ):
             self._studio.attempt(
                 describe_bed, line.id, key, description.lithology, description.notes
             )
@@ -200,7 +203,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             None if bed is None else bed.plane,
             options,
             self.line_options.value("reach_m"),
-            words_along(line),
+            rock_descriptions_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
         )

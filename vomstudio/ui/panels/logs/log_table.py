@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.words import tr
 from vomstudio.geology.beds import lithologies
 from vomstudio.products.section.decimals import format_with_error
-from vomstudio.products.section.line_log import LogAnswer, RockWords
+from vomstudio.products.section.line_log import LogAnswer, RockDescription
 from vomstudio.ui.base.controls import ComboBox
 
 Index = QModelIndex | QPersistentModelIndex
@@ -132,7 +132,7 @@ class BedLogTable(QTableWidget):
             lithology, notes = (self.item(row, column) for column in (LITHOLOGY, NOTES))
             assert lithology is not None
             assert notes is not None
-            description = RockWords(
+            description = RockDescription(
                 " ".join(lithology.text().split()), " ".join(notes.text().split())
             )
             self.description_edited.emit(self._keys[row], description)
