@@ -83,8 +83,8 @@ def change_world(
 def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) -> Registration:
     """Return a registration after a similarity of the file coordinates of the model.
 
-    The position of the model in the World frame and its errors do not change. A file whose coordinates
-    become those of World has the identity as its matrix.
+    The position of the model in the World frame and its errors do not change. A file whose
+    coordinates become those of World has the identity as its matrix.
 
     Parameters
     ----------

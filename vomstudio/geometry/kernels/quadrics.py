@@ -62,8 +62,8 @@ def curvatures_near(  # type: ignore[no-untyped-def]
 
     The quadric is a height along the unit normal (Goldman 2005, Computer Aided Geometric Design 22,
     632). The curvature is positive where the surface bends away from the normal, as on a ball whose
-    normals point out. Points and positions are relative to the grid's corner. `rows` (6, 7) is working
-    space; `curvature` is NaN on entry and stays so if the curvature is unknown.
+    normals point out. Points and positions are relative to the grid's corner. `rows` (6, 7) is
+    working space; `curvature` is NaN on entry and remains NaN if the curvature is unknown.
     """
     limit = radius * radius
     for row in range(len(positions)):
