@@ -77,7 +77,7 @@ def half_a_million(near: Neighbours, seed: int) -> float:
     low, high = 0.0, 1.0
     for _ in range(12):
         middle = (low + high) / 2.0
-        count = near.piece(seed, angle_deg=60.0, distance=middle, left_out=None).count
+        count = near.piece(seed, angle_deg=60.0, distance=middle, is_excluded=None).count
         low, high = (middle, high) if count < 500_000 else (low, middle)
     return high
 
@@ -101,7 +101,7 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
     distance = half_a_million(near, seed)
     piece = timed(
         "grow from a click",
-        lambda: near.piece(seed, angle_deg=60.0, distance=distance, left_out=None),
+        lambda: near.piece(seed, angle_deg=60.0, distance=distance, is_excluded=None),
         repeats,
     )
     print(f"    {piece.count:,} chosen")

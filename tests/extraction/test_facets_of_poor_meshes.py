@@ -123,7 +123,7 @@ def test_a_plane_across_unstitched_tiles_is_one_facet(tiles: dict[str, float]) -
 def test_growing_from_a_click_goes_on_across_tiles(tiles: dict[str, float]) -> None:
     mesh = two_tiles(**tiles)
     near = build_neighbours(mesh, 0.05)
-    assert near.piece(100, angle_deg=15.0, distance=0.02, left_out=None).mask.all()
+    assert near.piece(100, angle_deg=15.0, distance=0.02, is_excluded=None).mask.all()
 
 
 def test_tiles_that_are_farther_apart_than_their_sides_are_two_facets() -> None:

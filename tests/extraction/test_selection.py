@@ -143,8 +143,8 @@ def test_a_piece_ends_where_the_face_turns():
     mesh = fold()
     x = centres(mesh)[:, 0] - UTM[0]
     seed = int(np.argmin(np.abs(centres(mesh) - UTM - [-2.0, 0.0, 0.0]).sum(axis=1)))
-    piece = build_neighbours(mesh, 0.0).piece(seed, angle_deg=15.0, distance=0.05, left_out=None)
-    assert not piece.stopped
+    piece = build_neighbours(mesh, 0.0).piece(seed, angle_deg=15.0, distance=0.05, is_excluded=None)
+    assert not piece.is_truncated
     assert piece.mask.sum() == piece.count
     # Normals are averaged over those who share a corner, so one row at the edge may go either way.
     assert piece.mask[x < -0.3].all()
@@ -168,7 +168,7 @@ def test_a_piece_is_the_connected_component_that_scipy_finds():
     near = build_neighbours(mesh, 0.0)
     sizes = []
     for seed in np.flatnonzero(~left_out)[::400]:
-        piece = near.piece(int(seed), angle_deg=20.0, distance=0.01, left_out=left_out)
+        piece = near.piece(int(seed), angle_deg=20.0, distance=0.01, is_excluded=left_out)
         assert np.array_equal(piece.mask, label == label[seed])
         sizes.append(piece.count)
     assert min(sizes) < n // 10 < max(sizes)
@@ -187,12 +187,12 @@ def test_a_turned_world_gives_the_same_piece():
 def test_nothing_and_everything():
     rough = sheet(y=lambda x, z: np.random.default_rng(2).normal(0.0, 0.3, len(x)))
     near = build_neighbours(rough, 0.0)
-    assert near.piece(500, angle_deg=1.0, distance=1e-9, left_out=None).count == 1
-    assert near.piece(500, angle_deg=90.0, distance=1e3, left_out=None).mask.all()
+    assert near.piece(500, angle_deg=1.0, distance=1e-9, is_excluded=None).count == 1
+    assert near.piece(500, angle_deg=90.0, distance=1e3, is_excluded=None).mask.all()
     left_out = np.zeros(len(rough.faces), np.bool_)
     left_out[centres(rough)[:, 0] > UTM[0]] = True
     seed = int(np.flatnonzero(~left_out)[0])
-    piece = near.piece(seed, angle_deg=90.0, distance=1e3, left_out=left_out)
+    piece = near.piece(seed, angle_deg=90.0, distance=1e3, is_excluded=left_out)
     assert np.array_equal(piece.mask, ~left_out)
 
 
@@ -212,7 +212,7 @@ def test_it_crosses_seams_and_edges_of_three_but_no_gap():
     mesh = joined(
         Mesh(flat.vertices, left), Mesh(flat.vertices, right), Mesh(wall + UTM, faces), island
     )
-    piece = build_neighbours(mesh, 0.0).piece(0, angle_deg=30.0, distance=0.01, left_out=None)
+    piece = build_neighbours(mesh, 0.0).piece(0, angle_deg=30.0, distance=0.01, is_excluded=None)
     ends = np.cumsum([len(left), len(right), len(faces), len(flat.faces)])
     halves = piece.mask[: ends[1]]
     assert halves.all()
@@ -233,17 +233,18 @@ def test_faces_without_an_area_are_no_wall():
     slivers = np.stack([middle[:-1], middle[1:], middle[1:] + len(flat.vertices)], axis=1)
     mesh = Mesh(apart.vertices, np.concatenate([apart.faces, slivers]).astype(np.int32))
     near = build_neighbours(mesh, 0.0)
-    piece = near.piece(0, angle_deg=20.0, distance=0.01, left_out=None)
+    piece = near.piece(0, angle_deg=20.0, distance=0.01, is_excluded=None)
     assert piece.mask[: len(apart.faces)].all()
     # And one of them is no bad beginning.
-    begun = near.piece(len(mesh.faces) - 1, angle_deg=20.0, distance=0.01, left_out=None)
+    begun = near.piece(len(mesh.faces) - 1, angle_deg=20.0, distance=0.01, is_excluded=None)
     assert begun.mask[: len(apart.faces)].all()
 
 
 def test_a_mesh_of_nothing_but_slivers_says_one():
     mesh = Mesh(np.zeros((3, 3)) + UTM, np.array([[0, 1, 2]], np.int32))
     assert (
-        build_neighbours(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, left_out=None).count == 1
+        build_neighbours(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, is_excluded=None).count
+        == 1
     )
     with refused("model.no-faces", GeometryError):
         build_neighbours(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
@@ -271,13 +272,13 @@ def test_a_piece_of_a_cloud_ends_at_the_corner(inputs):
         cloud = PointCloud(cloud.points, normals=normals)
     seed = int(np.argmin(np.abs(cloud.points - UTM - [1.5, 0.0, 1.5]).sum(axis=1)))
     near = build_neighbours(cloud, SPACING)
-    piece = near.piece(seed, angle_deg=20.0, distance=0.01, left_out=None)
+    piece = near.piece(seed, angle_deg=20.0, distance=0.01, is_excluded=None)
     height = cloud.points[:, 2] - UTM[2]
     assert piece.mask[wall & (height > 0.15)].mean() > 0.99
     away = cloud.points[:, 1] - UTM[1] < -0.1
     assert not piece.mask[away].any()
     # Again, with what is known of the normals by now, it is the same.
-    again = near.piece(seed, angle_deg=20.0, distance=0.01, left_out=None)
+    again = near.piece(seed, angle_deg=20.0, distance=0.01, is_excluded=None)
     assert np.array_equal(again.mask, piece.mask)
 
 
@@ -285,11 +286,11 @@ def test_duplicates_and_places_that_are_none_do_no_harm():
     cloud, _ = corner_cloud()
     points = np.concatenate([cloud.points, cloud.points[:5000], np.full((3, 3), np.nan)])
     near = build_neighbours(PointCloud(points), SPACING)
-    piece = near.piece(100, angle_deg=20.0, distance=0.01, left_out=None)
+    piece = near.piece(100, angle_deg=20.0, distance=0.01, is_excluded=None)
     # Of a place that stands twice both are taken.
     assert np.array_equal(piece.mask[:5000], piece.mask[30_000:35_000])
     assert not piece.mask[-3:].any()
-    assert near.piece(len(points) - 1, angle_deg=20.0, distance=0.1, left_out=None).count == 0
+    assert near.piece(len(points) - 1, angle_deg=20.0, distance=0.1, is_excluded=None).count == 0
     selection = piece.mask.copy()
     assert not near.wider(selection)[-3:].any()
 
@@ -298,7 +299,7 @@ def test_points_on_a_line_tell_no_plane():
     line = np.zeros((1000, 3)) + UTM
     line[:, 0] += np.linspace(0.0, 10.0, 1000)
     near = build_neighbours(PointCloud(line), 0.01)
-    assert near.piece(500, angle_deg=30.0, distance=1.0, left_out=None).count == 0
+    assert near.piece(500, angle_deg=30.0, distance=1.0, is_excluded=None).count == 0
     with refused("cloud.too-few-points", GeometryError, n=3, minimum=4):
         build_neighbours(PointCloud(line[:3]), 0.01)
 

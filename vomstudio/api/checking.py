@@ -220,12 +220,12 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     return columns_found
 
 
-def refuse_rows(invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
+def refuse_rows(is_invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
     """Check that no row is bad; the error states their number and the first one (from 0).
 
     Parameters
     ----------
-    invalid : (n,) ndarray of bool
+    is_invalid : (n,) ndarray of bool
     name : str
         Name of the argument.
     code : str, optional
@@ -236,8 +236,8 @@ def refuse_rows(invalid: BoolArray, name: str, code: str = "array.not-finite") -
     InputError
         If a row is bad.
     """
-    if invalid.any():
-        finding = Finding(code, count=int(invalid.sum()), first_row=int(np.argmax(invalid)))
+    if is_invalid.any():
+        finding = Finding(code, count=int(is_invalid.sum()), first_row=int(np.argmax(is_invalid)))
         raise InputError(finding, field=name)
 
 
@@ -397,8 +397,8 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
     -------
     bool
     """
-    is_sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
-    a, b = azimuth[is_sound], np.abs(angle[is_sound])
+    is_valid = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
+    a, b = azimuth[is_valid], np.abs(angle[is_valid])
     is_small = (
         len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
     )

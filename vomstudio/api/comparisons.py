@@ -85,16 +85,21 @@ def compare(
     """
     options = options_from_arguments(CompareOptions, locals())
     report = to_progress(progress, cancel)
-    first, second = load_placed(model, "model"), load_placed(benchmark, "benchmark")
+    placed_model, placed_benchmark = (
+        load_placed(model, "model"),
+        load_placed(benchmark, "benchmark"),
+    )
     findings: list[Finding] = []
     if not (is_array(model) or is_array(benchmark)):
-        findings = crs_findings(first[1], second[1], (tr("The model"), tr("the benchmark")))
+        findings = crs_findings(
+            placed_model[1], placed_benchmark[1], (tr("The model"), tr("the benchmark"))
+        )
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:
-        error = first[2]
+        error = placed_model[2]
     result = comparison.compare(
-        first[0],
-        second[0],
+        placed_model[0],
+        placed_benchmark[0],
         radius_m=options.m3c2_m,
         registration_error_m=error,
         progress=report,

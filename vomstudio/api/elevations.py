@@ -184,7 +184,7 @@ def dem(
     Returns
     -------
     ElevationModel
-        ``heights``, ``cell_to_world``, ``coverage`` and the figures of the command;
+        ``elevation_model``, ``cell_to_world``, ``coverage`` and the figures of the command;
         ``.save(path)`` writes its files.
 
     Raises
@@ -218,8 +218,8 @@ def dem(
             gsd=options.gsd_m,
             is_metric=source.metric or source.placed,
         )
-        heights, limit = draw_heights(data._data, plan, options.limit_m, report)
-    figures = figures_of(heights, plan, limit, source.world_crs)
+        elevation_model, limit = draw_heights(data._data, plan, options.limit_m, report)
+    figures = figures_of(elevation_model, plan, limit, source.world_crs)
     return ElevationModel(
-        **vars(figures), heights=heights, warnings=plan.notes, _model=data, _plan=plan
+        **vars(figures), heights=elevation_model, warnings=plan.notes, _model=data, _plan=plan
     )

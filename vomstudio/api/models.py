@@ -624,12 +624,12 @@ def _read_project_model(path: Path, project: Path, progress: Progress | None) ->
     return apply_recorded_placement(loaded_model, find_project_model(project, loaded_model))
 
 
-def apply_recorded_placement(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
+def apply_recorded_placement(loaded_model: LoadedModel, record: Model) -> Mesh | PointCloud:
     """Return a model with the placement stored in its record.
 
     Parameters
     ----------
-    loaded : LoadedModel
+    loaded_model : LoadedModel
     record : Model
 
     Returns
@@ -639,15 +639,15 @@ def apply_recorded_placement(loaded: LoadedModel, record: Model) -> Mesh | Point
     frame = record.frame
     scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
     source = Source(
-        loaded.path,
+        loaded_model.path,
         frame.crs,
-        loaded.warnings,
+        loaded_model.warnings,
         scale,
         frame.has_north,
         frame.has_metres,
-        loaded.content_hash,
+        loaded_model.content_hash,
     )
-    model = to_public_model(loaded.data, np.array(record.to_world), source)
+    model = to_public_model(loaded_model.data, np.array(record.to_world), source)
     return model if record.registration is None else set_registration(model, record.registration)
 
 

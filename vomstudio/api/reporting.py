@@ -24,8 +24,8 @@ class _CallbackProgress:
         self._stage, self._total = name, total  # type: ignore[assignment]
         self._call(name, 0, total)
 
-    def step(self, done: int) -> None:
-        self._call(self._stage, done, self._total)
+    def step(self, done_count: int) -> None:
+        self._call(self._stage, done_count, self._total)
 
 
 class _CancellableProgress:
@@ -38,9 +38,9 @@ class _CancellableProgress:
         self._token.check()
         self._progress.stage(name, total)
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         self._token.check()
-        self._progress.step(done)
+        self._progress.step(done_count)
 
 
 def _accepts_three_arguments(callback: Callable[..., Any]) -> bool:

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         choose_writer(Path(args.output))
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
-    agreed = None if args.orientations is None else _compare_planes(args)
+    agreement = None if args.orientations is None else _compare_planes(args)
     progress = progress_reporter(args)
     frame = frame_options(args)
     model = read_in_world(args.model, progress, frame, args.project)
@@ -119,14 +119,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         warnings += _write_files(args, model, benchmark, comparison_result)
         result["out"] = args.output
-    if agreed is not None:
-        result["orientations"] = agreed.to_dict()
+    if agreement is not None:
+        result["orientations"] = agreement.to_dict()
     result["warnings"] = warnings
     out.result(add_unitless_names(result, is_metric=is_metric))
     out.warn(warnings)
     out.text(_result_text(comparison_result))
-    if agreed is not None:
-        out.text(_agreement_text(agreed))
+    if agreement is not None:
+        out.text(_agreement_text(agreement))
 
 
 def _compare_planes(args: argparse.Namespace) -> Agreement:
@@ -191,8 +191,8 @@ def _write_files(
 def _result_text(comparison: Comparison) -> str:
     """Return accuracy, precision and the share of significant distances as text."""
     rows = [
-        [what, name, text_tables.figures(value)]
-        for what, name, value in (
+        [subject_text, name, text_tables.figures(value)]
+        for subject_text, name, value in (
             (tr("accuracy"), tr("mean"), comparison.mean_m),
             ("", tr("median"), comparison.median_m),
             (tr("precision"), tr("standard deviation"), comparison.std_m),

@@ -186,11 +186,11 @@ def _transform_to_metres(
     from vomstudio.geometry.mesh import Mesh
 
     data = loaded_model.data
-    change = _change(loaded_model, up, scale)
-    if np.array_equal(change, np.eye(4)):
+    change_matrix = _change(loaded_model, up, scale)
+    if np.array_equal(change_matrix, np.eye(4)):
         return data
     # Rotate about a point of the model so that large coordinates do not lose digits.
-    centre, matrix = _pivot(loaded_model), change[:3, :3]
+    centre, matrix = _pivot(loaded_model), change_matrix[:3, :3]
     if isinstance(data, Mesh):
         return replace(data, vertices=(data.vertices - centre) @ matrix.T + centre)
     normals = data.normals
@@ -210,10 +210,10 @@ def _change(loaded_model: LoadedModel, up: str | None, scale: float) -> FloatArr
         rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
     elif up == "z" and loaded_model.turned_about is not None:
         rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    change = np.eye(4)
-    change[:3, :3] = rotation * scale
-    change[:3, 3] = centre - change[:3, :3] @ centre
-    return change
+    change_matrix = np.eye(4)
+    change_matrix[:3, :3] = rotation * scale
+    change_matrix[:3, 3] = centre - change_matrix[:3, :3] @ centre
+    return change_matrix
 
 
 def _pivot(loaded_model: LoadedModel) -> FloatArray:

@@ -67,13 +67,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
             gsd=options.gsd_m,
             is_metric=model.has_metric_unit,
         )
-        heights, limit = draw_heights(model.data, plan, options.limit_m, progress)
-        figures = writing.figures_of(heights, plan, limit, model.crs)
+        elevation_model, limit = draw_heights(model.data, plan, options.limit_m, progress)
+        figures = writing.figures_of(elevation_model, plan, limit, model.crs)
     except InputError as error:
         raise error.with_file(args.model) from error
     progress.stage(tr("Writing the results"))
-    written = writing.write_elevation(
-        heights,
+    written_files = writing.write_elevation(
+        elevation_model,
         plan,
         figures,
         args.output,
@@ -85,9 +85,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *plan.notes),
         force=args.force,
     )
-    out.result(add_unitless_names(written.to_dict(), is_metric=model.has_metric_unit))
-    out.warn(written.warnings)
-    out.text(_result_text(written.to_dict(), unit_of(model.has_metric_unit)))
+    out.result(add_unitless_names(written_files.to_dict(), is_metric=model.has_metric_unit))
+    out.warn(written_files.warnings)
+    out.text(_result_text(written_files.to_dict(), unit_of(model.has_metric_unit)))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

@@ -367,7 +367,7 @@ def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     arguments = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
     arguments += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
     arguments += ["--sheet", str(sheet), "--force"]
-    output = Output(as_json=True)
+    output = Output(with_json=True)
     args = parser.parse_args(arguments)
     args.reporter = progress
     args.run(args, output)

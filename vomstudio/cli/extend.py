@@ -79,9 +79,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.labels, force=args.force, inputs=[*inputs, args.output])
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
-    belief, findings = _plane_estimate(options, args.points, model)
+    confidence, findings = _plane_estimate(options, args.points, model)
     progress.stage(tr("Extending the plane"))
-    extension = extend(model.data, belief, options)
+    extension = extend(model.data, confidence, options)
     progress.stage(tr("Writing the results"))
     write_traces(
         args.output,

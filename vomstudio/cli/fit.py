@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.project.tables.fitted_planes import fitted_planes
     from vomstudio.project.tables.orientation_table import write_orientation_csv
 
-    options, together = parse_options(args, FitOptions), parse_options(args, FitTogether)
+    options, curved_together = parse_options(args, FitOptions), parse_options(args, FitTogether)
     if args.output is not None:
         check_table_target(args.output, force=args.force, inputs=[args.points])
     plot_format = None if args.plot is None else _plot_format(args)
@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.points)
     point_table = read_points(args.points, options.by, frame_options(args))
     groups = point_table.groups
-    fitted = fitted_planes(
+    fitted_groups = fitted_planes(
         groups.ids,
         groups.points,
         groups.offsets,
@@ -81,13 +81,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         metadata=groups.words,
         progress=progress,
     )
-    rows, skipped_groups = fitted.rows, fitted.skipped
-    if together.parallel or together.curved:
+    rows, skipped_groups = fitted_groups.rows, fitted_groups.skipped
+    if curved_together.parallel or curved_together.curved:
         progress.stage(tr("Fitting all traces together"))
-    parallel = _parallel(args.points, together.same, groups) if together.parallel else None
-    curved_bed = curved_beds.fit_curved_bed(args.points, groups) if together.curved else None
-    bands = straight_traces.figures_by_trace(fitted.bands, priors)
-    crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
+    parallel = (
+        _parallel(args.points, curved_together.same, groups) if curved_together.parallel else None
+    )
+    curved_bed = curved_beds.fit_curved_bed(args.points, groups) if curved_together.curved else None
+    bands = straight_traces.figures_by_trace(fitted_groups.bands, priors)
+    crossing = straight_traces.crossings(curved_together.crossing, groups.ids, fitted_groups.bands)
     if not rows and parallel is None and curved_bed is None:
         raise _no_fit_error(args.points, options.by, skipped_groups)
     progress.stage(tr("Writing the results"))

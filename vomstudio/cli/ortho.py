@@ -75,8 +75,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.world_models import check_place
 
     options, drawing = parse_options(args, OrthoOptions), parse_options(args, OrthoDrawing)
-    own_axis = drawing.domain is not None and not options.has_direction
-    if not own_axis:
+    has_own_axis = drawing.domain is not None and not options.has_direction
+    if not has_own_axis:
         options.check_direction()
     region = None if drawing.around is None else requests.parse_region(drawing.around)
     if drawing.sheet is not None:
@@ -96,7 +96,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     drawn_domain = None if drawing.domain is None else territory(items, drawing.domain)
     direction = (
         requests.axis_of_domain(items, str(drawing.domain))
-        if own_axis
+        if has_own_axis
         else requests.direction_of(options, fold)
     )
     drawn_items = items if drawn_domain is None else drawn_domain.features(items)
@@ -113,8 +113,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         path=args.model,
         gsd_m=options.gsd_m,
         flip=options.flip,
-        is_placed=place.placed,
-        is_metric=place.metric,
+        is_placed=place.is_placed,
+        is_metric=place.is_metric,
         region=region,
     )
     picture_files = orthophoto.write_orthophoto(
@@ -144,15 +144,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 class _Placement(NamedTuple):
-    """Placement of the model in World; `placed` and `metric` if north and unit are known.
+    """Placement of the model in World; `is_placed` and `is_metric` if north and unit are known.
 
     `has_metric_unit` is the same as for `WorldModel`.
     """
 
     to_world: Matrix
     crs: str | None
-    placed: bool
-    metric: bool
+    is_placed: bool
+    is_metric: bool
     has_metric_unit: bool
     findings: tuple[Finding, ...]
 

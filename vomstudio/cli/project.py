@@ -215,7 +215,7 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import coverage_rows
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
-    with _edited_project(args, out, saves=False) as project:
+    with _edited_project(args, out, with_save=False) as project:
         shares, findings = grid_shares(project)
     grids = [item.to_dict() for item in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
@@ -414,17 +414,20 @@ def _redo(args: argparse.Namespace, out: Output) -> None:
 
 def _repair(args: argparse.Namespace, out: Output) -> None:
     with _edited_project(args, out) as project:
-        copy = project.project.repair()
-    out.warn(copy.lost)
-    summary = {"kept": str(copy.backup), "lost": list(copy.lost)}
+        repaired_copy = project.project.repair()
+    out.warn(repaired_copy.lost)
+    summary = {"kept": str(repaired_copy.backup), "lost": list(repaired_copy.lost)}
     _report(
-        args, out, summary, tr("repaired; the damaged journal is kept as {file}", file=copy.backup)
+        args,
+        out,
+        summary,
+        tr("repaired; the damaged journal is kept as {file}", file=repaired_copy.backup),
     )
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = parse_options(args, CompactOptions).dry_run
-    with _edited_project(args, out, saves=not dry_run) as project:
+    with _edited_project(args, out, with_save=not dry_run) as project:
         if not dry_run and project.session.dirty:
             project.session.save()
         plan = project.project.compaction()
@@ -452,17 +455,17 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 
 @contextmanager
 def _edited_project(
-    args: argparse.Namespace, out: Output, *, saves: bool = True
+    args: argparse.Namespace, out: Output, *, with_save: bool = True
 ) -> Iterator[HeadlessProject]:
     """Yield the open project; afterwards save the changes and update its layers."""
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_reporter(args)) as project:
         out.warn(project.warnings)
-        if project.recovered and saves:
+        if project.recovered and with_save:
             out.warn([Finding("project.recovered-and-saved")])
         yield project
-        if saves:
+        if with_save:
             out.warn(project.save())
 
 

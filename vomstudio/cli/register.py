@@ -127,7 +127,7 @@ def placement_text(placement: Placed) -> str:
     """Describe the residuals, the results without each observation, and the findings."""
     from vomstudio.registration.warnings import worst_axis_findings
 
-    blocks = []
+    block_texts = []
     for title, points in ((tr("control"), placement.control), (tr("check"), placement.check)):
         if points:
             rows = [
@@ -135,7 +135,7 @@ def placement_text(placement: Placed) -> str:
                 for p in points
             ]
             headers = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
-            blocks.append(text_tables.table(headers, ["", "", "m", "m", "m", "m"], rows))
+            block_texts.append(text_tables.table(headers, ["", "", "m", "m", "m", "m"], rows))
     if placement.without:
         rows = [
             [
@@ -154,5 +154,5 @@ def placement_text(placement: Placed) -> str:
             tr("others agree"),
             tr("weakest 95 %"),
         ]
-        blocks.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))
-    return "\n".join([*blocks, *map(str, worst_axis_findings(placement))])
+        block_texts.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))
+    return "\n".join([*block_texts, *map(str, worst_axis_findings(placement))])

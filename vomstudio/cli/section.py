@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.world_models import read_in_world
 
     options, features = parse_options(args, SectionOptions), parse_options(args, SectionFeatures)
-    place = (
+    profile = (
         curtain_of_options(options)
         if options.section_line is None
         else read_profile_line(options.section_line, progress_reporter(args))
@@ -89,15 +89,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if is_by_domain
         else ProjectionDirections(line_direction)
     )
-    curtain, warnings = _curtain(place, model, options.flip)
+    curtain, warnings = _curtain(profile, model, options.flip)
     grazing = directions.check(curtain)
     progress_reporter(args).stage(tr("Intersecting the model"))
     model_cut = cut_model(model.data, curtain, options.slab_m)
-    flats, n_skipped = writing.project_items(
+    flat_faces, n_skipped = writing.project_items(
         section_features.items, curtain, directions, features.within_m
     )
     try:
-        figures = writing.figures_of(model_cut, curtain, flats, n_skipped, directions)
+        figures = writing.figures_of(model_cut, curtain, flat_faces, n_skipped, directions)
     except InputError as error:
         raise error.with_file(args.model) from error
     files = writing.write_section(
@@ -105,7 +105,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model_cut,
         curtain,
         figures,
-        flats,
+        flat_faces,
         crs=model.crs,
         model=str(model.loaded.path),
         is_metric=model.has_metric_unit,
@@ -123,7 +123,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _curtain(
-    place: Curtain | ProfileLine, model: WorldModel, flip: bool
+    profile: Curtain | ProfileLine, model: WorldModel, is_flipped: bool
 ) -> tuple[Curtain, tuple[Finding, ...]]:
     """Return the curtain in World, and findings about the line. Raises InputError."""
     import numpy as np
@@ -131,15 +131,15 @@ def _curtain(
     from vomstudio.products.section.inputs import profile_in_world
     from vomstudio.products.section.section_lines import Curtain, curtain_of_line
 
-    if isinstance(place, Curtain):
-        return place, ()
+    if isinstance(profile, Curtain):
+        return profile, ()
     bounds = np.array(model.data.bounds, np.float64)
-    points, warnings = profile_in_world(place, model.crs, bounds)
+    points, warnings = profile_in_world(profile, model.crs, bounds)
     try:
         curtain = curtain_of_line(points)
-        return curtain.flipped() if flip else curtain, warnings
+        return curtain.flipped() if is_flipped else curtain, warnings
     except InputError as error:
-        error.file = str(place.path)
+        error.file = str(profile.path)
         raise
 
 

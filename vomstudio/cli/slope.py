@@ -153,7 +153,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
             slopes.facets[i].id,
             text_tables.azimuth(slopes.facets[i].face.dip_direction_deg, 0),
             text_tables.inclination(slopes.facets[i].face.dip_deg, 0),
-            *(text_tables.number(100.0 * fraction, 1) for fraction in shares[i]),
+            *(text_tables.number(100.0 * share, 1) for share in shares[i]),
         ]
         for i in worst_facets
     ]
@@ -196,7 +196,7 @@ def _result_text(slope: TableSlope) -> str:
 
 
 def _row(name: str, of: str, mode: Mode) -> list[str]:
-    fraction, expected_share = (
+    share, expected_share = (
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )
     return [
@@ -204,6 +204,6 @@ def _row(name: str, of: str, mode: Mode) -> list[str]:
         of,
         str(mode.critical),
         str(mode.of),
-        text_tables.number(fraction, 1),
+        text_tables.number(share, 1),
         text_tables.number(expected_share, 1),
     ]

@@ -96,8 +96,8 @@ def _check_form(args: argparse.Namespace, form: str) -> None:
         raise _missing_option_error("--sets-table", flags["through"])
 
 
-def _missing_option_error(option: str, other: str) -> UsageError:
-    return UsageError(Finding("option.requires", option=option, other=other), field=option)
+def _missing_option_error(option: str, other_option: str) -> UsageError:
+    return UsageError(Finding("option.requires", option=option, other=other_option), field=option)
 
 
 def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:

@@ -298,13 +298,13 @@ def _build_grid(
     finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
     origin = np.floor(low)
     local_points = (coordinates if finite_indices is None else coordinates[finite_indices]) - origin
-    noisy = (
+    is_noisy = (
         begin is not None
         and len(local_points) < MIN_CELL_CLOUD
         and is_noise_dominated(local_points)
     )
-    if begin is not None and (noisy or len(local_points) >= MIN_CELL_CLOUD):
-        return *begin(local_points, noisy), finite_indices, origin
+    if begin is not None and (is_noisy or len(local_points) >= MIN_CELL_CLOUD):
+        return *begin(local_points, is_noisy), finite_indices, origin
     return create_cell_grid(local_points, _POINTS_PER_CELL), None, finite_indices, origin
 
 
@@ -561,5 +561,5 @@ def _stabilise_normals(
     # If the noise is about half of a side, faces have arbitrary orientations, and their positions
     # define better normals. The sharp edges of a mesh with few faces are real.
     angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
-    noisy = len(normals) >= _MIN_NOISY_FACES and float(np.median(roughness)) > _MIN_NOISE
-    return normals, roughness, not noisy or bool(angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg)
+    is_noisy = len(normals) >= _MIN_NOISY_FACES and float(np.median(roughness)) > _MIN_NOISE
+    return normals, roughness, not is_noisy or bool(angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg)

@@ -86,7 +86,7 @@ def measure_exposure(
     elements: Elements,
     labels: Int32Array,
     is_large_face: BoolArray,
-    level: BoolArray,
+    is_level: BoolArray,
     colors: FloatArray | None,
 ) -> Exposure:
     """Measure the exposed rock of a model and its nearly planar share.
@@ -99,7 +99,7 @@ def measure_exposure(
     is_large_face : (n,) bool array
         Whether the facet of each element is large enough for a reliable error; any surface is
         planar at the scale of its points.
-    level : (n,) bool array
+    is_level : (n,) bool array
         Whether the facet of each element dips less than `LEVEL_DEG`.
     colors : (n, 3) array or None
         Colour components from 0 to 255.
@@ -116,21 +116,21 @@ def measure_exposure(
         # The distance between points that fill a volume or are isolated does not correspond to the
         # side of a surface element.
         area[volume] = np.minimum(area[volume], approximate_median(area[~volume]))
-    plants = ~is_inside & volume
+    is_plant = ~is_inside & volume
     if colors is not None:
-        green = _excess_green(colors) > _MIN_PLANT_GREEN
-        plants |= green & (
+        greenness = _excess_green(colors) > _MIN_PLANT_GREEN
+        is_plant |= greenness & (
             variation > np.where(is_inside, 2.0 * _MIN_PLANT_VARIATION, _MIN_PLANT_VARIATION)
         )
-        plants |= is_grass(colors)
-    rubble = _find_jumbled_areas(elements, ~(is_inside | plants))
+        is_plant |= is_grass(colors)
+    is_rubble = _find_jumbled_areas(elements, ~(is_inside | is_plant))
     covers = np.where(is_inside, 0, 1).astype(np.int32)
-    covers[plants], covers[rubble] = 2, 3
+    covers[is_plant], covers[is_rubble] = 2, 3
     areas = np.bincount(covers + 4 * is_inside + 8 * is_large_face, area, 16).reshape(2, 2, 4)
     total, exposed_value = float(areas.sum()), float(areas[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
     large_labels = np.where(is_large_face & (covers == 0), labels, -1)
-    level_area = float(area[is_large_face & level & (covers == 0)].sum())
+    level_area = float(area[is_large_face & is_level & (covers == 0)].sum())
     return Exposure(
         total,
         float(areas[:, 1].sum()) / total if total > 0.0 else None,
@@ -209,13 +209,13 @@ def _smooth_variation(elements: Elements) -> FloatArray:
     return values
 
 
-def _find_jumbled_areas(elements: Elements, candidates: BoolArray) -> BoolArray:
+def _find_jumbled_areas(elements: Elements, is_candidate: BoolArray) -> BoolArray:
     """Find candidates in gently dipping cells of twenty resolutions that face all directions."""
-    if not candidates.any():
-        return candidates
+    if not is_candidate.any():
+        return is_candidate
     spacing = np.sqrt(elements.typical_area * (2.0 if elements.of == "face" else 1.0))
     per = 1.0 / max(_CELL_RESOLUTIONS * float(spacing), 1e-12)
-    rows = np.flatnonzero(candidates)
+    rows = np.flatnonzero(is_candidate)
     i, j, k = (elements.places[rows] * per).astype(np.int64).T & 0x1FFFFF
     keys, cell_of = np.unique((i << 42) | (j << 21) | k, return_inverse=True)
     count = len(keys)
@@ -240,8 +240,8 @@ def _find_jumbled_areas(elements: Elements, candidates: BoolArray) -> BoolArray:
         spread[:, i, j] = spread[:, j, i] = means[:, 9 + position] - mean[:, i] * mean[:, j]
     # Share of the squared normals perpendicular to their common axis.
     is_jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
-    upward = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
-    gentle = upward >= np.cos(np.radians(_MAX_GENTLE_DEG))
+    upward_sign = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
+    is_gentle = upward_sign >= np.cos(np.radians(_MAX_GENTLE_DEG))
     result = np.zeros(len(elements), np.bool_)
-    result[rows[(is_jumbled & gentle)[cell_of]]] = True
+    result[rows[(is_jumbled & is_gentle)[cell_of]]] = True
     return result

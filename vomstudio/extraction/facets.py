@@ -235,17 +235,17 @@ def _remove_grass(
     elements: Elements, labels: Int32Array, colors: FloatArray
 ) -> tuple[Elements, Int32Array]:
     """Remove facets that mainly consist of grass, and add a warning to the elements."""
-    rock = _remove_mostly_excluded(labels, is_grass(colors))
-    is_removed = (rock < 0) & (labels >= 0)
+    is_rock = _remove_mostly_excluded(labels, is_grass(colors))
+    is_removed = (is_rock < 0) & (labels >= 0)
     if not is_removed.any():
-        return elements, rock
+        return elements, is_rock
     warning = Finding(
         "facets.vegetation",
         share_percent=max(
             100.0 * float(elements.areas[is_removed].sum() / np.nansum(elements.areas)), 1.0
         ),
     )
-    return replace(elements, warnings=(*elements.warnings, warning)), rock
+    return replace(elements, warnings=(*elements.warnings, warning)), is_rock
 
 
 def build_facets(
@@ -399,10 +399,12 @@ def _fit_facet(
         kind="patch",
         thresholds=thresholds,
         surface_findings=level_findings(gap),
-        bend_deg=(bend := measure_bend(points, fit.normal)),
+        bend_deg=(bend_deg := measure_bend(points, fit.normal)),
     )
     border = to_wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, facet_moments, verdict, area, resolution, border, rows, gap, bend_deg=bend)
+    return Facet(
+        fit, facet_moments, verdict, area, resolution, border, rows, gap, bend_deg=bend_deg
+    )
 
 
 def _wide_spacing(areas: FloatArray) -> float:
@@ -451,7 +453,7 @@ def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
     if elements.of == "face":
         assert isinstance(data, Mesh)
         colours: GenericArray | None = data.colors
-        if colours is None and (textures := TextureColours(data)).any:
+        if colours is None and (textures := TextureColours(data)).has_textures:
             colours = textures.vertex_colours
         if colours is None:
             return None

@@ -408,12 +408,12 @@ def _merge_coplanar(
             continue
         total = weight[a] + weight[b]
         centre_offset = mean[b] - mean[a]
-        joint = (
+        joint_fit = (
             weight[a] * scatter[a]
             + weight[b] * scatter[b]
             + weight[a] * weight[b] / total * np.outer(centre_offset, centre_offset)
         ) / total
-        values, vectors = np.linalg.eigh(joint)
+        values, vectors = np.linalg.eigh(joint_fit)
         common_value = float(np.sqrt(max(values[0], 0.0)))
         separate_rms = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
         max_scatter = max(_MAX_SCATTER_RATIO * separate_rms, 0.1 * min(limit[a], limit[b]))
@@ -421,18 +421,18 @@ def _merge_coplanar(
             continue
         # The common scatter is not a suitable test for a small facet beside a large one: the small
         # facet must lie in the plane of the large one.
-        smaller, larger = (a, b) if weight[a] < weight[b] else (b, a)
-        distance = abs(float((mean[smaller] - mean[larger]) @ normal[larger]))
-        tilt = abs(float(normal[smaller] @ vectors[:, 0]))
-        width = np.sqrt(max(float(np.trace(scatter[smaller])), 0.0))
+        smaller_facet, larger_facet = (a, b) if weight[a] < weight[b] else (b, a)
+        distance = abs(float((mean[smaller_facet] - mean[larger_facet]) @ normal[larger_facet]))
+        tilt = abs(float(normal[smaller_facet] @ vectors[:, 0]))
+        width = np.sqrt(max(float(np.trace(scatter[smaller_facet])), 0.0))
         rise = width * np.sqrt(max(1.0 - tilt * tilt, 0.0))
-        if distance > 2.0 * max(rms[larger], 0.05 * limit[larger]) or rise > 2.0 * max(
-            rms[smaller], 0.05 * limit[smaller]
+        if distance > 2.0 * max(rms[larger_facet], 0.05 * limit[larger_facet]) or rise > 2.0 * max(
+            rms[smaller_facet], 0.05 * limit[smaller_facet]
         ):
             continue
         owner[b] = a
         mean[a] = mean[a] + (weight[b] / total) * centre_offset
-        weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common_value
+        weight[a], scatter[a], normal[a], rms[a] = total, joint_fit, vectors[:, 0], common_value
     roots = np.array([_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
     # The last two entries represent NONE and OUT, which index from the end.
@@ -495,8 +495,8 @@ def _loose_shares(
     facet_of = source[is_inside]
     listed_labels = labels[rows]
     # Points without a list of neighbours are in the interior of their facet.
-    interior = planes.count - np.bincount(listed_labels[listed_labels >= 0], minlength=f)
-    total = np.bincount(facet_of, minlength=f) + N_NEIGHBOURS * interior
+    interior_elements = planes.count - np.bincount(listed_labels[listed_labels >= 0], minlength=f)
+    total = np.bincount(facet_of, minlength=f) + N_NEIGHBOURS * interior_elements
     return np.asarray(np.bincount(facet_of, is_free, f) / np.maximum(total, 1))
 
 
@@ -561,19 +561,24 @@ def _rotation_to_neighbour(
     """
     normal, other_normal = planes.normal[first], planes.normal[second]
     # Perpendicular to the intersection of the two planes; the centre of a long facet would not be.
-    towards = other_normal - (other_normal @ normal) * normal
-    if towards @ (planes.centre[second] - planes.centre[first]) < 0.0:
-        towards = -towards
-    size, tan_between = float(np.linalg.norm(towards)), -float(other_normal @ towards)
+    direction = other_normal - (other_normal @ normal) * normal
+    if direction @ (planes.centre[second] - planes.centre[first]) < 0.0:
+        direction = -direction
+    size, tan_between = float(np.linalg.norm(direction)), -float(other_normal @ direction)
     if len(rows) < _MIN_TURNING_POINTS or size <= 0.0 or tan_between == 0.0:
         return np.zeros(2)
     tan_between /= float(other_normal @ normal) * size
     offset = elements.places[rows] - planes.centre[first]
-    place, height = offset @ (towards / size), offset @ normal
-    inner, centre, end = np.sort(place)[(np.array(_PIECE_QUANTILES) * len(place)).astype(np.int64)]
+    positions, height = offset @ (direction / size), offset @ normal
+    inner, centre, outer = np.sort(positions)[
+        (np.array(_PIECE_QUANTILES) * len(positions)).astype(np.int64)
+    ]
     slopes = [
-        _slope(place[is_inside], height[is_inside])
-        for is_inside in ((place > centre) & (place < end), (place > inner) & (place < centre))
+        _slope(positions[is_inside], height[is_inside])
+        for is_inside in (
+            (positions > centre) & (positions < outer),
+            (positions > inner) & (positions < centre),
+        )
     ]
     return np.array(
         [

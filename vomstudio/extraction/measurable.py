@@ -303,15 +303,15 @@ def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     area, _ = neighbour_statistics(finite_points[neighbour_rows])
     spacing = np.sqrt(np.where(np.isfinite(area) & (area > 0.0), area, np.nan))
     typical_spacing = float(np.nanmedian(spacing)) if np.isfinite(spacing).any() else np.nan
-    overall = effective_resolution(
+    overall_resolution = effective_resolution(
         finite_points, tree, nearest_points[:: max(1, len(nearest_points) // _NOISE_SAMPLES)]
     )
-    if overall is None or not typical_spacing > 0.0:
+    if overall_resolution is None or not typical_spacing > 0.0:
         return np.asarray(elements.spacing)
     # If the noise exceeds the spacing, it is assumed to do so everywhere.
     spacing = np.maximum(
         np.nan_to_num(spacing, nan=typical_spacing),
-        overall if overall > 1.5 * typical_spacing else 0.0,
+        overall_resolution if overall_resolution > 1.5 * typical_spacing else 0.0,
     )
     return np.asarray(spacing[cKDTree(elements.places[rows]).query(elements.places)[1]])
 
@@ -327,11 +327,11 @@ def _map_elements(
 ) -> Measurable:
     elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    typical = _weighted_median(resolution, weight)
-    _require_min_length(length, typical)
+    typical_extent = _weighted_median(resolution, weight)
+    _require_min_length(length, typical_extent)
     noise = options.noise_m
     if noise is None:
-        noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION
+        noise = typical_extent * NOISE_PIXELS / PIXELS_PER_RESOLUTION
     normal = normal / np.linalg.norm(normal)
     has_normal = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
@@ -357,7 +357,7 @@ def _map_elements(
         weight,
         resolution,
         length,
-        typical,
+        typical_extent,
         noise,
         elements.warnings,
         surface.nodes,
@@ -413,9 +413,9 @@ def _patches(
             float(mean_resolution[row]), noise, options.used_registration_error_deg
         ).error_deg(float(size[row]))
         error[row] = np.nan if error_deg is None else error_deg
-    deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
-    deg[is_exposed], extent[is_exposed] = error[patch_of], size[patch_of]
-    return patches, deg, extent
+    error_in_deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
+    error_in_deg[is_exposed], extent[is_exposed] = error[patch_of], size[patch_of]
+    return patches, error_in_deg, extent
 
 
 # --- errors -----------------------------------------------------------------------------------

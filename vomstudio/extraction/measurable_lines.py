@@ -112,31 +112,34 @@ def intersection_moments(
     representatives, representative_of, weight = _select_representatives(
         elements, is_cut, normal, width
     )
-    first, second = _plane_axes(normal)
+    first_axis, second_axis = _plane_axes(normal)
     slope = np.einsum("ij,j->i", np.nan_to_num(elements.normals[representatives]), normal)
     sine = np.sqrt(np.maximum(1.0 - slope**2, 1e-12))
     # The line of steepest ascent of the surface leaves the plane by this sine.
     slopes = np.stack(
-        [-slope * (elements.normals[representatives] @ axis) / sine**2 for axis in (first, second)],
+        [
+            -slope * (elements.normals[representatives] @ axis) / sine**2
+            for axis in (first_axis, second_axis)
+        ],
         axis=1,
     )
     coordinates = np.stack(
         [
             offset[representatives],
-            positions[representatives] @ first,
-            positions[representatives] @ second,
+            positions[representatives] @ first_axis,
+            positions[representatives] @ second_axis,
         ],
         axis=1,
     )
     sums = np.full((len(representatives), 9), np.nan)
-    quarter = offset / (4.0 * width)
-    shifted_angle = quarter + 0.5
-    fraction = quarter[representatives] - np.floor(quarter[representatives])
+    quarter_turns = offset / (4.0 * width)
+    shifted_angle = quarter_turns + 0.5
+    fraction = quarter_turns[representatives] - np.floor(quarter_turns[representatives])
     # Use two overlapping sets of bands, so that every piece is well inside one of them.
     is_middle = (fraction >= 0.25) & (fraction < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
     processed_count = 0
-    for bands, is_inside in ((quarter, is_middle), (shifted_angle, ~is_middle)):
+    for bands, is_inside in ((quarter_turns, is_middle), (shifted_angle, ~is_middle)):
         band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)
@@ -174,9 +177,9 @@ def intersection_moments(
 def _plane_axes(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return two orthogonal unit vectors in the plane with a given normal."""
     helper = np.eye(3)[np.argmin(np.abs(normal))]
-    first = np.cross(normal, helper)
-    first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    first_axis = np.cross(normal, helper)
+    first_axis /= np.linalg.norm(first_axis)
+    return first_axis, np.cross(normal, first_axis)
 
 
 def _select_representatives(
@@ -198,8 +201,8 @@ def _select_representatives(
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
     # Faces in the same cell with a different direction belong to another surface.
     normals = elements.normals[rows]
-    first, second = _plane_axes(normal)
-    angles = np.arctan2(normals @ second, normals @ first)
+    first_axis, second_axis = _plane_axes(normal)
+    angles = np.arctan2(normals @ second_axis, normals @ first_axis)
     key = key * 4 + np.floor((angles + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
     _, cell_of = np.unique(key, return_inverse=True)
     order = np.lexsort((areas, cell_of))

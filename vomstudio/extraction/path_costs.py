@@ -175,10 +175,10 @@ def _smoothed_lows(graph: Graph, value: FloatArray) -> FloatArray:
     Within a bed of uniform colour, the shortest path cuts corners from side to side. This tilts the
     plane systematically without being visible in the residuals.
     """
-    total, previous = value.copy(), value
-    for times in _VALLEY_SMOOTHINGS:
-        previous = smooth_values(graph, previous, times)
-        total += previous
+    total, previous_values = value.copy(), value
+    for pass_count in _VALLEY_SMOOTHINGS:
+        previous_values = smooth_values(graph, previous_values, pass_count)
+        total += previous_values
     total /= len(_VALLEY_SMOOTHINGS) + 1
     return total
 

@@ -165,6 +165,6 @@ def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: flo
         return 0.0
     centre = points[stretch[0] : stretch[1] + 1].mean(axis=0) - fit.centroid
     angles = np.radians(np.minimum([fit.min_confidence95_deg, fit.max_confidence95_deg], 89.9))
-    lever = np.tan(angles) * (fit.axes[:2] @ centre)
-    allowed_distance = np.sqrt((lever**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
+    distances_along = np.tan(angles) * (fit.axes[:2] @ centre)
+    allowed_distance = np.sqrt((distances_along**2).sum() + (2.0 * fit.rms) ** 2 + resolution**2)
     return abs(offset(points, stretch, fit)) / float(max(allowed_distance, 1e-300))

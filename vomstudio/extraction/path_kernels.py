@@ -192,7 +192,7 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
 
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
-def _raise_node(keys, heap, place, position):  # type: ignore[no-untyped-def]
+def _raise_node(keys, heap, heap_position, position):  # type: ignore[no-untyped-def]
     """Move an entry of the heap toward its root."""
     node, key = heap[position], keys[position]
     while position > 0:
@@ -200,15 +200,15 @@ def _raise_node(keys, heap, place, position):  # type: ignore[no-untyped-def]
         if keys[parent] <= key:
             break
         heap[position], keys[position] = heap[parent], keys[parent]
-        place[heap[position]] = position
+        heap_position[heap[position]] = position
         position = parent
-    heap[position], keys[position], place[node] = node, key, position
+    heap[position], keys[position], heap_position[node] = node, key, position
 
 
 @part
-def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
+def _remove_root(keys, heap, heap_position, size):  # type: ignore[no-untyped-def]
     """Remove the root of the heap, and return the new size."""
-    place[heap[0]] = -1
+    heap_position[heap[0]] = -1
     size -= 1
     node, key, position = heap[size], keys[size], 0
     while True:
@@ -222,22 +222,22 @@ def _remove_root(keys, heap, place, size):  # type: ignore[no-untyped-def]
         if keys[smallest_child] >= key:
             break
         heap[position], keys[position] = heap[smallest_child], keys[smallest_child]
-        place[heap[position]] = position
+        heap_position[heap[position]] = position
         position = smallest_child
     if size > 0:
-        heap[position], keys[position], place[node] = node, key, position
+        heap[position], keys[position], heap_position[node] = node, key, position
     return size
 
 
 @part
-def _insert_node(keys, heap, place, size, node, key):  # type: ignore[no-untyped-def]
+def _insert_node(keys, heap, heap_position, size, node, key):  # type: ignore[no-untyped-def]
     """Insert a node into the heap or reduce its key, and return the new size."""
-    position = place[node]
+    position = heap_position[node]
     if position < 0:
         position, size = size, size + 1
-        heap[position], place[node] = node, position
+        heap[position], heap_position[node] = node, position
     keys[position] = key
-    _raise_node(keys, heap, place, position)
+    _raise_node(keys, heap, heap_position, position)
     return size
 
 
@@ -257,22 +257,22 @@ def search_least_cost(  # type: ignore[no-untyped-def]
     predecessor,
     keys,
     heap,
-    place,
+    heap_position,
 ):
     """Search from one node to another (Dijkstra 1959), and return whether it is reached.
 
     The cost of an arc is its length times the mean cost per metre at its ends. If `min_cost`, a
     lower bound of this cost, is positive, the remaining distance guides the search (A*, Hart,
-    Nilsson & Raphael 1968). `distance` must be infinite and `place` -1 on entry; the predecessors
-    are written to `predecessor`; `keys` and `heap` (n,) are work arrays.
+    Nilsson & Raphael 1968). `distance` must be infinite and `heap_position` -1 on entry; the
+    predecessors are written to `predecessor`; `keys` and `heap` (n,) are work arrays.
     """
     distance[start], predecessor[start] = 0.0, -1
-    size = _insert_node(keys, heap, place, 0, start, 0.0)
+    size = _insert_node(keys, heap, heap_position, 0, start, 0.0)
     while size > 0:
         node = heap[0]
         if node == end:
             return True
-        size = _remove_root(keys, heap, place, size)
+        size = _remove_root(keys, heap, heap_position, size)
         base = distance[node]
         for k in range(starts[node], starts[node + 1]):
             neighbour = neighbours[k]
@@ -288,19 +288,21 @@ def search_least_cost(  # type: ignore[no-untyped-def]
                 remaining_cost = (
                     min_cost * _distance(positions, neighbour, end) if min_cost > 0.0 else 0.0
                 )
-                size = _insert_node(keys, heap, place, size, neighbour, total + remaining_cost)
+                size = _insert_node(
+                    keys, heap, heap_position, size, neighbour, total + remaining_cost
+                )
     return False
 
 
 @part
-def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ignore[no-untyped-def]
+def _slot_of(node, slots, nodes, count, headings, distance, heap_position):  # type: ignore[no-untyped-def]
     """Return the slot of a node, initialised on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
         return slot
     slots[node], nodes[count] = count, node
     for state in range(count * headings, (count + 1) * headings):
-        distance[state], place[state] = math.inf, -1
+        distance[state], heap_position[state] = math.inf, -1
     return count
 
 
@@ -326,7 +328,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     predecessor,
     keys,
     heap,
-    place,
+    heap_position,
 ):
     """Search over states, each of which is a node with one of `headings` directions.
 
@@ -337,18 +339,18 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
     -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.
     """
-    count = _slot_of(start, slots, nodes, 0, headings, distance, place) + 1
+    count = _slot_of(start, slots, nodes, 0, headings, distance, heap_position) + 1
     size = 0
     for state in range(headings):
         distance[state], predecessor[state] = 0.0, -1
-        size = _insert_node(keys, heap, place, size, state, remaining[start])
+        size = _insert_node(keys, heap, heap_position, size, state, remaining[start])
     while size > 0:
         state = heap[0]
         slot, h = state // headings, state % headings
         node = nodes[slot]
         if node == other:
             return state
-        size = _remove_root(keys, heap, place, size)
+        size = _remove_root(keys, heap, heap_position, size)
         base = distance[state]
         for side in (1, headings - 1):
             next_state = slot * headings + (h + side) % headings
@@ -356,7 +358,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
                 distance[next_state] = base + turn_cost
                 predecessor[next_state] = state
                 size = _insert_node(
-                    keys, heap, place, size, next_state, base + turn_cost + remaining[node]
+                    keys, heap, heap_position, size, next_state, base + turn_cost + remaining[node]
                 )
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
@@ -367,7 +369,7 @@ def search_least_turning(  # type: ignore[no-untyped-def]
             if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
                 continue
             step = max(_distance(positions, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
-            end_slot = _slot_of(end, slots, nodes, count, headings, distance, place)
+            end_slot = _slot_of(end, slots, nodes, count, headings, distance, heap_position)
             if end_slot < 0:
                 return -2
             count = max(count, end_slot + 1)
@@ -376,6 +378,6 @@ def search_least_turning(  # type: ignore[no-untyped-def]
                 distance[next_state] = base + step
                 predecessor[next_state] = state
                 size = _insert_node(
-                    keys, heap, place, size, next_state, base + step + remaining[end]
+                    keys, heap, heap_position, size, next_state, base + step + remaining[end]
                 )
     return -1

@@ -114,7 +114,7 @@ class PhotoFollower:
 
     def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, uses_votes: bool = True):
         _require_cost(cost)
-        self.photos, self.cost, self._voting = photos, cost, uses_votes
+        self.photos, self.cost, self._uses_votes = photos, cost, uses_votes
         self.view = photos.views.views[photos.view_row]
         self._pyramid = [photos.pixels(photos.view_row)]
         # Cache the photos of the last line, which the next line probably uses as well.
@@ -206,7 +206,7 @@ class PhotoFollower:
 
     def _voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
         """Return the other photos that show the way-points best, and warnings about them."""
-        if not self._voting:
+        if not self._uses_votes:
             return [], []
         photos, warnings = self.photos, list[Finding]()
         line = np.concatenate(
@@ -340,10 +340,10 @@ class PhotoFollower:
     def _sight_error_px(self, positions: FloatArray) -> int:
         """Estimate the error in pixels of a point that is projected into another photo."""
         views = self.photos.views
-        visible = positions[np.isfinite(positions[:, 0])]
-        if not len(visible):
+        visible_positions = positions[np.isfinite(positions[:, 0])]
+        if not len(visible_positions):
             return 0
-        depth = float(np.median(self.view.depths(views.local(visible))))
+        depth = float(np.median(self.view.depths(views.local(visible_positions))))
         pixel = depth / float(np.sqrt(np.prod(self.view.intrinsics.focal)))
         return int(
             np.clip(

@@ -62,21 +62,21 @@ class Voter:
         Returns
         -------
         colours : (n, 3) array
-        visible : (n,) bool array
+        is_visible : (n,) bool array
             Whether each point is visible in the photo.
         """
-        pixels, visible = self._project(positions)
+        pixels, is_visible = self._project(positions)
         colours = np.zeros((len(positions), 3))
         for c in range(3):
-            colours[visible, c] = interpolate_pixels(self._picture[..., c], pixels[visible])
-        return colours, visible
+            colours[is_visible, c] = interpolate_pixels(self._picture[..., c], pixels[is_visible])
+        return colours, is_visible
 
     def greys(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Sample the blurred lightness (n,) at points (n, 3), and return which are visible."""
-        pixels, visible = self._project(positions)
+        pixels, is_visible = self._project(positions)
         values = np.zeros(len(positions))
-        values[visible] = interpolate_pixels(self._grey, pixels[visible])
-        return values, visible
+        values[is_visible] = interpolate_pixels(self._grey, pixels[is_visible])
+        return values, is_visible
 
     def _project(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels = np.full((len(positions), 2), np.nan)
@@ -103,8 +103,8 @@ def blur_lightness(picture: ByteArray) -> Float32Array:
     """
     import cv2
 
-    light = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(light, (0, 0), _BLUR_PX), np.float32)
+    lightness = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(lightness, (0, 0), _BLUR_PX), np.float32)
 
 
 def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
@@ -171,8 +171,8 @@ def count_agreeing_photos(
         np.zeros(len(tested_offsets), np.int64),
     )
     for voter in voters:
-        values, visible = voter.greys(positions)
-        is_complete = visible.reshape(patch_lightness.shape).all(axis=1)
+        values, is_visible = voter.greys(positions)
+        is_complete = is_visible.reshape(patch_lightness.shape).all(axis=1)
         correlation = _correlation(patch_lightness, values.reshape(patch_lightness.shape))
         is_judged = is_complete & np.isfinite(correlation)
         judged_count += is_judged

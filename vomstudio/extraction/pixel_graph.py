@@ -35,15 +35,17 @@ def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
     rows, columns = np.nonzero(mask)
     n = len(rows)
     number[rows, columns] = np.arange(n)
-    first, second = [], []
-    for down, right in _NEIGHBOUR_STEPS:
+    first_pixels, second_pixels = [], []
+    for row_step, right in _NEIGHBOUR_STEPS:
         height, width = mask.shape
-        pixel_number = number[: height - down, max(0, -right) : width - max(0, right)]
-        neighbour = number[down:, max(0, right) : width + min(0, right)]
+        pixel_number = number[: height - row_step, max(0, -right) : width - max(0, right)]
+        neighbour = number[row_step:, max(0, right) : width + min(0, right)]
         is_edge = (pixel_number >= 0) & (neighbour >= 0)
-        first.append(pixel_number[is_edge])
-        second.append(neighbour[is_edge])
-    starts, neighbours = neighbour_lists(np.concatenate(first), np.concatenate(second), n)
+        first_pixels.append(pixel_number[is_edge])
+        second_pixels.append(neighbour[is_edge])
+    starts, neighbours = neighbour_lists(
+        np.concatenate(first_pixels), np.concatenate(second_pixels), n
+    )
     corner = np.array([box[1].start, box[0].start]) + 0.5
     positions = np.column_stack([columns + corner[0], rows + corner[1], np.zeros(n)])
     colours = picture[box][rows, columns].astype(np.float64)

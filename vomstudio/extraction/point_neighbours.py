@@ -189,12 +189,12 @@ def find_surroundings(
         else _tree(positions)
     )
     # Points within planes are quiet.
-    fraction = 1.0 - 0.5 * len(positions) / len(rows) if 2 * len(rows) > len(positions) else 0.0
+    share = 1.0 - 0.5 * len(positions) / len(rows) if 2 * len(rows) > len(positions) else 0.0
     known_count = known_count if len(rows) else NORMAL_COUNTS[0]
     required_count = (
         min(known_count, len(positions))
         if known_count
-        else _required_neighbours(tree, positions, angle_deg, fraction)
+        else _required_neighbours(tree, positions, angle_deg, share)
     )
     k, neighbour_count = len(rows), min(N_NEIGHBOURS, len(positions) - 1)
     surroundings = PointNeighbourhoods(

@@ -76,20 +76,20 @@ def subdivide_mesh(
             break
         key = low * np.int64(len(vertices)) + high
         cut_edges = np.unique(key[is_long])
-        place = np.searchsorted(cut_edges, key)
-        place[place == len(cut_edges)] = 0
-        is_cut = cut_edges[place] == key
+        edge_position = np.searchsorted(cut_edges, key)
+        edge_position[edge_position == len(cut_edges)] = 0
+        is_cut = cut_edges[edge_position] == key
         # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
         is_active = (length > max_edge).any(axis=1) | is_cut.any(axis=1)
         finished_parts.append((faces[~is_active], source[~is_active]))
-        faces, source, place, is_cut = (
+        faces, source, edge_position, is_cut = (
             faces[is_active],
             source[is_active],
-            place[is_active],
+            edge_position[is_active],
             is_cut[is_active],
         )
-        midpoints = np.where(is_cut, place + len(vertices), -1)
+        midpoints = np.where(is_cut, edge_position + len(vertices), -1)
         vertices = np.concatenate(
             [
                 vertices,
@@ -118,11 +118,11 @@ def _split_faces(
         ab, bc, ca = (midpoints[:, (corner + k) % 3] for k in range(3))
         has_one_cut = (count == 1) & (ab >= 0)
         has_two_cuts = (count == 2) & (ca < 0)
-        three = (count == 3) & (corner == 0)
+        has_three_cuts = (count == 3) & (corner == 0)
         for rows, parts in (
             (has_one_cut, ((a, ab, c), (ab, b, c))),
             (has_two_cuts, ((a, ab, c), (ab, b, bc), (ab, bc, c))),
-            (three, ((a, ab, ca), (ab, b, bc), (bc, c, ca), (ab, bc, ca))),
+            (has_three_cuts, ((a, ab, ca), (ab, b, bc), (bc, c, ca), (ab, bc, ca))),
         ):
             for part in parts:
                 new_faces.append(np.stack([node[rows] for node in part], axis=1))

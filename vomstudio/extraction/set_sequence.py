@@ -151,7 +151,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
     finite_normals = normals[np.isfinite(normals).all(axis=1)]
     if not len(finite_normals):
         return np.zeros((0, 3))
-    nodes = _half_sphere(_N_DIRECTIONS)
+    nodes = _half_sphere_directions(_N_DIRECTIONS)
     tree = cKDTree(np.concatenate([nodes, -nodes]))
     _, nearest_rows = tree.query(finite_normals)
     count = np.bincount(nearest_rows % len(nodes), minlength=len(nodes)).astype(np.float64)
@@ -183,7 +183,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
     return np.array(poles).reshape(-1, 3)
 
 
-def _half_sphere(count: int) -> FloatArray:
+def _half_sphere_directions(count: int) -> FloatArray:
     """Distribute directions evenly over the upper half of the sphere (Fibonacci spiral)."""
     i = np.arange(count) + 0.5
     z = 1.0 - i / count
@@ -233,9 +233,9 @@ def _clusters(
         if len(rows) <= CORE_POINTS:
             continue
         tree = cKDTree(elements.places[rows], compact_nodes=False, balanced_tree=False)
-        fourth = np.unique(tree.query(elements.places[rows], k=CORE_POINTS + 1)[0][:, -1])
-        spread = fourth.std(ddof=1) if len(fourth) > 1 else 0.0
-        radius = float(fourth.mean() + _RADIUS_DEVIATIONS * spread)
+        fourth_distances = np.unique(tree.query(elements.places[rows], k=CORE_POINTS + 1)[0][:, -1])
+        spread = fourth_distances.std(ddof=1) if len(fourth_distances) > 1 else 0.0
+        radius = float(fourth_distances.mean() + _RADIUS_DEVIATIONS * spread)
         clusters = dbscan(elements.places[rows], radius, CORE_POINTS)
         is_clustered = clusters >= 0
         labels[rows[is_clustered]] = clusters[is_clustered] + len(sets)
@@ -273,17 +273,19 @@ def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
     if n < core_points:
         return label
     tree = cKDTree(positions)
-    core = tree.query(positions, k=core_points)[0][:, -1] <= radius
-    cores = np.flatnonzero(core)
-    if not len(cores):
+    is_core = tree.query(positions, k=core_points)[0][:, -1] <= radius
+    core_rows = np.flatnonzero(is_core)
+    if not len(core_rows):
         return label
-    core_tree = cKDTree(positions[cores])
+    core_tree = cKDTree(positions[core_rows])
     pairs = core_tree.query_pairs(radius, output_type="ndarray")
-    links = coo_matrix((np.ones(len(pairs), np.bool_), tuple(pairs.T)), (len(cores), len(cores)))
-    label[cores] = connected_components(links.tocsr(), directed=False)[1]
-    border = np.flatnonzero(~core)
+    links = coo_matrix(
+        (np.ones(len(pairs), np.bool_), tuple(pairs.T)), (len(core_rows), len(core_rows))
+    )
+    label[core_rows] = connected_components(links.tocsr(), directed=False)[1]
+    border = np.flatnonzero(~is_core)
     if len(border):
         distance, nearest_cores = core_tree.query(positions[border])
         is_near = distance <= radius
-        label[border[is_near]] = label[cores[nearest_cores[is_near]]]
+        label[border[is_near]] = label[core_rows[nearest_cores[is_near]]]
     return label

@@ -249,14 +249,14 @@ def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
 
 
 def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
-    third, second, first = planes.spread.T
+    smallest, medium, largest = planes.spread.T
     # The third eigenvalue of a perfect plane consists of rounding errors.
-    third = np.maximum(third, 1e-12 * first)
+    smallest = np.maximum(smallest, 1e-12 * largest)
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "roughness": np.sqrt(np.maximum(planes.spread[:, 0], 0.0)),
-            "coplanarity": np.log(first / third),
-            "collinearity": np.log(first / second) / np.log(second / third),
+            "coplanarity": np.log(largest / smallest),
+            "collinearity": np.log(largest / medium) / np.log(medium / smallest),
         }
 
 

@@ -118,18 +118,18 @@ class SurfaceGraph:
         for axis in (1, 2):
             is_used &= np.isfinite(points[:, axis])
         if isinstance(data, Mesh) and len(data.faces):
-            used = np.zeros(len(points), np.bool_)
-            used[np.asarray(data.faces).ravel()] = True
-            is_used &= used
+            used_rows = np.zeros(len(points), np.bool_)
+            used_rows[np.asarray(data.faces).ravel()] = True
+            is_used &= used_rows
         rows = np.flatnonzero(is_used)
-        local = np.asarray(points[rows], np.float64)
+        points_from_origin = np.asarray(points[rows], np.float64)
         # Column by column: a reduction along rows of three is many times slower.
-        if len(rows) < 2 or not any(np.ptp(column) for column in local.T):
+        if len(rows) < 2 or not any(np.ptp(column) for column in points_from_origin.T):
             raise GeometryError(Finding("path.no-surface"))
-        self.origin: FloatArray = np.floor([column.min() for column in local.T])
-        local -= self.origin
-        node_of, first = _number_nodes(local)
-        self.places: FloatArray = np.ascontiguousarray(local[first])
+        self.origin: FloatArray = np.floor([column.min() for column in points_from_origin.T])
+        points_from_origin -= self.origin
+        node_of, first = _number_nodes(points_from_origin)
+        self.places: FloatArray = np.ascontiguousarray(points_from_origin[first])
         self.row: IntArray = rows[first]
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = node_of
@@ -149,7 +149,7 @@ class SurfaceGraph:
         """Textures of a mesh that has no vertex colours; otherwise None."""
         if isinstance(self.data, Mesh) and self.data.colors is None:
             textures = TextureColours(self.data)
-            return textures if textures.any else None
+            return textures if textures.has_textures else None
         return None
 
     @cached_property
@@ -175,11 +175,11 @@ class SurfaceGraph:
         assert self.textures is not None
         faces = np.flatnonzero(self._sound_faces)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)
-        longest = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
+        longest_edge = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
         for _ in range(_MAX_LEVEL):
             previous = len(places)
             places, vertex_fields, triangles, parent = _divide_long_edges(
-                places, vertex_fields, triangles, longest
+                places, vertex_fields, triangles, longest_edge
             )
             if len(places) == previous:
                 break
@@ -249,14 +249,14 @@ class SurfaceGraph:
             distance, rows = self.tree.query(self.places[part], k=k + 1, workers=-1)
             neighbours[part], distances[part] = rows[:, 1:], distance[:, 1:]
         typical_distance = np.median(distances[neighbours[:, 0], min(3, k - 1)])
-        local = np.maximum(distances[:, min(3, k - 1)], typical_distance)
-        neighbours[distances > _MIN_GAP_ARCS * local[:, None]] = -1
+        local_spacings = np.maximum(distances[:, min(3, k - 1)], typical_distance)
+        neighbours[distances > _MIN_GAP_ARCS * local_spacings[:, None]] = -1
         return neighbours
 
     def snap_distances(self, places: FloatArray) -> FloatArray:
         """Return the distances (w,) between positions (w, 3) of the data and the nearest nodes."""
-        local = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
-        return np.asarray(self.tree.query(local)[0], np.float64)
+        positions_from_origin = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
+        return np.asarray(self.tree.query(positions_from_origin)[0], np.float64)
 
     def prepare(self) -> None:
         """Build the data for path searches (seconds for millions of points). Thread-safe."""
@@ -327,14 +327,14 @@ class SurfaceGraph:
         count = list_component_in_ellipsoid(
             self.places, starts, neighbours, first, *ends, number, buffer
         )
-        exceeds_capacity = count < 0
-        if exceeds_capacity:
+        is_too_large = count < 0
+        if is_too_large:
             count = list_nodes_in_ellipsoid(self.places, *ends, rows)
             nodes = rows[:count].copy()
         else:
             nodes = np.sort(rows[:count])
         part = _part(nodes, starts, neighbours, number)
-        if exceeds_capacity:
+        if is_too_large:
             is_touched = np.zeros(count, np.bool_)
             start = int(np.searchsorted(nodes, first))
             if mark_component(*part, start, is_touched, rows) < count:
@@ -554,7 +554,7 @@ def _divide_all(
     midpoints = n + edge_of.reshape(-1, 3)
     a, b, c = triangles.T
     ab, bc, ca = midpoints.T
-    four = np.concatenate(
+    four_faces = np.concatenate(
         [
             np.stack([a, ab, ca], axis=1),
             np.stack([ab, b, bc], axis=1),
@@ -565,7 +565,7 @@ def _divide_all(
     return (
         np.concatenate([places, (places[first] + places[second]) / 2.0]),
         np.concatenate([vertex_fields, (vertex_fields[first] + vertex_fields[second]) / 2.0]),
-        four,
+        four_faces,
         len(key),
     )
 

@@ -23,7 +23,7 @@ class TextureColours:
 
     Attributes
     ----------
-    any : bool
+    has_textures : bool
         Whether the mesh has a texture.
     uv : (n, 2) array
         Texture coordinates of the vertices.
@@ -31,7 +31,9 @@ class TextureColours:
 
     def __init__(self, mesh: Mesh) -> None:
         self._mesh = mesh
-        self.any = mesh.uv is not None and any(m.texture is not None for m in mesh.materials)
+        self.has_textures = mesh.uv is not None and any(
+            m.texture is not None for m in mesh.materials
+        )
         self.uv: FloatArray = (
             np.zeros((len(mesh.vertices), 2))
             if mesh.uv is None

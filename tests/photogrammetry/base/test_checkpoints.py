@@ -17,18 +17,18 @@ from vomstudio.photogrammetry.base.checkpoints import (
 def test_a_stage_has_its_name_only_once_it_is_whole(tmp_path):
     stage = Checkpoints(tmp_path).stage("depths", "inputs", 1)
     (stage.folder / "a.npz").write_bytes(b"half of the photos")
-    assert not stage.done
+    assert not stage.is_done
     again = Checkpoints(tmp_path).stage("depths", "inputs", 1)
     assert (again.folder / "a.npz").exists(), "what an earlier run finished is found again"
     again.finish(photos=2)
-    assert Checkpoints(tmp_path).stage("depths", "inputs", 1).done
+    assert Checkpoints(tmp_path).stage("depths", "inputs", 1).is_done
     assert Checkpoints(tmp_path).stage("depths", "inputs", 1).facts["photos"] == 2
 
 
 def test_other_inputs_are_another_stage(tmp_path):
     Checkpoints(tmp_path).stage("depths", "inputs", 1).finish()
-    assert not Checkpoints(tmp_path).stage("depths", "inputs", 2).done
-    assert not Checkpoints(tmp_path).stage("depths", "others", 1).done
+    assert not Checkpoints(tmp_path).stage("depths", "inputs", 2).is_done
+    assert not Checkpoints(tmp_path).stage("depths", "others", 1).is_done
 
 
 def test_the_time_of_an_unfinished_run_counts(tmp_path):

@@ -55,7 +55,7 @@ def test_points_lie_where_the_straight_camera_projects_them(model, max_size):
     view = view_of(model)
     points = np.array([[x, y, 1.0] for x in (-0.42, -0.1, 0.37) for y in (-0.3, 0.02, 0.31)])
     sigma = 2.0 * W / (max_size or W)
-    task = UndistortTask(png(dots(view, points, sigma)), None, view, max_size, lossless=True)
+    task = UndistortTask(png(dots(view, points, sigma)), None, view, max_size, is_lossless=True)
     straight = undistort(task)
     lens = straight.view.intrinsics
     assert lens.model == "PINHOLE"

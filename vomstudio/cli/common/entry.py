@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except KeyboardInterrupt:  # while writing
             return Cancelled.exit_code
         except VomError as error:  # stdout itself could not be written
-            return _fail(error, None, Output(as_json=False))
+            return _fail(error, None, Output(with_json=False))
 
 
 def _expand_home(word: str) -> str:
@@ -66,7 +66,7 @@ def _shows_progress(arguments: Sequence[str]) -> bool:
 def _run(arguments: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
     # Read before parsing so that parsing errors have the requested form.
-    output = Output(as_json="--json" in arguments, json_events=_shows_progress(arguments))
+    output = Output(with_json="--json" in arguments, json_events=_shows_progress(arguments))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:

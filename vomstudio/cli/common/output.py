@@ -26,8 +26,8 @@ from vomstudio.core.words import to_translate, tr
 class Output:
     """Output of a command, which is collected until it is complete."""
 
-    def __init__(self, *, as_json: bool, json_events: bool = False) -> None:
-        self.as_json = as_json
+    def __init__(self, *, with_json: bool, json_events: bool = False) -> None:
+        self.as_json = with_json
         self.writes_events = json_events
         """Whether stderr contains only JSON lines, so that programs can parse the progress."""
         self.quiet = False
@@ -199,9 +199,9 @@ def _redirect_stdout() -> None:
     try:
         os.dup2(2, 1)
     except OSError:  # stderr is closed
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, 1)
-        os.close(null)
+        null_device = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null_device, 1)
+        os.close(null_device)
 
 
 @contextlib.contextmanager
@@ -210,12 +210,12 @@ def silence_output() -> Iterator[None]:
     saved_descriptors = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     try:
         with (
-            open(os.devnull, "w", encoding="utf-8") as null,
-            contextlib.redirect_stdout(null),
-            contextlib.redirect_stderr(null),
+            open(os.devnull, "w", encoding="utf-8") as null_device,
+            contextlib.redirect_stdout(null_device),
+            contextlib.redirect_stderr(null_device),
         ):
             for number in saved_descriptors:
-                os.dup2(null.fileno(), number)
+                os.dup2(null_device.fileno(), number)
             yield
     finally:
         for number, copy in saved_descriptors.items():

@@ -58,15 +58,15 @@ class StepClock:
         self._last_s = 0.0
         self._increases = 0
 
-    def step(self, done: int, now_s: float) -> None:
-        """Record that `done` steps are completed."""
+    def step(self, done_count: int, now_s: float) -> None:
+        """Record that `done_count` steps are completed."""
         if self._first is None:
             # A resumed stage begins at a number greater than 0.
-            self._first, self._last_s = (done, now_s), now_s
-        elif done > self.done:
+            self._first, self._last_s = (done_count, now_s), now_s
+        elif done_count > self.done:
             self._increases += 1
             self._last_s = now_s
-        self.done = done
+        self.done = done_count
 
     def remaining_s(self, now_s: float) -> float | None:
         """Estimate the remaining time; None if the total or the step duration is unknown."""

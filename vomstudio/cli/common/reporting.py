@@ -55,9 +55,9 @@ class JsonProgress:
         self._stage = name
         self._emit({"event": "stage", "stage": name, "total": total, **self._part})
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         """See `Progress`."""
-        self._emit({"event": "step", "stage": self._stage, "done": done})
+        self._emit({"event": "step", "stage": self._stage, "done": done_count})
 
     def _emit(self, event: Mapping[str, Any]) -> None:
         if self._token is not None and self._token.cancelled:
@@ -83,7 +83,7 @@ class StageLines:
             self._stream.write(f"[{elapsed_s:.2f} s] {self._part}{name}\n")
             self._stream.flush()
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         """See `Progress`."""
 
 
@@ -138,15 +138,15 @@ class ProgressDisplay:
         self._lock = threading.Lock()
         self._stage, self._clock = "", StepClock(None)
         self._part: tuple[int, int] | None = None
-        self._finished = threading.Event()
+        self._stop_event = threading.Event()
 
     def __enter__(self) -> ProgressDisplay:
-        self._thread = start_thread(self._draw, name="progress")
+        self._draw_thread = start_thread(self._draw, name="progress")
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._finished.set()
-        self._thread.join()
+        self._stop_event.set()
+        self._draw_thread.join()
 
     def part(self, number: int, count: int) -> None:
         """See `Reporter`."""
@@ -159,10 +159,10 @@ class ProgressDisplay:
         with self._lock:
             self._stage, self._clock = name, StepClock(total)
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         """See `Progress`."""
         with self._lock:
-            self._clock.step(done, time.monotonic())
+            self._clock.step(done_count, time.monotonic())
 
     def _snapshot(self) -> Snapshot:
         with self._lock:
@@ -178,14 +178,14 @@ class ProgressDisplay:
             )
 
     def _draw(self) -> None:
-        if self._finished.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
+        if self._stop_event.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
             return
         # The reader of stderr has closed: the command continues, and its exit code is the result.
         with contextlib.suppress(OSError, ValueError):
             painter = choose_painter(self._stream)
-            while not self._finished.is_set():
+            while not self._stop_event.is_set():
                 painter.show(self._snapshot())
-                self._finished.wait(painter.period_s)
+                self._stop_event.wait(painter.period_s)
             painter.close()
 
 

@@ -79,13 +79,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     options, target = parse_options(args, MeasurableOptions), parse_options(args, MeasurableTarget)
     plane, reading = _plane(target, args)
-    raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
+    is_raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
     if args.output is not None:
-        if not raster:
+        if not is_raster:
             choose_writer(Path(args.output))
         inputs = [args.model, *([target.mean] if target.mean else [])]
         check_target(args.output, force=args.force, inputs=inputs)
-    if target.gsd_m is not None and not raster:
+    if target.gsd_m is not None and not is_raster:
         raise UsageError(
             Finding("option.requires", option="--gsd", other="-o NAME.tif"), field="--gsd"
         )
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings = [*model.warnings, *reading, *unknown_unit(model)]
     warnings += measurability_map.warnings
     result: dict[str, Any] = {"file": args.output, **measurability_map.to_dict()}
-    if raster:
+    if is_raster:
         result["raster"] = write_raster(
             args.output,
             model.data,

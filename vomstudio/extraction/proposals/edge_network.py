@@ -54,7 +54,7 @@ class EdgeNetwork:
             shapes = read_shapes(raw)
         except ValueError as error:
             raise self._error(Finding("file.other-format", format="ONNX")) from error
-        self.channels, self._sides = self._check_shapes(shapes)
+        self.channels, self._input_sizes = self._check_shapes(shapes)
         self._net = self._load(raw)
 
     def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
@@ -90,14 +90,14 @@ class EdgeNetwork:
                 progress.step(done_count)
                 done_count += 1
                 part = picture[row : row + total_height, column : column + total_width]
-                answer = self._run(part, total_height, total_width)
+                output = self._run(part, total_height, total_width)
                 # Within the margin, the adjacent tile is more reliable.
                 first = 0 if row == 0 else up
                 begin = 0 if column == 0 else left
-                high, broad = part.shape[:2]
-                probabilities[row + first : row + high, column + begin : column + broad] = answer[
-                    first:high, begin:broad
-                ]
+                high, wide_tile = part.shape[:2]
+                probabilities[row + first : row + high, column + begin : column + wide_tile] = (
+                    output[first:high, begin:wide_tile]
+                )
         return probabilities
 
     # --- the file ----------------------------------------------------------------------------
@@ -168,17 +168,17 @@ class EdgeNetwork:
                     height=height,
                 )
             )
-        answer = output.reshape(height, width).astype(np.float32)
-        if not np.isfinite(answer).all():
+        network_output = output.reshape(height, width).astype(np.float32)
+        if not np.isfinite(network_output).all():
             raise self._error(Finding("network.not-finite"))
-        low, top = float(answer.min()), float(answer.max())
+        low, top = float(network_output.min()), float(network_output.max())
         if low < -_PROBABILITY_TOLERANCE or top > 1.0 + _PROBABILITY_TOLERANCE:
             raise self._error(Finding("network.not-probabilities", low=low, high=top))
-        return np.clip(answer, 0.0, 1.0)
+        return np.clip(network_output, 0.0, 1.0)
 
     def _tile(self, axis: int, size: int) -> int:
         """Return the size of the tiles: that required by the network, or a multiple of 32."""
-        fixed_side = self._sides[axis]
+        fixed_side = self._input_sizes[axis]
         return fixed_side if fixed_side is not None else min(_TILE_PX, 32 * -(-size // 32))
 
     def _error(self, finding: Finding) -> InputError:

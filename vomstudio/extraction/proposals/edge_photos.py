@@ -31,13 +31,15 @@ class EdgePhotos(CalibratedPhotos):
         return CalibratedPhotos.pixels(edge_photos, view)
 
 
-def replace_by_edges(photos: CalibratedPhotos, find: EdgeDetector, folder: Path) -> EdgePhotos:
+def replace_by_edges(
+    photos: CalibratedPhotos, find_edges: EdgeDetector, folder: Path
+) -> EdgePhotos:
     """Replace the pixels of photos with detected edges.
 
     Parameters
     ----------
     photos : CalibratedPhotos
-    find : EdgeDetector
+    find_edges : EdgeDetector
         Function that detects the edges in a photo.
     folder : Path
         Folder for the edge pictures.
@@ -47,4 +49,4 @@ def replace_by_edges(photos: CalibratedPhotos, find: EdgeDetector, folder: Path)
     EdgePhotos
     """
     values = {item.name: getattr(photos, item.name) for item in fields(photos)}
-    return EdgePhotos(**values, find=find, folder=folder)
+    return EdgePhotos(**values, find=find_edges, folder=folder)

@@ -74,7 +74,7 @@ def write_edges(
 
 
 def colour_by_edges(
-    data: Mesh | PointCloud, spacing: float, find: EdgeDetector, folder: Path
+    data: Mesh | PointCloud, spacing: float, find_edges: EdgeDetector, folder: Path
 ) -> Mesh | PointCloud:
     """Replace the textures of a model, or the colours of its points, with detected edges.
 
@@ -83,7 +83,7 @@ def colour_by_edges(
     data : Mesh or PointCloud
     spacing : float
         Typical spacing of the points, in the unit of their coordinates.
-    find : callable
+    find_edges : callable
         Edge detector; its errors are propagated.
     folder : Path
         Folder for the pictures.
@@ -100,7 +100,7 @@ def colour_by_edges(
     if isinstance(data, Mesh) and data.colors is None:
         textures = [m.texture for m in data.materials if m.texture is not None]
         if data.uv is not None and textures:
-            edge_textures = iter(find(textures, folder))
+            edge_textures = iter(find_edges(textures, folder))
             materials = tuple(
                 m if m.texture is None else replace(m, texture=next(edge_textures))
                 for m in data.materials
@@ -112,12 +112,12 @@ def colour_by_edges(
             field="--cost",
         )
     points = data.vertices if isinstance(data, Mesh) else data.points
-    grey = _edges_of_points(points, data.colors, spacing, find, folder)
+    grey = _edges_of_points(points, data.colors, spacing, find_edges, folder)
     return replace(data, colors=np.repeat(grey[:, None], 3, axis=1))
 
 
 def _edges_of_points(
-    points: FloatArray, colours: ByteArray, spacing: float, find: EdgeDetector, folder: Path
+    points: FloatArray, colours: ByteArray, spacing: float, find_edges: EdgeDetector, folder: Path
 ) -> ByteArray:
     """Return the edges (n,) of points, viewed perpendicular to their overall plane.
 
@@ -151,7 +151,7 @@ def _edges_of_points(
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "points.png"
     Image.fromarray(np.asarray(picture[tuple(position)])).save(file)
-    (edge_picture,) = find([file], folder)
+    (edge_picture,) = find_edges([file], folder)
     with open_picture(edge_picture) as image:
         edges = np.asarray(image.convert("L"))
     values = np.full(len(points), 255, np.uint8)

@@ -31,10 +31,10 @@ def are_along_known_lines(
     """
     from scipy.spatial import cKDTree
 
-    dense = [_densify_line(line, max_distance) for line in known_arrays if len(line)]
-    if not dense:
+    dense_lines = [_densify_line(line, max_distance) for line in known_arrays if len(line)]
+    if not dense_lines:
         return [False] * len(lines)
-    tree = cKDTree(np.concatenate(dense))
+    tree = cKDTree(np.concatenate(dense_lines))
     return [
         bool(
             (
@@ -75,16 +75,16 @@ def simplify_line(line: FloatArray, max_distance: float, max_points: int) -> Int
     return np.array(sorted(set(rows)), np.int64)
 
 
-def _find_farthest_vertex(line: FloatArray, first: int, last: int) -> tuple[float, int]:
+def _find_farthest_vertex(line: FloatArray, first_row: int, last_row: int) -> tuple[float, int]:
     """Return the distance and row of the vertex farthest from the chord between two vertices."""
-    if last - first < 2:
-        return 0.0, first
-    start, step = line[first], line[last] - line[first]
-    inner_line = line[first + 1 : last] - start
+    if last_row - first_row < 2:
+        return 0.0, first_row
+    start, step = line[first_row], line[last_row] - line[first_row]
+    inner_line = line[first_row + 1 : last_row] - start
     projections = np.clip(inner_line @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
     distance = np.linalg.norm(inner_line - projections[:, None] * step, axis=1)
     row = int(distance.argmax())
-    return float(distance[row]), first + 1 + row
+    return float(distance[row]), first_row + 1 + row
 
 
 def _densify_line(line: FloatArray, max_distance: float) -> FloatArray:

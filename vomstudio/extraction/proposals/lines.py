@@ -72,17 +72,17 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
     (n,) array
         Evidence in standard deviations of the local noise.
     """
-    raw = -contact_values(graph, cost)
-    is_unknown = ~np.isfinite(raw)
-    raw[is_unknown] = np.median(raw[~is_unknown]) if not is_unknown.all() else 0.0
-    smoothed_evidence = smooth_values(graph, raw, _EVIDENCE_SMOOTHINGS)
+    raw_values = -contact_values(graph, cost)
+    is_unknown = ~np.isfinite(raw_values)
+    raw_values[is_unknown] = np.median(raw_values[~is_unknown]) if not is_unknown.all() else 0.0
+    smoothed_evidence = smooth_values(graph, raw_values, _EVIDENCE_SMOOTHINGS)
     deviation = smoothed_evidence - smooth_values(graph, smoothed_evidence, _BACKGROUND_SMOOTHINGS)
     spread = 1.4826 * float(np.median(np.abs(deviation)))
     # Rounding errors of constant values are not noise.
-    if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
+    if spread <= 1e-9 * float(np.abs(raw_values).max(initial=0.0)):
         spread = float(deviation.std())
-    if spread <= 1e-9 * float(np.abs(raw).max(initial=0.0)):
-        return np.zeros(len(raw))
+    if spread <= 1e-9 * float(np.abs(raw_values).max(initial=0.0)):
+        return np.zeros(len(raw_values))
     local_points = smooth_values(
         graph, np.minimum(np.abs(deviation), _MAX_NOISE * spread), _BACKGROUND_SMOOTHINGS
     )
@@ -146,13 +146,13 @@ def simulate_strengths(
         low = pool[pool <= median]
         pool = np.concatenate([low, (2.0 * median - low)[::-1]])
     generator = np.random.default_rng(_SEED)
-    times = _match_smoothing(graph, evidence, generator)
+    pass_count = _match_smoothing(graph, evidence, generator)
     quantiles = (np.arange(len(evidence)) + 0.5) / max(len(evidence), 1)
     values = np.interp(quantiles, (np.arange(len(pool)) + 0.5) / len(pool), pool)
     null_strengths = np.zeros(N_SURROGATES)
     for i in range(N_SURROGATES):
         check(i)
-        noise = smooth_values(graph, generator.standard_normal(len(evidence)), times)
+        noise = smooth_values(graph, generator.standard_normal(len(evidence)), pass_count)
         surrogate = np.empty(len(noise))
         surrogate[np.argsort(noise)] = values
         lines = find_lines(graph, surrogate, min_length, 1)
@@ -180,18 +180,18 @@ def line_p_value(strength: float, null_strengths: FloatArray) -> float:
     return (1 + reached_count) / (1 + len(null_strengths))
 
 
-def _match_smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
+def _match_smoothing(graph: Graph, evidence: FloatArray, random_values: np.random.Generator) -> int:
     """Return the number of smoothing passes at which noise is as correlated as the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
-    calm = np.abs(evidence) < _MAX_NOISE
-    is_calm_pair = calm[source] & calm[graph.near]
+    is_calm = np.abs(evidence) < _MAX_NOISE
+    is_calm_pair = is_calm[source] & is_calm[graph.near]
     target = _correlation(evidence, source[is_calm_pair], graph.near[is_calm_pair])
-    noise = random.standard_normal(len(evidence))
+    noise = random_values.standard_normal(len(evidence))
     # A difference that may be random does not require another pass.
     tolerance = 2.0 / np.sqrt(max(len(evidence), 1))
-    for times in range(_MAX_SMOOTHINGS):
+    for pass_count in range(_MAX_SMOOTHINGS):
         if _correlation(noise, source, graph.near) >= target - tolerance:
-            return times
+            return pass_count
         noise = smooth_values(graph, noise)
     return _MAX_SMOOTHINGS
 
@@ -226,12 +226,12 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
     )
     pieces, label = connected_components(arcs, directed=False)
     order = np.argsort(label, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    order_by_source = np.argsort(place[source_numbers], kind="stable")
-    neighbours = place[neighbour_numbers[order_by_source]]
+    node_position = np.empty(len(order), np.int64)
+    node_position[order] = np.arange(len(order))
+    order_by_source = np.argsort(node_position[source_numbers], kind="stable")
+    neighbours = node_position[neighbour_numbers[order_by_source]]
     starts = np.concatenate(
-        [[0], np.cumsum(np.bincount(place[source_numbers], minlength=len(nodes)))]
+        [[0], np.cumsum(np.bincount(node_position[source_numbers], minlength=len(nodes)))]
     ).astype(np.int64)
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
     for first_row, last_row in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):

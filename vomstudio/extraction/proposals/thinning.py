@@ -29,7 +29,11 @@ def sample_points(data: Mesh | PointCloud, count: int) -> PointCloud:
     points = data.vertices if isinstance(data, Mesh) else data.points
     rows = np.sort(np.random.default_rng(_SEED).choice(len(points), count, replace=False))
     colours = data.colors
-    if colours is None and isinstance(data, Mesh) and (textures := TextureColours(data)).any:
+    if (
+        colours is None
+        and isinstance(data, Mesh)
+        and (textures := TextureColours(data)).has_textures
+    ):
         colours = np.round(textures.vertex_colours).astype(np.uint8)
     return PointCloud(
         points[rows],

@@ -105,7 +105,7 @@ class ElementColours:
         colours = data.colors
         if isinstance(data, Mesh) and colours is None:
             textures = TextureColours(data)
-            if not textures.any:
+            if not textures.has_textures:
                 raise GeometryError(Finding("model.no-colours"))
             colours = np.clip(np.round(textures.vertex_colours), 0, 255).astype(np.uint8)
         if colours is None or isinstance(data, StreamedCloud):

@@ -45,20 +45,20 @@ class GrownPiece:
     mask : (n,) bool array
         Faces or points that belong to the piece.
     count : int
-    stopped : bool
+    is_truncated : bool
         Whether the piece reached the maximum size.
     """
 
     mask: BoolArray
     count: int
-    stopped: bool
+    is_truncated: bool
 
 
 class Neighbours(Protocol):
     """Neighbour graph of all faces or points of a model. Lengths are in the unit of the file."""
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
+        self, seed: int, *, angle_deg: float, distance: float, is_excluded: BoolArray | None
     ) -> GrownPiece:
         """Grow the planar piece of the surface around a seed.
 
@@ -69,7 +69,7 @@ class Neighbours(Protocol):
         ----------
         seed : int
         angle_deg, distance : float
-        left_out : (n,) bool array or None
+        is_excluded : (n,) bool array or None
             Elements to exclude.
         """
 
@@ -121,7 +121,7 @@ class MeshNeighbours:
         starts, neighbours = _faces_at(self._corners, self._places)
         raw_values = np.empty((len(faces), 3), np.float32)
         self._normals = np.empty((len(faces), 3), np.float32)
-        self._across = np.empty((len(faces), 3), np.int32)
+        self._gap_neighbours = np.empty((len(faces), 3), np.int32)
 
         def compute_normals(rows: slice) -> None:
             face_normals(self._vertices, faces[rows], raw_values[rows])
@@ -130,7 +130,9 @@ class MeshNeighbours:
             smooth_normals(
                 self._corners[rows], starts, neighbours, raw_values, rows.start, self._normals[rows]
             )
-            find_adjacent_faces(self._corners, starts, neighbours, rows.start, self._across[rows])
+            find_adjacent_faces(
+                self._corners, starts, neighbours, rows.start, self._gap_neighbours[rows]
+            )
 
         run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK)
         run_in_blocks(average_normals, len(faces), SilentProgress(), _BLOCK)
@@ -138,7 +140,7 @@ class MeshNeighbours:
 
     def _connect_across_gaps(self, nodes: Int32Array) -> None:
         """Connect tiles that do not share corners but form one surface."""
-        is_free = self._across < 0
+        is_free = self._gap_neighbours < 0
         if is_free.mean() > _MAX_FREE_SHARE:
             return
         free_faces = np.flatnonzero(is_free.any(axis=1))
@@ -147,15 +149,15 @@ class MeshNeighbours:
         free_faces, corners_xyz = free_faces[is_finite], corners_xyz[is_finite]
         corners = nodes[self._faces[free_faces]].astype(np.int64)
         row, side, second_row = neighbours_across_gaps(corners, corners_xyz, is_free[free_faces])
-        self._across[free_faces[row], side] = free_faces[second_row]
+        self._gap_neighbours[free_faces[row], side] = free_faces[second_row]
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
+        self, seed: int, *, angle_deg: float, distance: float, is_excluded: BoolArray | None
     ) -> GrownPiece:
         from vomstudio.extraction.selection.region_kernels import grow_faces
 
         n = len(self._faces)
-        is_taken = np.zeros(n, np.bool_) if left_out is None else left_out.copy()
+        is_taken = np.zeros(n, np.bool_) if is_excluded is None else is_excluded.copy()
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         if not np.isfinite(self._normals[seed, 0]):
             # If the face has no area, start from one of its neighbours.
@@ -167,7 +169,7 @@ class MeshNeighbours:
         count = grow_faces(
             self._vertices,
             self._faces,
-            self._across,
+            self._gap_neighbours,
             self._normals,
             is_taken,
             seed,
@@ -219,11 +221,11 @@ class CloudNeighbours:
         self._cell = grid.cell
         self._points, columns, names, ends, self._rows = grid.tables()
         self._count, self._ny = len(points), int(grid.counts[1])
-        self._begins, self._row, self._column, self._ends = _runs(columns, names, ends)
+        self._cell_begins, self._row, self._column, self._ends = _runs(columns, names, ends)
         self._names = names
         # Position of each point in the sorted order; -1 if the point is not finite.
-        self._place = np.full(len(points), -1, np.int32)
-        self._place[self._rows] = np.arange(len(self._rows), dtype=np.int32)
+        self._cell_positions = np.full(len(points), -1, np.int32)
+        self._cell_positions[self._rows] = np.arange(len(self._rows), dtype=np.int32)
         self._normals = np.full((len(self._row), 3), np.nan, np.float32)
         self.estimated = cloud.normals is None
         self._point_normals = np.zeros((0, 3), np.float32)
@@ -231,21 +233,21 @@ class CloudNeighbours:
             self._point_normals = to_kernel_array(np.asarray(cloud.normals)[self._rows], np.float32)
 
     def _grid(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
-        return self._begins, self._row, self._column, self._names, self._ends, self._ny
+        return self._cell_begins, self._row, self._column, self._names, self._ends, self._ny
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
+        self, seed: int, *, angle_deg: float, distance: float, is_excluded: BoolArray | None
     ) -> GrownPiece:
         from vomstudio.extraction.selection.region_kernels import grow_points
 
         n, cells = len(self._points), len(self._row)
-        out = np.zeros(n, np.bool_) if left_out is None else left_out[self._rows]
+        out = np.zeros(n, np.bool_) if is_excluded is None else is_excluded[self._rows]
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         mask = np.zeros(self._count, np.bool_)
-        position = int(self._place[seed])
+        position = int(self._cell_positions[seed])
         if position < 0:
             return GrownPiece(mask, 0, False)
-        cell = int(np.searchsorted(self._begins, position, side="right")) - 1
+        cell = int(np.searchsorted(self._cell_begins, position, side="right")) - 1
         count = grow_points(
             self._points,
             self._point_normals,
@@ -279,14 +281,14 @@ class CloudNeighbours:
         ids = np.flatnonzero(selection)
         if len(ids) * _SPARSE_RATIO > len(selection):
             sorted_selection = selection[self._rows]
-            has_selected = np.logical_or.reduceat(sorted_selection, self._begins[:-1])
+            has_selected = np.logical_or.reduceat(sorted_selection, self._cell_begins[:-1])
             return sorted_selection, to_kernel_array(np.flatnonzero(has_selected), np.int32)
         # A few among many millions are looked up individually.
         sorted_selection = np.zeros(len(self._points), np.bool_)
-        position = np.sort(self._place[ids])
+        position = np.sort(self._cell_positions[ids])
         position = position[position >= 0]
         sorted_selection[position] = True
-        cells = np.searchsorted(self._begins, position, side="right") - 1
+        cells = np.searchsorted(self._cell_begins, position, side="right") - 1
         is_first = np.ones(len(cells), np.bool_)
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
@@ -330,13 +332,18 @@ def _runs(
     np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
     used_rows = np.flatnonzero(names >= 0)
     is_first[ends[used_rows, 0]] = True
-    first = np.flatnonzero(is_first)
+    first_rows = np.flatnonzero(is_first)
     runs = np.zeros_like(ends)
-    runs[used_rows] = np.searchsorted(first, ends[used_rows])
-    row = np.empty(len(first), np.int64)
+    runs[used_rows] = np.searchsorted(first_rows, ends[used_rows])
+    row = np.empty(len(first_rows), np.int64)
     order = used_rows[np.argsort(ends[used_rows, 0])]
     row[:] = np.repeat(names[order], (runs[order, 1] - runs[order, 0]))
-    return np.append(first, len(columns)), row, to_kernel_array(columns[first], np.int32), runs
+    return (
+        np.append(first_rows, len(columns)),
+        row,
+        to_kernel_array(columns[first_rows], np.int32),
+        runs,
+    )
 
 
 def _single_mask(row: int, count: int) -> BoolArray:

@@ -62,7 +62,7 @@ def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
-def smooth_normals(corners, starts, neighbours, raw, first, out):  # type: ignore[no-untyped-def]
+def smooth_normals(corners, starts, neighbours, raw_normals, first, out):  # type: ignore[no-untyped-def]
     """Average the area-weighted normals of faces that share a corner; NaN without an area.
 
     Only faces within 60 degrees of the face `first` + row are used, regardless of their
@@ -71,14 +71,18 @@ def smooth_normals(corners, starts, neighbours, raw, first, out):  # type: ignor
     """
     for row in range(len(corners)):
         f = first + row
-        nx, ny, nz = float(raw[f, 0]), float(raw[f, 1]), float(raw[f, 2])
+        nx, ny, nz = float(raw_normals[f, 0]), float(raw_normals[f, 1]), float(raw_normals[f, 2])
         sx, sy, sz = nx, ny, nz
         squared_length = nx * nx + ny * ny + nz * nz
         for k in range(3):
             node = corners[row, k]
             for index in range(starts[node], starts[node + 1]):
                 o = neighbours[index]
-                x, y, z = float(raw[o, 0]), float(raw[o, 1]), float(raw[o, 2])
+                x, y, z = (
+                    float(raw_normals[o, 0]),
+                    float(raw_normals[o, 1]),
+                    float(raw_normals[o, 2]),
+                )
                 cosine = nx * x + ny * y + nz * z
                 # A surface beyond an edge must not affect the normals of this one.
                 if cosine * cosine < 0.25 * squared_length * (x * x + y * y + z * z):
@@ -267,7 +271,7 @@ def grow_points(  # type: ignore[no-untyped-def]
     ends,
     ny,
     normals,
-    left_out,
+    is_excluded,
     is_reached,
     seed,
     cell,
@@ -286,7 +290,7 @@ def grow_points(  # type: ignore[no-untyped-def]
     seed has no plane.
 
     `cell_starts` (c + 1,) is the first point of each cell; `point_normals` are the normals of the
-    points, or empty; `normals` are those of the cells, NaN if not yet computed; `left_out` marks
+    points, or empty; `normals` are those of the cells, NaN if not yet computed; `is_excluded` marks
     excluded points; `is_reached` must be zero on entry; `neighbours` and `cells` are work arrays
     for 27 cells and for all cells.
     """
@@ -312,7 +316,7 @@ def grow_points(  # type: ignore[no-untyped-def]
             continue
         previous_count = count
         for o in range(cell_starts[c], cell_starts[c + 1]):
-            if left_out[o]:
+            if is_excluded[o]:
                 continue
             x, y, z = points[o, 0] - ox, points[o, 1] - oy, points[o, 2] - oz
             offset = (

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class ViewSnapshot:
     half_height : float
         Half the height of the picture in metres for a parallel view, otherwise the tangent of half
         its view angle.
-    parallel : bool
+    is_parallel : bool
     size : (int, int)
         Width and height of the picture in pixels.
     ratio : float
@@ -57,7 +58,7 @@ class ViewSnapshot:
     up: FloatArray
     direction: FloatArray
     half_height: float
-    parallel: bool
+    is_parallel: bool
     size: tuple[int, int]
     ratio: float = 1.0
     depth: Float32Array | None = None
@@ -81,7 +82,9 @@ class ViewSnapshot:
         """
         frame = self.to_eye(np.eye(4))
         eye = points @ frame[:, :3].T + frame[:, 3]
-        depth = np.ones(len(eye)) if self.parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
+        depth = (
+            np.ones(len(eye)) if self.is_parallel else np.where(eye[:, 2] > 0.0, eye[:, 2], np.nan)
+        )
         if self.clip is not None:
             depth = np.where(self.clip.contains(points), depth, np.nan)
         screen_offsets = self.scale * eye[:, :2] / depth[:, None]
@@ -112,7 +115,7 @@ class ViewSnapshot:
             np.maximum(
                 width[:, pixel_slice], farthest_around[:, neighbour], out=width[:, pixel_slice]
             )
-        pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.parallel else depth)
+        pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.is_parallel else depth)
         with np.errstate(invalid="ignore"):
             depth_range = np.minimum(width - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
             limit = (
@@ -154,7 +157,7 @@ class ViewSnapshot:
         farthest_depths = np.zeros((0, 0), np.float32) if is_through else self.farthest()
         view = (
             self.scale,
-            self.parallel,
+            self.is_parallel,
             to_kernel_array(shape, np.uint8),
             farthest_depths,
             2.0 * spacing,
@@ -166,7 +169,9 @@ class ViewSnapshot:
             self._points(data, matrix, view, out)
         return out if self.clip is None else self._uncut(data, to_world, self.clip, out)
 
-    def _faces(self, mesh: Mesh, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
+    def _faces(
+        self, mesh: Mesh, matrix: FloatArray, view: tuple[Any, ...], is_inside: BoolArray
+    ) -> None:
         from vomstudio.extraction.selection.picture_kernels import faces_inside
 
         vertices, faces = (
@@ -175,16 +180,18 @@ class ViewSnapshot:
         )
 
         def work(rows: slice) -> None:
-            faces_inside(vertices, faces[rows], matrix, *view, out[rows])
+            faces_inside(vertices, faces[rows], matrix, *view, is_inside[rows])
 
         run_in_blocks(work, len(faces), SilentProgress(), _BLOCK)
 
-    def _points(self, cloud: PointCloud, matrix: FloatArray, view: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
+    def _points(
+        self, cloud: PointCloud, matrix: FloatArray, view: tuple[Any, ...], is_inside: BoolArray
+    ) -> None:
         from vomstudio.extraction.selection.picture_kernels import points_inside
 
         for start, part in loaded_pieces(cloud):
             points = to_read_only_array(part, np.float64)
-            mask = out[start : start + len(points)]
+            mask = is_inside[start : start + len(points)]
 
             def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
                 points_inside(points[rows], matrix, *view, mask[rows])

@@ -29,7 +29,7 @@ def adjust(
     *,
     threads: int = -1,
     rounds: int = 2,
-    covariance: bool = True,
+    with_covariance: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, FloatArray]:
     """Refine poses, points and free camera parameters in place, and drop outliers.
@@ -45,7 +45,7 @@ def adjust(
         Number of threads; -1 uses all cores.
     rounds : int
         Number of times the adjustment and the outlier filter are repeated.
-    covariance : bool
+    with_covariance : bool
         Whether to estimate the covariances of the camera parameters.
     progress : Progress, optional
         Raises Cancelled.
@@ -61,10 +61,10 @@ def adjust(
     for remaining in range(rounds, 0, -1):
         adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
-        if covariance and remaining == 1:
+        if with_covariance and remaining == 1:
             # With equal weights, like the RMS by which the covariance is multiplied.
-            unweighted = create_adjuster(reconstruction, freedoms, threads)
-            covariances = estimate_covariances(reconstruction, unweighted, freedoms)
+            unweighted_problem = create_adjuster(reconstruction, freedoms, threads)
+            covariances = estimate_covariances(reconstruction, unweighted_problem, freedoms)
         manager = pycolmap.ObservationManager(reconstruction)
         manager.filter_all_points3D(MAX_ERROR_PX, MIN_ANGLE_DEG)
     return covariances
@@ -87,15 +87,17 @@ def cross_validation_error(
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
     long_tracks = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
-    unseen = set(long_tracks[::_FOLD_SIZE])
-    if not unseen or len(unseen) == len(ids):
+    unseen_tracks = set(long_tracks[::_FOLD_SIZE])
+    if not unseen_tracks or len(unseen_tracks) == len(ids):
         return float("nan")
     fitted_reconstruction, validation_reconstruction = (
         pycolmap.Reconstruction(reconstruction),
         pycolmap.Reconstruction(reconstruction),
     )
     for i in ids:
-        (fitted_reconstruction if i in unseen else validation_reconstruction).delete_point3D(i)
+        (fitted_reconstruction if i in unseen_tracks else validation_reconstruction).delete_point3D(
+            i
+        )
     adjuster = create_adjuster(fitted_reconstruction, freedoms, threads, loss_px=LOSS_PX)
     cancellable(lambda _token: adjuster.solve(), progress or SilentProgress())
     for number in fitted_reconstruction.cameras:
@@ -105,7 +107,7 @@ def cross_validation_error(
     for image in validation_reconstruction.reg_image_ids():
         pose = fitted_reconstruction.image(image).frame.rig_from_world
         validation_reconstruction.image(image).frame.rig_from_world = pose
-    points = create_adjuster(validation_reconstruction, {}, threads, poses=False)
+    points = create_adjuster(validation_reconstruction, {}, threads, with_poses=False)
     cancellable(lambda _token: points.solve(), progress or SilentProgress())
     validation_reconstruction.update_point_3d_errors()
     return float(validation_reconstruction.compute_mean_reprojection_error())
@@ -152,8 +154,8 @@ def create_adjuster(
     freedoms: Mapping[int, Freedom],
     threads: int,
     *,
-    poses: bool = True,
-    gauge: bool = True,
+    with_poses: bool = True,
+    with_gauge: bool = True,
     loss_px: float | None = None,
 ) -> Any:
     """Create a bundle adjuster in which each camera has its own free parameters.
@@ -167,9 +169,9 @@ def create_adjuster(
     reconstruction : pycolmap.Reconstruction
     freedoms : mapping
     threads : int
-    poses : bool
+    with_poses : bool
         Whether the poses are free.
-    gauge : bool
+    with_gauge : bool
         Whether two cameras fix the coordinate frame; False if other observations fix it.
     loss_px : float, optional
         Scale of the robust loss. If None, all observations have equal weights.
@@ -193,9 +195,9 @@ def create_adjuster(
     images = sorted(reconstruction.reg_image_ids())
     for image in images:
         config.add_image(image)
-        if not poses:
+        if not with_poses:
             config.set_constant_rig_from_world_pose(reconstruction.image(image).frame_id)
-    if poses and gauge:
+    if with_poses and with_gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
     free_numbers = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]

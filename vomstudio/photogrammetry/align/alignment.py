@@ -174,8 +174,8 @@ def align(
     match_database.open_database(database, photos, features, keys)
     choice = matching.choose_pairs(photos, features, options.matching, progress)
     # Skip photos without features.
-    useful = [len(f.keypoints) > 0 for f in features]
-    pairs = [(i, j) for i, j in choice.pairs if useful[i] and useful[j]]
+    has_keypoints = [len(f.keypoints) > 0 for f in features]
+    pairs = [(i, j) for i, j in choice.pairs if has_keypoints[i] and has_keypoints[j]]
     matching.match_pairs(database, pairs, progress, threads=threads, seed=options.seed)
     counts = match_database.pair_counts(database)
     best_counts = _best_matches(len(photos), counts)
@@ -205,7 +205,7 @@ def align(
     for number, reconstruction in enumerate(reconstructions):
         progress.step(number)
         reconstruction, part_cameras = calibrate(
-            reconstruction, photos, threads, mapped_photos.exif_trusted, progress
+            reconstruction, photos, threads, mapped_photos.is_exif_trusted, progress
         )
         # Not before the adjustment, because the shared photos help to connect this part.
         mapping.remove_images(reconstruction, shared_images[number])

@@ -238,14 +238,16 @@ def _keep_determined(
         return replace(freedom, second=False, centre=False)
     indices = free_parameters(camera, freedom)
     names = priors.parameter_names(str(camera.model_name))
-    row_of = {names[place]: row for row, place in enumerate(indices)}
+    row_of = {names[parameter_row]: row for row, parameter_row in enumerate(indices)}
     values = dict(zip(names, camera.params, strict=True))
     scaled_covariance = covariance * factor**2
     corner = float(np.hypot(camera.width, camera.height)) / 2
     if freedom.second:
         sigma = float(np.sqrt(scaled_covariance[row_of["k2"], row_of["k2"]]))
-        second, checks["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
-        freedom = replace(freedom, second=second)
+        second_coefficient, checks["k2"] = priors.judge_second(
+            values["f"], corner, values["k2"], sigma
+        )
+        freedom = replace(freedom, second=second_coefficient)
     if freedom.centre:
         rows = [row_of["cx"], row_of["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])

@@ -237,10 +237,10 @@ def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
     """Estimate the peak memory of feature detection in one photo, in bytes."""
     scale = min(1.0, options.max_size / max(width, height, 1))
     pixels = width * height * scale * scale
-    doubled = 4 if max(width, height) * scale <= _DOUBLED_UP_TO else 1
+    is_doubled = 4 if max(width, height) * scale <= _DOUBLED_UP_TO else 1
     # The float pyramid, the differences and gradients of the finest octave, and the other octaves,
     # plus the decoded photo, which the JPEG decoder already reduces.
-    return int(pixels * doubled * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
+    return int(pixels * is_doubled * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
 
 
 def grey(pixels: ByteArray) -> ByteArray:

@@ -57,13 +57,13 @@ class MappingResult:
     reconstructions : tuple of pycolmap.Reconstruction
         Reconstructions of the connected components, largest first.
     notes : tuple of Finding
-    exif_trusted : bool
+    is_exif_trusted : bool
         False if the photos could be placed only without the focal lengths from EXIF.
     """
 
     reconstructions: tuple[Any, ...]
     notes: tuple[Finding, ...] = ()
-    exif_trusted: bool = True
+    is_exif_trusted: bool = True
 
 
 def map_photos(
@@ -101,7 +101,7 @@ def map_photos(
                     aligned_without=_placed(other_parts),
                 )
             )
-            return MappingResult(tuple(other_parts), tuple(notes), exif_trusted=False)
+            return MappingResult(tuple(other_parts), tuple(notes), is_exif_trusted=False)
     return MappingResult(tuple(parts), tuple(notes))
 
 

@@ -183,14 +183,14 @@ def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
         return 0
     cosine = a @ b.T
     best_columns = cosine.argmax(axis=1)
-    first = cosine.max(axis=1)
+    best_in_rows = cosine.max(axis=1)
     second_best = cosine.copy()
     second_best[np.arange(len(a)), best_columns] = -1
     # Lowe's ratio test with a threshold of 0.8, applied to angles.
-    clear = np.arccos(np.clip(first, -1, 1)) < 0.8 * np.arccos(
+    is_distinct = np.arccos(np.clip(best_in_rows, -1, 1)) < 0.8 * np.arccos(
         np.clip(second_best.max(axis=1), -1, 1)
     )
-    return int((clear & (cosine.argmax(axis=0)[best_columns] == np.arange(len(a)))).sum())
+    return int((is_distinct & (cosine.argmax(axis=0)[best_columns] == np.arange(len(a)))).sum())
 
 
 def match_pairs(

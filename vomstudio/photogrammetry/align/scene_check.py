@@ -40,7 +40,7 @@ def check_scene(
     blur: dict[str, float] | None = None,
     cameras: Sequence[Calibration] = (),
     planes: PlaneSizes | None = None,
-    further: Sequence[Finding] = (),
+    other_limits: Sequence[Finding] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
     """Check an aligned scene.
@@ -58,7 +58,7 @@ def check_scene(
     planes : PlaneSizes, optional
         Plane sizes of the finished model. By default, those expected of unregistered photos of this
         pixel size.
-    further : sequence of Finding
+    other_limits : sequence of Finding
         Findings of other stages.
     limits : Limits, optional
     """
@@ -78,7 +78,7 @@ def check_scene(
     views = mean_views(scene)
     overlap = overlap_matrix(scene)
     normal = face_normal(scene)
-    oblique = obliquity_deg(scene, normal)
+    obliquities_deg = obliquity_deg(scene, normal)
     findings = [
         *_registration_findings(scene, unregistered_names, other_parts),
         *_point_findings(scene, views, overlap, limits),
@@ -88,14 +88,14 @@ def check_scene(
         *_line_findings(scene, limits),
         *lens_findings(cameras),
         *_orientation_findings(planes, limits),
-        *further,
+        *other_limits,
     ]
     findings = list(sort_by_severity(findings))
     known_gsd = gsd[np.isfinite(gsd)]
     median = float(np.median(known_gsd)) if len(known_gsd) else None
     expected_planes = planes or (None if median is None else PlaneSizes.from_pixel_size(median))
     is_metric = _is_metric(scene)
-    textbook = None if expected_planes is None else expected_planes.textbook
+    textbook_findings = None if expected_planes is None else expected_planes.textbook
     figures = tuple(
         PhotoFigures(
             view.name,
@@ -104,7 +104,7 @@ def check_scene(
             _finite_or_none(views[i]),
             None,
             _finite_or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
-            _finite_or_none(oblique[i]),
+            _finite_or_none(obliquities_deg[i]),
             None if is_metric else _finite_or_none(gsd[i]),
         )
         for i, view in enumerate(scene.views)
@@ -115,11 +115,11 @@ def check_scene(
         tuple(findings),
         assess(findings, median, is_metric=is_metric, planes=planes),
         median if is_metric else None,
-        textbook if is_metric else None,
+        textbook_findings if is_metric else None,
         advice_for(findings),
         () if expected_planes is None else expected_planes.curve(is_metric=is_metric),
         None if is_metric else median,
-        None if is_metric else textbook,
+        None if is_metric else textbook_findings,
     )
 
 

@@ -58,36 +58,40 @@ def separate_lenses(
     groups = unknown_groups(photos)
     if not groups or not present_images:
         return None
-    scratch = work_folder / "lenses"
-    shutil.rmtree(scratch, ignore_errors=True)
-    scratch.mkdir()
+    scratch_folder = work_folder / "lenses"
+    shutil.rmtree(scratch_folder, ignore_errors=True)
+    scratch_folder.mkdir()
     try:
         separate_numbers = [0] * len(photos)
         for group in groups:
             for number, row in enumerate(group):
                 separate_numbers[row] = number + 1
         separate_database = _database(
-            database, scratch / "own.db", photos, features, separate_numbers
+            database, scratch_folder / "own.db", photos, features, separate_numbers
         )
         focals = _focals_from_pairs(separate_database, options, progress)
         if all(float(np.std(np.log([focals[r] for r in g]))) < _MAX_LOG_SCATTER for g in groups):
             return None
         separate_mapping = mapping.map_photos(
-            separate_database, photos, scratch, options, progress
+            separate_database, photos, scratch_folder, options, progress
         ).reconstructions
         if not separate_mapping:
             return None
         lenses, sizes = _merge_similar(separate_mapping[0], groups, len(photos))
         if not any(lenses):
             return None
-        merged_database = _database(database, scratch / "joined.db", photos, features, lenses)
-        mapped_photos = mapping.map_photos(merged_database, photos, scratch, options, progress)
+        merged_database = _database(
+            database, scratch_folder / "joined.db", photos, features, lenses
+        )
+        mapped_photos = mapping.map_photos(
+            merged_database, photos, scratch_folder, options, progress
+        )
         if not mapped_photos.reconstructions or not _is_better(
             mapped_photos.reconstructions[0], present_images[0]
         ):
             return None
     finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        shutil.rmtree(scratch_folder, ignore_errors=True)
     note = Finding(
         "lens.several-lenses",
         lenses=len(sizes),

@@ -39,27 +39,27 @@ class StageFolder:
 
     def __init__(self, root: Path, name: str, key: str) -> None:
         self.name, self.key = name, key
-        self._final = root / f"{name}-{key}"
-        self._part = root / f"{name}-{key}.part"
-        self._begun = time.monotonic()
-        if not self.done:
+        self._final_folder = root / f"{name}-{key}"
+        self._part_folder = root / f"{name}-{key}.part"
+        self._start_time = time.monotonic()
+        if not self.is_done:
             try:
-                self._part.mkdir(parents=True, exist_ok=True)
+                self._part_folder.mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                raise _not_written(self._part, error) from error
+                raise _not_written(self._part_folder, error) from error
         facts = self.facts
-        self._before = float(facts.get("seconds", 0.0))
+        self._previous_seconds = float(facts.get("seconds", 0.0))
         self._peak_before = int(facts.get("peak_bytes", 0))
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Whether the stage is finished."""
-        return self._final.is_dir()
+        return self._final_folder.is_dir()
 
     @property
     def folder(self) -> Path:
         """Folder of the files, which has its final name once the stage is finished."""
-        return self._final if self.done else self._part
+        return self._final_folder if self.is_done else self._part_folder
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -69,7 +69,11 @@ class StageFolder:
     @property
     def seconds(self) -> float:
         """Total time spent on the stage in all runs, s."""
-        return self._before if self.done else self._before + time.monotonic() - self._begun
+        return (
+            self._previous_seconds
+            if self.is_done
+            else self._previous_seconds + time.monotonic() - self._start_time
+        )
 
     @property
     def peak_bytes(self) -> int:
@@ -78,24 +82,24 @@ class StageFolder:
 
     def pause(self) -> None:
         """Store the time spent so far, so that a later run can add to it."""
-        if not self.done and self._part.is_dir():
+        if not self.is_done and self._part_folder.is_dir():
             spent = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
-            write_atomically(self._part / _STAMP, lambda p: _write(p, spent))
+            write_atomically(self._part_folder / _STAMP, lambda p: _write(p, spent))
 
     def finish(self, **facts: Any) -> None:
         """Complete the stage: write all files to the disk, then rename the folder."""
         seconds = self.seconds
         facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
-        write_atomically(self._part / _STAMP, lambda p: _write(p, facts))
+        write_atomically(self._part_folder / _STAMP, lambda p: _write(p, facts))
         try:
-            for path in self._part.rglob("*"):
+            for path in self._part_folder.rglob("*"):
                 if path.is_file():
                     _sync_to_disk(path)
-            os.replace(self._part, self._final)
-            _sync_to_disk(self._final.parent)
+            os.replace(self._part_folder, self._final_folder)
+            _sync_to_disk(self._final_folder.parent)
         except OSError as error:
-            raise _not_written(self._final, error) from error
-        self._before = seconds
+            raise _not_written(self._final_folder, error) from error
+        self._previous_seconds = seconds
 
 
 class Checkpoints:

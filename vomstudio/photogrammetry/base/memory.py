@@ -15,9 +15,9 @@ def available_bytes() -> int:
     """Return the memory available without swapping, respecting the limit of a container."""
     import psutil
 
-    available = int(psutil.virtual_memory().available)
+    available_memory = int(psutil.virtual_memory().available)
     group_available = group_bytes()
-    return available if group_available is None else min(available, group_available)
+    return available_memory if group_available is None else min(available_memory, group_available)
 
 
 def peak_bytes() -> int:

@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.jit import kernel
 @kernel("void(i2[:,::1], u1[:,::1], i8, i8, i8, i8, i8, f8[:,::1], f8[::1], u1[:,::1], f4[:,::1])")
 def lift(  # type: ignore[no-untyped-def]
     disparities,
-    other,
+    other_mask,
     lowest,
     count,
     first_column,
@@ -24,7 +24,7 @@ def lift(  # type: ignore[no-untyped-def]
     """Convert disparities of a rectified pair to inverse depths in the photo.
 
     disparities : (H, W) disparities by SGBM, in sixteenths of a pixel
-    other : (H, W) mask of the second picture
+    other_mask : (H, W) mask of the second picture
     lowest, count : range of the searched disparities
     first_column, first_row : rectified coordinates of the centre of the first pixel
     jump : maximum difference between neighbours on one surface, in sixteenths of a pixel
@@ -87,7 +87,7 @@ def lift(  # type: ignore[no-untyped-def]
             if (
                 partner_column < 0
                 or partner_column >= width
-                or other[round(row), partner_column] == 0
+                or other_mask[round(row), partner_column] == 0
             ):
                 continue
             disparity = alpha * u + beta * v + gamma + (1.0 - alpha) * delta
@@ -97,14 +97,14 @@ def lift(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
-def merge(inverse, steps, tolerance, least, most, fewest, merged, agreement_counts):  # type: ignore[no-untyped-def]
+def merge(inverse, steps, tolerance, least, max_count, min_count, merged, agreement_counts):  # type: ignore[no-untyped-def]
     """Merge the inverse depths on which most sources agree.
 
     inverse : (n, h, w), 0 = none
     steps : (n,) change of inverse depth per pixel of disparity
     tolerance : maximum difference of agreeing sources, pixels
-    least, most : range of inverse depths
-    fewest : minimum number of agreeing sources
+    least, max_count : range of inverse depths
+    min_count : minimum number of agreeing sources
     merged : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
     agreeing : (h, w) number of agreeing sources
     """
@@ -116,19 +116,19 @@ def merge(inverse, steps, tolerance, least, most, fewest, merged, agreement_coun
             best_score = 0.0
             for a in range(n):
                 q = inverse[a, j, i]
-                if q < least or q > most:
+                if q < least or q > max_count:
                     continue
                 weight, total, votes = 0.0, 0.0, 0
                 for b in range(n):
                     p = inverse[b, j, i]
-                    if p < least or p > most:
+                    if p < least or p > max_count:
                         continue
                     if abs(p - q) <= tolerance * max(steps[a], steps[b]):
-                        one = 1.0 / (steps[b] * steps[b])
-                        weight += one
-                        total += one * p
+                        inverse_variance = 1.0 / (steps[b] * steps[b])
+                        weight += inverse_variance
+                        total += inverse_variance * p
                         votes += 1
-                if votes >= fewest and weight > best_score:
+                if votes >= min_count and weight > best_score:
                     best_score = weight
                     merged[j, i] = total / weight
                     agreement_counts[j, i] = votes

@@ -79,13 +79,13 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch,
 
 
 @fastmath_part
-def _read_patch(ref, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
+def _read_patch(reference, x, y, patch, weights, moments):  # type: ignore[no-untyped-def]
     """Read the patch around a pixel: values, normalised bilateral weights, mean and variance."""
-    h, w = ref.shape
-    centre, total, k = ref[y, x], np.float32(0.0), 0
+    h, w = reference.shape
+    centre, total, k = reference[y, x], np.float32(0.0), 0
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
         for dx in range(-RADIUS, RADIUS + 1, STRIDE):
-            value = ref[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
+            value = reference[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
             distances = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
             weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - distances)
             if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
@@ -186,19 +186,19 @@ def _tilt_normal(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
     fastmath=True,
 )
 def sweep(  # type: ignore[no-untyped-def]
-    ref,
+    reference,
     sources,
     sizes,
     rotations,
     shifts,
     lens,
-    active,
+    is_active,
     depth,
     normal,
     costs,
     seeds,
-    near,
-    far,
+    min_depth,
+    max_depth,
     unit,
     spread,
     max_sources,
@@ -209,34 +209,34 @@ def sweep(  # type: ignore[no-untyped-def]
 ):
     """Improve the planes of every second pixel in the rows `first` to `last`, in place.
 
-    ref : (h, w) picture, 0 to 1
+    reference : (h, w) picture, 0 to 1
     sources : (n, H, W) other pictures, padded
     sizes : (n, 2) widths and heights of these pictures
     rotations, shifts : (n, 3, 3) K' R K^-1 and (n, 3) K' t, for pixels counted from their centres
     lens : 1 / fx, 1 / fy, cx, cy
-    active : (h, w) mask of the pixels to improve; other pixels only propagate their planes
+    is_active : (h, w) mask of the pixels to improve; other pixels only propagate their planes
     depth, normal : (h, w), (h, w, 3) planes, which are set for all pixels
     costs : (h, w, n) costs of the plane in each source
-    near, far : range of depths
+    min_depth, max_depth : range of depths
     unit : change of inverse depth per pixel of disparity
     spread : size of the random changes, initially 1
     max_sources : number of best sources that are used
     radius : odd distance of the farther neighbours whose planes are tried, or 0
     """
-    h, w = ref.shape
+    h, w = reference.shape
     n = len(sources)
     patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
     moments, trial = np.empty(2, np.float32), np.empty(n, np.float32)
     selection = np.empty(n, np.int64)
-    low, high = np.float32(1.0) / far, np.float32(1.0) / near
+    low, high = np.float32(1.0) / max_depth, np.float32(1.0) / min_depth
     count = min(n, max_sources)
     fraction = np.float32(1.0) / np.float32(count)
     for y in range(first, last):
         for x in range((y + parity) % 2, w, 2):
-            if active[y, x] == 0:
+            if is_active[y, x] == 0:
                 continue
             position = y * w + x
-            _read_patch(ref, x, y, patch, weights, moments)
+            _read_patch(reference, x, y, patch, weights, moments)
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             z = depth[y, x]
@@ -271,8 +271,8 @@ def sweep(  # type: ignore[no-untyped-def]
                     ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
                     p, q = np.float32(i) - lens[2], np.float32(j) - lens[3]
                     d = _ray_depth(ax, ay, az, depth[j, i], p, q, lens[0], lens[1], rx, ry)
-                    near_by = abs(d - z) < np.float32(0.05) * unit * z * z
-                    if near_by and ax * nx + ay * ny + az * nz > np.float32(0.9998):
+                    neighbour_cost = abs(d - z) < np.float32(0.05) * unit * z * z
+                    if neighbour_cost and ax * nx + ay * ny + az * nz > np.float32(0.9998):
                         continue
                 else:
                     shift = np.float32(0.0) if k == 9 else _random(seeds, position)
@@ -287,7 +287,7 @@ def sweep(  # type: ignore[no-untyped-def]
                     size = math.sqrt(rx * rx + ry * ry + np.float32(1.0))
                     if ax * rx + ay * ry + az > np.float32(-0.15) * size:
                         continue
-                if d < near or d > far:
+                if d < min_depth or d > max_depth:
                     continue
                 total = np.float32(0.0)
                 for m in range(count):
@@ -327,17 +327,17 @@ def sweep(  # type: ignore[no-untyped-def]
     fastmath=True,
 )
 def measure(  # type: ignore[no-untyped-def]
-    ref, sources, sizes, rotations, shifts, lens, active, depth, normal, costs, first, last
+    reference, sources, sizes, rotations, shifts, lens, is_active, depth, normal, costs, first, last
 ):
     """Compute the costs of the planes in each source for the rows `first` to `last`."""
-    w = ref.shape[1]
+    w = reference.shape[1]
     patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
     moments = np.empty(2, np.float32)
     for y in range(first, last):
         for x in range(w):
-            if active[y, x] == 0:
+            if is_active[y, x] == 0:
                 continue
-            _read_patch(ref, x, y, patch, weights, moments)
+            _read_patch(reference, x, y, patch, weights, moments)
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             for s in range(len(sources)):

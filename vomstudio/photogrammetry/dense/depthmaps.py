@@ -163,14 +163,14 @@ def depth_map(task: DepthTask) -> DepthMap:
     view, is_valid = task.reference.view, task.reference.valid
     if not is_valid.any():
         return _empty(view, is_valid.shape)
-    first = (view, task.reference.gray(), is_valid)
+    reference = (view, task.reference.gray(), is_valid)
     other_photos = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged_depths, agreeing_photos = _rectified_depths(task, first, other_photos)
+    merged_depths, agreeing_photos = _rectified_depths(task, reference, other_photos)
     # Remove the noise that small windows leave, without smoothing across edges.
     merged_depths = _planes(view, merged_depths, 1.0, 1, 1)[1]
     if PATCHMATCH in task.methods and _measured_share(task, merged_depths) < task.options.enough:
-        _fill_by_patchmatch(task, first, other_photos, merged_depths, agreeing_photos)
-    return _finish(first, other_photos, merged_depths, agreeing_photos)
+        _fill_by_patchmatch(task, reference, other_photos, merged_depths, agreeing_photos)
+    return _finish(reference, other_photos, merged_depths, agreeing_photos)
 
 
 def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
@@ -186,18 +186,20 @@ Photo = tuple[View, ByteArray, BoolArray]
 
 
 def _rectified_depths(
-    task: DepthTask, first: Photo, other_photos: Sequence[Photo]
+    task: DepthTask, reference: Photo, other_photos: Sequence[Photo]
 ) -> tuple[Float32Array, ByteArray]:
     """Return inverse depths from rectified pairs, and the number of agreeing sources."""
     from vomstudio.photogrammetry.dense._depth_kernels import merge
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
-    shape = first[1].shape
+    shape = reference[1].shape
     merged_inverse, agreement_counts = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
     inverse, steps = [], []
     for other_photo, method in zip(other_photos, task.methods, strict=True):
         if method == SGBM:
-            pair_depths = pair_inverse_depth(first, other_photo, task.points, task.near, task.far)
+            pair_depths = pair_inverse_depth(
+                reference, other_photo, task.points, task.near, task.far
+            )
             if pair_depths is not None:
                 inverse.append(pair_depths[0])
                 steps.append(pair_depths[1])
@@ -233,7 +235,7 @@ def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
 
 def _fill_by_patchmatch(
     task: DepthTask,
-    first: Photo,
+    reference: Photo,
     other_photos: Sequence[Photo],
     inverse: Float32Array,
     agreement_counts: ByteArray,
@@ -241,10 +243,10 @@ def _fill_by_patchmatch(
     """Fill missing depths with PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
 
-    is_unmeasured = first[2] & (inverse == 0)
+    is_unmeasured = reference[2] & (inverse == 0)
     result = match(
-        first[0],
-        first[1],
+        reference[0],
+        reference[1],
         is_unmeasured,
         inverse,
         other_photos,
@@ -255,7 +257,7 @@ def _fill_by_patchmatch(
         threads=task.options.threads,
     )
     # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
-    smooth_planes = _planes(first[0], result.inverse, 2.0, 3, 1)[1]
+    smooth_planes = _planes(reference[0], result.inverse, 2.0, 3, 1)[1]
     inverse[is_unmeasured] = smooth_planes[is_unmeasured]
     agreement_counts[is_unmeasured] = result.agreeing[is_unmeasured]
 
@@ -283,7 +285,7 @@ def _check_task(task: DepthTask) -> None:
 
 
 def _finish(
-    first: Photo,
+    reference: Photo,
     other_photos: Sequence[Photo],
     inverse: Float32Array,
     agreement_counts: ByteArray,
@@ -295,17 +297,17 @@ def _finish(
     """
     from vomstudio.photogrammetry.dense.patchmatch import likeness
 
-    view = first[0]
+    view = reference[0]
     normals = _planes(view, inverse, 4.0, 4, 2)[0]
     is_measured = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
     np.divide(1.0, inverse, out=depth, where=is_measured)
-    alike = likeness(view, first[1], depth, normals, other_photos)
-    is_measured &= alike > 0
-    is_measured &= ~sky_fringe(first[1], first[2], is_measured)
+    is_alike = likeness(view, reference[1], depth, normals, other_photos)
+    is_measured &= is_alike > 0
+    is_measured &= ~sky_fringe(reference[1], reference[2], is_measured)
     depth[~is_measured] = 0.0
     normals[~is_measured] = 0.0
-    agreement_counts = np.maximum(agreement_counts, alike)
+    agreement_counts = np.maximum(agreement_counts, is_alike)
     confidence = np.where(
         is_measured, 255.0 * (1.0 - 0.5 ** agreement_counts.astype(np.float32)), 0.0
     )

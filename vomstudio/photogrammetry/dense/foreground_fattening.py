@@ -59,12 +59,12 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
     cross_kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(_REACH):
         is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross_kernel), is_reached)
-    fringe = np.asarray(has_depth & (is_reached > 0))
-    if not fringe.any():
-        return fringe
+    is_fringe = np.asarray(has_depth & (is_reached > 0))
+    if not is_fringe.any():
+        return is_fringe
     sky = (is_featureless & (is_reached > 0)).astype(np.float32)
     window_size = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
     sky_share = cv2.blur(sky, window_size)
-    tone = cv2.blur(sky * value, window_size) / np.maximum(sky_share, 1e-6)
-    is_like_sky = (sky_share > 1e-3) & (np.abs(value - tone) < _MAX_BRIGHTNESS_DIFFERENCE)
+    brightness = cv2.blur(sky * value, window_size) / np.maximum(sky_share, 1e-6)
+    is_like_sky = (sky_share > 1e-3) & (np.abs(value - brightness) < _MAX_BRIGHTNESS_DIFFERENCE)
     return np.asarray(has_depth & ((is_reached > 0) | is_like_sky))

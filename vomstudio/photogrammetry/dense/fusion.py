@@ -64,7 +64,7 @@ def neighbours_by_name(scene: SparseScene, pairs: DepthMapPlans) -> dict[str, tu
 
 def fuse(
     names: Sequence[str],
-    maps: Sequence[DepthMap],
+    depth_maps: Sequence[DepthMap],
     photos: Sequence[Undistorted] | None,
     neighbours: Mapping[str, Sequence[str]] | None = None,
     options: FusionOptions | None = None,
@@ -75,8 +75,9 @@ def fuse(
     Parameters
     ----------
     names : sequence of str
-        Names of the photos. `maps` and `photos` are in the same order and may be read on access.
-    maps : sequence of DepthMap
+        Names of the photos. `depth_maps` and `photos` have the same order and may be read on
+        access.
+    depth_maps : sequence of DepthMap
     photos : sequence of Undistorted or None
         Photos from which the points are coloured.
     neighbours : mapping, optional
@@ -97,12 +98,12 @@ def fuse(
         If no maps agree.
     """
     options, progress = options or FusionOptions(), progress or SilentProgress()
-    if len(names) != len(maps) or (photos is not None and len(photos) != len(maps)):
+    if len(names) != len(depth_maps) or (photos is not None and len(photos) != len(depth_maps)):
         raise ValueError("names, maps and photos differ in number")
     rows = {name: row for row, name in enumerate(names)}
-    cache = _Cache(maps, options.cache_bytes)
+    cache = _Cache(depth_maps, options.cache_bytes)
     parts = []
-    progress.stage(tr("Fusing depth maps"), len(maps))
+    progress.stage(tr("Fusing depth maps"), len(depth_maps))
     for row, name in enumerate(names):
         progress.step(row)
         other_rows = (
@@ -116,7 +117,7 @@ def fuse(
             if photos is not None:
                 colors = photos[row].pixels()[part[0], part[1]]
             parts.append((*part[2:], colors))
-    progress.step(len(maps))
+    progress.step(len(depth_maps))
     if not parts:
         raise GeometryError(Finding("dense.no-agreement"))
     columns = [list(column) for column in zip(*parts, strict=True)]
@@ -151,8 +152,8 @@ def _joined(parts: list[Any]) -> Any:
 class _Cache:
     """Cache of recently used maps, limited in bytes."""
 
-    def __init__(self, maps: Sequence[DepthMap], max_bytes: int) -> None:
-        self._maps, self._max_bytes = maps, max_bytes
+    def __init__(self, depth_maps: Sequence[DepthMap], max_bytes: int) -> None:
+        self._depth_maps, self._max_bytes = depth_maps, max_bytes
         self._entries: OrderedDict[int, DepthMap] = OrderedDict()
         self._bytes = 0
 
@@ -160,7 +161,7 @@ class _Cache:
         if row in self._entries:
             self._entries.move_to_end(row)
             return self._entries[row]
-        depth_map = self._maps[row]
+        depth_map = self._depth_maps[row]
         self._entries[row] = depth_map
         self._bytes += _size(depth_map)
         while self._bytes > self._max_bytes and len(self._entries) > 2:
@@ -181,11 +182,11 @@ def _lens(depth_map: DepthMap) -> FloatArray:
     return np.array([*lens.focal, *lens.centre])
 
 
-def _fuse_one(row: int, other_rows: Sequence[int], maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
+def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
     """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
-    own_map = maps[row]
+    own_map = depth_maps[row]
     shape = own_map.depth.shape
     if not (own_map.depth > 0).any():
         return None
@@ -212,7 +213,7 @@ def _fuse_one(row: int, other_rows: Sequence[int], maps: _Cache, options: Fusion
     depth = to_kernel_array(own_map.depth, np.float32)
     normals = to_kernel_array(own_map.normals, np.float32)
     for other_row in other_rows:
-        other_map = maps[other_row]
+        other_map = depth_maps[other_row]
         rotation = other_map.view.rotation @ own_map.view.rotation.T
         move = np.column_stack(
             [rotation, other_map.view.translation - rotation @ own_map.view.translation]

@@ -150,14 +150,14 @@ def select_pairs(
             SourcePhoto(
                 c.view,
                 method or _method(view, scene.views[c.view], points, c),
-                c.shared,
+                c.shared_count,
                 c.angle_deg,
                 c.convergence_deg,
             )
             for c in selection
         )
-        ranked = sorted(candidates, key=lambda c: (-c.shared, c.view))
-        neighbours = tuple(c.view for c in ranked[:_MAX_NEIGHBOURS])
+        ranked_candidates = sorted(candidates, key=lambda c: (-c.shared_count, c.view))
+        neighbours = tuple(c.view for c in ranked_candidates[:_MAX_NEIGHBOURS])
         plans.append(DepthMapPlan(row, near_depth, far_depth, points, sources, neighbours))
     if not plans:
         raise GeometryError(
@@ -173,7 +173,7 @@ def select_pairs(
 @dataclass(frozen=True, eq=False)
 class _Candidate:
     view: int
-    shared: int
+    shared_count: int
     angle_deg: float
     convergence_deg: float
     score: float

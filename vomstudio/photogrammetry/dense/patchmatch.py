@@ -52,10 +52,10 @@ def match(
     gray: ByteArray,
     is_active: BoolArray,
     known_depths: Float32Array,
-    sources: Sequence[tuple[View, ByteArray, BoolArray]],
+    source_masks: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
-    near: float,
-    far: float,
+    min_depth: float,
+    max_depth: float,
     *,
     seed: int = 0,
     threads: int = 1,
@@ -70,11 +70,11 @@ def match(
         Pixels to compute.
     known_depths : (h, w) array
         Known inverse depths, 0 = none; their planes are propagated.
-    sources : sequence of (View, array, array of bool)
+    source_masks : sequence of (View, array, array of bool)
         View, picture and mask of each source.
     points : (n, 3) array
         Tie points of the photo, from which the depths are initialised.
-    near, far : float
+    min_depth, max_depth : float
         Range of depths.
     seed, threads : int
         Random seed and number of threads; the result does not depend on the number of threads.
@@ -86,39 +86,41 @@ def match(
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, radius in levels:
-            setting = _Setting.make(view, gray, is_active, sources, reduction)
-            fixed = _reduced(known_depths, setting.ref.shape)
+            setting = _Setting.make(view, gray, is_active, source_masks, reduction)
+            fixed_depths = _reduced(known_depths, setting.reference.shape)
             if planes is None:
-                depth, normal = _start(setting.lens, fixed, view, points, near, far, rng)
+                depth, normal = _start(
+                    setting.lens, fixed_depths, view, points, min_depth, max_depth, rng
+                )
                 sweeps, spread, radius = _LEVELS[0][1:]
             else:
-                depth, normal = _refine_planes(planes, setting.lens, near, far)
-            has_depth = fixed > 0
-            depth[has_depth] = 1.0 / fixed[has_depth]
-            todo = to_kernel_array(setting.active & ~has_depth, np.uint8)
-            costs = np.full((*setting.ref.shape, len(sources)), 2.0, np.float32)
-            seeds = rng.integers(1, 2**32 - 1, setting.ref.size, dtype=np.uint32)
-            unit = np.float32(_unit(view, setting.lens, [s[0] for s in sources]))
+                depth, normal = _refine_planes(planes, setting.lens, min_depth, max_depth)
+            has_depth = fixed_depths > 0
+            depth[has_depth] = 1.0 / fixed_depths[has_depth]
+            is_unmatched = to_kernel_array(setting.is_active & ~has_depth, np.uint8)
+            costs = np.full((*setting.reference.shape, len(source_masks)), 2.0, np.float32)
+            seeds = rng.integers(1, 2**32 - 1, setting.reference.size, dtype=np.uint32)
+            unit = np.float32(_unit(view, setting.lens, [s[0] for s in source_masks]))
             arrays = (
-                setting.ref,
+                setting.reference,
                 setting.pictures,
                 setting.sizes,
                 setting.rotations,
                 setting.shifts,
             )
-            arrays += (setting.k, todo, depth, normal, costs)  # type: ignore[assignment]
+            arrays += (setting.k, is_unmatched, depth, normal, costs)  # type: ignore[assignment]
             for sweep_number in range(sweeps):
                 size = np.float32(spread * 0.5**sweep_number)
                 for parity in (0, 1):
                     _run_in_blocks(
                         pool,
-                        setting.ref.shape[0],
+                        setting.reference.shape[0],
                         _sweep,
                         arrays,
                         (
                             seeds,
-                            np.float32(near),
-                            np.float32(far),
+                            np.float32(min_depth),
+                            np.float32(max_depth),
                             unit,
                             size,
                             _SOURCES,
@@ -130,11 +132,11 @@ def match(
         _run_in_blocks(pool, h, _measure, arrays, ())
     inverse = np.zeros((h, w), np.float32)
     is_alike = costs < _MAX_COST
-    for s, (_, _, counts) in enumerate(sources):
+    for s, (_, _, counts) in enumerate(source_masks):
         if not counts.all():
-            is_alike[..., s] &= _is_on_source(view, sources[s][0], depth, counts)
+            is_alike[..., s] &= _is_on_source(view, source_masks[s][0], depth, counts)
     agreement_counts = is_alike.sum(axis=2).astype(np.uint8)
-    is_confirmed = (todo > 0) & (agreement_counts >= 1)
+    is_confirmed = (is_unmatched > 0) & (agreement_counts >= 1)
     inverse[is_confirmed] = 1.0 / depth[is_confirmed]
     _drop_specks(inverse, float(unit))
     agreement_counts[inverse == 0] = 0
@@ -159,13 +161,13 @@ def likeness(
     h, w = depth.shape
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
     setting = _Setting.make(view, gray, depth > 0, masked, step)
-    reduced_depth = _reduced(depth, setting.ref.shape)
+    reduced_depth = _reduced(depth, setting.reference.shape)
     height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
     costs = np.full((height, width, len(sources)), 2.0, np.float32)
     _measure(
-        setting.ref,
+        setting.reference,
         setting.pictures,
         setting.sizes,
         setting.rotations,
@@ -219,8 +221,8 @@ class _Setting:
     """Pictures and cameras at one reduction level, as input of the kernels."""
 
     lens: Intrinsics
-    ref: Float32Array
-    active: BoolArray
+    reference: Float32Array
+    is_active: BoolArray
     k: Float32Array
     pictures: Float32Array
     sizes: IntArray
@@ -232,12 +234,12 @@ class _Setting:
         cls,
         view: View,
         gray: ByteArray,
-        active: BoolArray,
+        is_active: BoolArray,
         sources: Sequence[tuple[View, ByteArray, BoolArray]],
         reduction: int,
     ) -> _Setting:
-        ref = _shrunk(gray, reduction)
-        lens = view.intrinsics.scaled(ref.shape[1], ref.shape[0])
+        reference = _shrunk(gray, reduction)
+        lens = view.intrinsics.scaled(reference.shape[1], reference.shape[0])
         (fx, fy), (cx, cy) = lens.focal, lens.centre
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
         inverse_matrix = np.linalg.inv(_matrix_of_centres(lens))
@@ -257,8 +259,8 @@ class _Setting:
             translations[s] = matrix @ (source_view.translation - rotation @ view.translation)
         return cls(
             lens,
-            ref,
-            _reduced(active.astype(np.float32), ref.shape) > 0,
+            reference,
+            _reduced(is_active.astype(np.float32), reference.shape) > 0,
             k,
             pictures,
             np.array([item.shape[::-1] for item in reduced_photos], np.int64),
@@ -300,8 +302,8 @@ def _start(
     fixed_depths: Float32Array,
     view: View,
     points: FloatArray,
-    near: float,
-    far: float,
+    min_depth: float,
+    max_depth: float,
     rng: np.random.Generator,
 ) -> tuple[Float32Array, Float32Array]:
     """Return initial depths and normals.
@@ -312,18 +314,18 @@ def _start(
     from scipy.spatial import cKDTree
 
     shape = fixed_depths.shape
-    inverse = 1 / far + (1 / near - 1 / far) * rng.random(shape)
+    inverse = 1 / max_depth + (1 / min_depth - 1 / max_depth) * rng.random(shape)
     pixels, depths = lens.project(_into(view, points)), view.depths(points)
-    is_valid = np.isfinite(pixels).all(axis=1) & (depths > near) & (depths < far)
+    is_valid = np.isfinite(pixels).all(axis=1) & (depths > min_depth) & (depths < max_depth)
     if is_valid.sum() > 3:
         x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
         _, nearest_rows = cKDTree(pixels[is_valid]).query(np.stack([x, y], axis=-1))
         jitter = 1.0 + 0.02 * rng.standard_normal(shape)
-        tied = rng.random(shape) < 0.5
-        inverse = np.where(tied, jitter / depths[is_valid][nearest_rows], inverse)
+        is_tied = rng.random(shape) < 0.5
+        inverse = np.where(is_tied, jitter / depths[is_valid][nearest_rows], inverse)
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    depth = np.clip(1.0 / inverse, near, far)
+    depth = np.clip(1.0 / inverse, min_depth, max_depth)
     return to_kernel_array(depth, np.float32), to_kernel_array(normal, np.float32)
 
 
@@ -332,7 +334,7 @@ def _into(view: View, points: FloatArray) -> FloatArray:
 
 
 def _refine_planes(
-    planes: tuple[Float32Array, Float32Array], lens: Intrinsics, near: float, far: float
+    planes: tuple[Float32Array, Float32Array], lens: Intrinsics, min_depth: float, max_depth: float
 ) -> tuple[Float32Array, Float32Array]:
     """Intersect the planes of a coarser level with the rays of a finer one."""
     depth, normal = planes
@@ -352,12 +354,12 @@ def _refine_planes(
     slope_after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
     refined_depths = z * slope_before / np.where(slope_after < -0.05, slope_after, -1.0)
     is_accurate = (slope_after < -0.05) & (np.abs(refined_depths - z) < 0.1 * z)
-    depth = np.clip(np.where(is_accurate, refined_depths, z), near, far)
+    depth = np.clip(np.where(is_accurate, refined_depths, z), min_depth, max_depth)
     return to_kernel_array(depth, np.float32), to_kernel_array(n, np.float32)
 
 
 def _is_on_source(
-    view: View, other_view: View, depth: Float32Array, counts: BoolArray
+    view: View, other_view: View, depth: Float32Array, is_valid: BoolArray
 ) -> BoolArray:
     """Return which pixels show points on an unmasked part of the other photo."""
     h, w = depth.shape
@@ -367,9 +369,9 @@ def _is_on_source(
     pixels = other_view.project(points)
     is_on_source = other_view.contains(pixels)
     is_on_source[~np.isfinite(pixels).all(axis=1)] = False
-    column = np.clip(np.where(is_on_source, pixels[:, 0], 0), 0, counts.shape[1] - 1).astype(int)
-    row = np.clip(np.where(is_on_source, pixels[:, 1], 0), 0, counts.shape[0] - 1).astype(int)
-    return np.asarray((is_on_source & counts[row, column]).reshape(h, w))
+    column = np.clip(np.where(is_on_source, pixels[:, 0], 0), 0, is_valid.shape[1] - 1).astype(int)
+    row = np.clip(np.where(is_on_source, pixels[:, 1], 0), 0, is_valid.shape[0] - 1).astype(int)
+    return np.asarray((is_on_source & is_valid[row, column]).reshape(h, w))
 
 
 def _drop_specks(inverse: Float32Array, unit: float) -> None:

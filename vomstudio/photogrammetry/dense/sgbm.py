@@ -69,12 +69,12 @@ class Rectified:
 
 
 def rectify(
-    first: View, second: View, points: FloatArray, near: float, far: float
+    first: View, second: View, points: FloatArray, min_depth: float, max_depth: float
 ) -> Rectified | None:
     """Rectify two pinhole photos, or return None if rectification is not useful.
 
     points : (n, 3) tie points of the first photo
-    near, far : range of depths of the first photo
+    min_depth, max_depth : range of depths of the first photo
     """
     baseline = second.centre - first.centre
     length = float(np.linalg.norm(baseline))
@@ -93,7 +93,9 @@ def rectify(
         if box is None:
             return None
         left, top, right, bottom = box
-        plane, low, high = _search((points - first.centre) @ rotation.T, focal, length, near, far)
+        plane, low, high = _search(
+            (points - first.centre) @ rotation.T, focal, length, min_depth, max_depth
+        )
         count = int(np.ceil((high - low + 1) / 16)) * 16
         if count <= _MAX_DISPARITIES:
             break
@@ -138,8 +140,8 @@ def pair_inverse_depth(
     first: tuple[View, ByteArray, BoolArray],
     second: tuple[View, ByteArray, BoolArray],
     points: FloatArray,
-    near: float,
-    far: float,
+    min_depth: float,
+    max_depth: float,
 ) -> tuple[Float32Array, float] | None:
     """Return inverse depths (h, w) in the first photo, and their change per disparity pixel.
 
@@ -151,7 +153,7 @@ def pair_inverse_depth(
 
     from vomstudio.photogrammetry.dense._depth_kernels import lift
 
-    pair = rectify(first[0], second[0], points, near, far)
+    pair = rectify(first[0], second[0], points, min_depth, max_depth)
     if pair is None:
         return None
     size = (pair.width, pair.height)
@@ -161,8 +163,8 @@ def pair_inverse_depth(
     origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
     # OpenCV's cubic weights would shift the pictures by up to 0.05 pixel.
     pictures = [
-        cv2.warpPerspective(gray, origin @ onto @ shift, size, flags=cv2.INTER_LANCZOS4)
-        for onto, gray in ((pair.first, first[1]), (pair.second, second[1]))
+        cv2.warpPerspective(gray, origin @ to_left @ shift, size, flags=cv2.INTER_LANCZOS4)
+        for to_left, gray in ((pair.first, first[1]), (pair.second, second[1]))
     ]
     is_visible = cv2.warpPerspective(
         second[2].astype(np.uint8), origin @ pair.second @ shift, size, flags=cv2.INTER_NEAREST
@@ -224,16 +226,16 @@ def _search(
     xyz: FloatArray,
     focal: float,
     baseline: float,
-    near: float,
-    far: float,
+    min_depth: float,
+    max_depth: float,
 ) -> tuple[tuple[float, float, float], float, float]:
     """Return the disparity plane through tie points, and the range of differences from it."""
-    xyz = xyz[(xyz[:, 2] > 0.7 * near) & (xyz[:, 2] < 1.4 * far)]
+    xyz = xyz[(xyz[:, 2] > 0.7 * min_depth) & (xyz[:, 2] < 1.4 * max_depth)]
     u, v = (focal * xyz[:, :2] / xyz[:, 2:]).T
     disparity = focal * baseline / xyz[:, 2]
     if len(xyz) < 5:
-        gamma = focal * baseline / near
-        return (0.0, 0.0, gamma), focal * baseline / far - gamma, 0.0
+        gamma = focal * baseline / min_depth
+        return (0.0, 0.0, gamma), focal * baseline / max_depth - gamma, 0.0
     plane = _plane(u, v, disparity)
     differences = (disparity - (plane[0] * u + plane[1] * v + plane[2])) / (1.0 - plane[0])
     low, high = np.percentile(differences, [0.5, 99.5])

@@ -38,7 +38,7 @@ class UndistortTask:
         View of the photo as stored, with its lens.
     max_size : int or None
         Maximum long side of the result in pixels. If None, the resolution of the photo is kept.
-    lossless : bool
+    is_lossless : bool
         Whether to encode the result as PNG instead of JPEG.
     """
 
@@ -46,7 +46,7 @@ class UndistortTask:
     mask: bytes | None
     view: View
     max_size: int | None = None
-    lossless: bool = False
+    is_lossless: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ def undistort(task: UndistortTask) -> Undistorted:
     reduction = min(1.0, limit / max(full_lens.width, full_lens.height))
     width = max(1, round(full_lens.width * reduction))
     height = max(1, round(full_lens.height * reduction))
-    ideal = full_lens.scaled(width, height)
+    pinhole_lens = full_lens.scaled(width, height)
 
     # Downsample by area first to prevent aliasing, then remap each pixel.
     reduced_size = (
@@ -133,7 +133,7 @@ def undistort(task: UndistortTask) -> Undistorted:
                 cv2.resize(full_mask, reduced_size, interpolation=cv2.INTER_AREA)
             )
     if lens.distorts:
-        x, y, is_on_photo = _remapping(ideal, lens, reduced_size)
+        x, y, is_on_photo = _remapping(pinhole_lens, lens, reduced_size)
         # OpenCV's cubic weights shift the interpolated picture by up to 0.05 pixel.
         image = np.asarray(
             cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
@@ -150,9 +150,9 @@ def undistort(task: UndistortTask) -> Undistorted:
         is_on_photo = np.ones((height, width), bool)
 
     return Undistorted(
-        _encode_photo(image, task.lossless),
+        _encode_photo(image, task.is_lossless),
         None if is_on_photo.all() else _encode_mask(is_on_photo),
-        View(view.name, ideal, view.rotation, view.translation),
+        View(view.name, pinhole_lens, view.rotation, view.translation),
     )
 
 
@@ -182,8 +182,8 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
     """
     import cv2
 
-    called = tr("mask of {photo}", photo=name)
-    image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, called, min_pixel_bytes=MASK_BYTES)
+    message_name = tr("mask of {photo}", photo=name)
+    image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, message_name, min_pixel_bytes=MASK_BYTES)
     if image is None:
         raise InputError(Finding("mask.unreadable"), file=name)
     if image.shape != (height, width):
@@ -227,20 +227,20 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
 
 
 def _remapping(
-    ideal: Intrinsics, lens: Intrinsics, size: tuple[int, int]
+    pinhole_lens: Intrinsics, lens: Intrinsics, size: tuple[int, int]
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
     """Return OpenCV's remap coordinates of each pixel of the ideal photo, and its mask.
 
     The coordinates refer to the original photo resampled to `size`.
     """
-    shape = (ideal.height, ideal.width)
+    shape = (pinhole_lens.height, pinhole_lens.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
     is_shown = np.zeros(shape, bool)
-    columns = np.arange(ideal.width) + 0.5
-    for top in range(0, ideal.height, _ROWS_AT_ONCE):
-        rows = np.arange(top, min(top + _ROWS_AT_ONCE, ideal.height)) + 0.5
+    columns = np.arange(pinhole_lens.width) + 0.5
+    for top in range(0, pinhole_lens.height, _ROWS_AT_ONCE):
+        rows = np.arange(top, min(top + _ROWS_AT_ONCE, pinhole_lens.height)) + 0.5
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        u, v = lens.project(ideal.rays(pixels)).T
+        u, v = lens.project(pinhole_lens.rays(pixels)).T
         with np.errstate(invalid="ignore"):
             is_on_photo = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
         part = slice(top, top + len(rows))
@@ -255,11 +255,11 @@ def _remapping(
     return x, y, is_shown
 
 
-def _encode_photo(image: ByteArray, lossless: bool) -> bytes:
+def _encode_photo(image: ByteArray, is_lossless: bool) -> bytes:
     import cv2
 
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
-    if lossless:
+    if is_lossless:
         return cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
     options = [
         cv2.IMWRITE_JPEG_QUALITY,

@@ -214,18 +214,20 @@ def _join(
     pixel = _pixel_size(first, second, first_places, other_places)
     fit, is_used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
     misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
-    rough = merge_scenes(first, second, fit)
-    error_before = mean_error(rough)
-    wrong_labels = {label for label, good in zip(common_labels, is_used, strict=True) if not good}
+    rough_fit = merge_scenes(first, second, fit)
+    error_before = mean_error(rough_fit)
+    wrong_labels = {
+        label for label, is_good in zip(common_labels, is_used, strict=True) if not is_good
+    }
     marks_by_label, _ = marks_by_point(
-        rough, [mark for mark in marks if mark.label not in wrong_labels]
+        rough_fit, [mark for mark in marks if mark.label not in wrong_labels]
     )
     known_points = [
         KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
         for seen_at in marks_by_label.values()
-        if np.isfinite(seen_at.place(rough)).all()
+        if np.isfinite(seen_at.place(rough_fit)).all()
     ]
-    joined_scene = bundle_adjust(rough, known_points, threads=threads, progress=progress)
+    joined_scene = bundle_adjust(rough_fit, known_points, threads=threads, progress=progress)
     error_after = mean_error(joined_scene)
     if not error_after <= 1.2 * error_before + 0.1:
         worst_label = common_labels[int(misses.argmax())]
@@ -240,8 +242,8 @@ def _join(
             )
         )
     markers = tuple(
-        MarkerFit(label, float(miss / pixel), bool(good))
-        for label, miss, good in zip(common_labels, misses, is_used, strict=True)
+        MarkerFit(label, float(miss / pixel), bool(is_good))
+        for label, miss, is_good in zip(common_labels, misses, is_used, strict=True)
     )
     freedom = 3 * int(is_used.sum()) - 7
     sigma = max(math.sqrt(float((misses[is_used] ** 2).sum()) / freedom), pixel)
@@ -368,7 +370,7 @@ def _remove_photos(scene: SparseScene, names: set[str]) -> SparseScene:
     row_of = np.cumsum(is_used_view) - 1
     return replace(
         scene,
-        views=tuple(v for v, stay in zip(scene.views, is_used_view, strict=True) if stay),
+        views=tuple(v for v, is_kept in zip(scene.views, is_used_view, strict=True) if is_kept),
         points=scene.points[is_used_point],
         colors=scene.colors[is_used_point],
         errors_px=scene.errors_px[is_used_point],

@@ -118,7 +118,7 @@ def place_by_control(
     marks: Sequence[Mark],
     crs: str | None = None,
     *,
-    adjust: bool = True,
+    with_adjustment: bool = True,
     cameras: Sequence[Calibration] = (),
     threads: int = -1,
     progress: Progress | None = None,
@@ -132,7 +132,7 @@ def place_by_control(
     marks : sequence of Mark
     crs : str, optional
         CRS of the points, "EPSG:n". If None, they are in a local frame in metres.
-    adjust : bool
+    with_adjustment : bool
         Whether to adjust the scene with the control points if this improves it.
     cameras : sequence of Calibration
         Calibrated cameras. If given, their errors are included in the stated errors.
@@ -149,7 +149,7 @@ def place_by_control(
     fit = control_fit.fit
     placed_scene = place_in_world(scene, fit, ground_points.origin, crs)
     bending = BendingResult(None, control_fit, (), (), None)
-    if adjust:
+    if with_adjustment:
         bending = bend_to_control(ground_points, placed_scene, control_fit, threads, progress)
     if bending.scene is not None:
         placed_scene, control_fit = bending.scene, bending.fit
@@ -255,8 +255,8 @@ def _ground(
         for i, marks in enumerate(control_marks)
         if is_meeting(marks.match_views(scene), agreement_px(mark_px))
     ]
-    fitting = [i for i in usable_points if not control[i].check]
-    if len(fitting) < MIN_POINTS:
+    is_fitting = [i for i in usable_points if not control[i].check]
+    if len(is_fitting) < MIN_POINTS:
         unused_labels = [
             point.label
             for i, point in enumerate(control)
@@ -266,7 +266,7 @@ def _ground(
         raise GeometryError(
             Finding(
                 "control.too-few",
-                count=len(fitting),
+                count=len(is_fitting),
                 total=sum(not p.check for p in control),
                 least=MIN_POINTS,
                 photos=MIN_PHOTOS,
@@ -274,29 +274,30 @@ def _ground(
                 reason_codes=[cause.code for cause in causes],
             )
         )
-    origin = integer_origin(world[fitting])
+    origin = integer_origin(world[is_fitting])
     local_points = world - origin
-    positions = np.array([control_marks[i].place(scene) for i in fitting])
-    require_width(local_points[fitting])
-    stated_sigmas = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
+    positions = np.array([control_marks[i].place(scene) for i in is_fitting])
+    require_width(local_points[is_fitting])
+    stated_sigmas = [p.sigma_m for p in (control[i] for i in is_fitting) if p.sigma_m is not None]
     surveyed_value = float(np.median(stated_sigmas)) if stated_sigmas else 0.0
-    first = fit_similarity(positions, local_points[fitting])
-    pixel = scene.pixel_at(positions) * first.scale
+    first_fit = fit_similarity(positions, local_points[is_fitting])
+    pixel = scene.pixel_at(positions) * first_fit.scale
     mark_sigmas = [
-        first.scale * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
-        for i in fitting
+        first_fit.scale
+        * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
+        for i in is_fitting
     ]
-    floor = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(mark_sigmas))))
+    min_sigma = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(mark_sigmas))))
     return GroundPoints(
         control,
         control_marks,
         local_points,
         origin,
-        fitting,
+        is_fitting,
         ties,
         surveyed_value,
         pixel,
-        floor,
+        min_sigma,
         mark_px,
     )
 

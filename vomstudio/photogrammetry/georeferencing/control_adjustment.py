@@ -110,14 +110,14 @@ class GroundPoints:
             raise GeometryError(Finding("control.not-located"))
         targets = self.local[list(self.fitting)]
         require_width(positions)
-        fit, good = fit_robustly(positions, targets, min_sigma=self.floor)
-        misses = (fit(positions) - targets)[good]
-        used_rows = [i for i, is_good in zip(self.fitting, good, strict=True) if is_good]
+        fit, good_rows = fit_robustly(positions, targets, min_sigma=self.floor)
+        misses = (fit(positions) - targets)[good_rows]
+        used_rows = [i for i, is_good in zip(self.fitting, good_rows, strict=True) if is_good]
         stated_errors = self.errors(scene, fit, used_rows) if self.surveyed else None
-        scatter = scatter_of(targets[good], misses, stated_errors, is_ordered=True)
+        scatter = scatter_of(targets[good_rows], misses, stated_errors, is_ordered=True)
         # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
-            scatter = scatter_of(targets[good], misses, _MIN_ERROR_PIXELS * self.pixel)
+            scatter = scatter_of(targets[good_rows], misses, _MIN_ERROR_PIXELS * self.pixel)
         worst_rotation = scatter.worst_rotation_deg
         if not worst_rotation <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
@@ -144,7 +144,7 @@ class GroundPoints:
             )
         return np.array(errors)
 
-    def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
+    def distances_off(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Return the RMS residual of points in a placed scene, m."""
         squared_distances = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squared_distances, nan=np.inf).mean()))
@@ -200,18 +200,18 @@ class BendingResult:
 def bend_to_control(
     ground: GroundPoints,
     placed_sparse_scene: SparseScene,
-    first: ControlFit,
+    first_fit: ControlFit,
     threads: int,
     progress: Progress | None,
 ) -> BendingResult:
     """Adjust the scene with the control points if this improves it."""
-    adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, first, threads, progress)
+    adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, first_fit, threads, progress)
     second_fit = _fitted_or_none(ground, adjusted_scene)
     # A wrong lens makes good points scatter and contradict each other, so judge them again without
     # it.
     if second_fit is not None and (
-        second_fit.used != first.used
-        or (not ground.surveyed and second_fit.sigma < 0.7 * first.sigma)
+        second_fit.used != first_fit.used
+        or (not ground.surveyed and second_fit.sigma < 0.7 * first_fit.sigma)
     ):
         adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, second_fit, threads, progress)
         second_fit = _fitted_or_none(ground, adjusted_scene)
@@ -221,7 +221,7 @@ def bend_to_control(
         or not mean_error(adjusted_scene) <= 1.2 * mean_error(placed_sparse_scene) + 0.1
     ):
         refusal = Finding("control.contradicts-photos")
-        return BendingResult(None, first, (), (), refusal)
+        return BendingResult(None, first_fit, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
     if ground.ties:
         decisions.append(Finding("control.tie-points", count=len(ground.ties)))
@@ -229,12 +229,15 @@ def bend_to_control(
         ground, placed_sparse_scene, adjusted_scene, second_fit, threads, progress
     )
     if misses is not None:
-        bent, stiff = misses
-        values = {"adjusted_m": bent, "similarity_m": stiff}
-        if bent > _MAX_RATIO * stiff and bent - stiff > _RESIDUAL_TOLERANCE * ground.pixel:
+        bent_residuals, stiff_residuals = misses
+        values = {"adjusted_m": bent_residuals, "similarity_m": stiff_residuals}
+        if (
+            bent_residuals > _MAX_RATIO * stiff_residuals
+            and bent_residuals - stiff_residuals > _RESIDUAL_TOLERANCE * ground.pixel
+        ):
             return BendingResult(
                 None,
-                first,
+                first_fit,
                 (),
                 (),
                 Finding("control.not-adjusted", **values),
@@ -300,9 +303,9 @@ def _cross_validation_residuals(
         known_points = ground.known(other_rows, fit.sigma)
         trial = bundle_adjust(start_with_lenses, known_points, threads=threads, progress=progress)
         if not _has_converged(trial):
-            return math.inf, ground.off(start, left_out_rows)
-        bent_residuals += [ground.off(trial, [i]) for i in left_out_rows]
-        stiff += [ground.off(start, [i]) for i in left_out_rows]
+            return math.inf, ground.distances_off(start, left_out_rows)
+        bent_residuals += [ground.distances_off(trial, [i]) for i in left_out_rows]
+        stiff += [ground.distances_off(start, [i]) for i in left_out_rows]
     if not bent_residuals:
         return None
     return float(np.sqrt(np.mean(np.square(bent_residuals)))), float(

@@ -105,30 +105,33 @@ def place_by_gps(
     UsageError, InputError
         If the CRS cannot be used.
     """
-    rows, placed = _photos_with_position(scene, photos)
-    crs = crs_of(placed, crs)
-    world = world_positions(placed, crs)
+    rows, placed_photos = _photos_with_position(scene, photos)
+    crs = crs_of(placed_photos, crs)
+    world = world_positions(placed_photos, crs)
     spread = world - world.mean(axis=0)
     # Use the horizontal spread: a receiver that has lost its satellites repeats a position,
     # although its heights may still vary.
     if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _MIN_DISTANCE_M:
         raise GeometryError(
             Finding(
-                "gps-equal", "error", value=len(placed), photos=[photo.name for photo in placed]
+                "gps-equal",
+                "error",
+                value=len(placed_photos),
+                photos=[photo.name for photo in placed_photos],
             )
         )
     centres = scene.centres[rows]
-    stated_accuracy = _stated_accuracy(placed)
+    stated_accuracy = _stated_accuracy(placed_photos)
     _check_not_on_a_line(centres, spread)
     origin = integer_origin(world)
     local_points = world - origin
     # A receiver that does not state its accuracy may drift, so positions within its drift are not
     # treated as wrong.
-    floor = 2.5 * (stated_accuracy or _DEFAULT_ACCURACY_M / 2)
-    fit, is_used = fit_robustly(centres, local_points, min_sigma=floor)
+    min_sigma = 2.5 * (stated_accuracy or _DEFAULT_ACCURACY_M / 2)
+    fit, is_used = fit_robustly(centres, local_points, min_sigma=min_sigma)
     scatter = _scatter(fit(centres), local_points, is_used, stated_accuracy)
-    sigma_of_each = _each_sigma(placed, stated_accuracy or scatter.horizontal_sigma)
-    adjusted_scene, entered = adjust_to_positions(
+    sigma_of_each = _each_sigma(placed_photos, stated_accuracy or scatter.horizontal_sigma)
+    adjusted_scene, entered_accuracy = adjust_to_positions(
         place_in_world(scene, fit, origin, crs),
         rows,
         local_points,
@@ -137,8 +140,8 @@ def place_by_gps(
         progress=progress,
     )
     residuals = fit(centres) - local_points
-    if entered.adjusted:
-        _, is_used = fit_robustly(adjusted_scene.centres[rows], local_points, min_sigma=floor)
+    if entered_accuracy.adjusted:
+        _, is_used = fit_robustly(adjusted_scene.centres[rows], local_points, min_sigma=min_sigma)
         scatter = _scatter(adjusted_scene.centres[rows], local_points, is_used, stated_accuracy)
         residuals = adjusted_scene.centres[rows] - local_points
     used_indices = np.asarray(rows)[is_used]
@@ -149,25 +152,28 @@ def place_by_gps(
             scatter,
             lambda other: other.centres[used_indices],
             local_points[is_used],
-            lenses=entered.lenses if entered.adjusted else None,
+            lenses=entered_accuracy.lenses if entered_accuracy.adjusted else None,
             centres=known_centres(used_indices, local_points[is_used], sigma_of_each[is_used]),
         ),
         scale=fit.scale,
         crs=crs,
-        adjusted=entered.adjusted,
-        decisions=(entered.reason, *(lens.reason for lens in entered.lenses)),
-        lenses=entered.lenses,
+        adjusted=entered_accuracy.adjusted,
+        decisions=(entered_accuracy.reason, *(lens.reason for lens in entered_accuracy.lenses)),
+        lenses=entered_accuracy.lenses,
         bowing=fit_bowing(
             world[is_used], residuals[is_used], extent=adjusted_scene.points + np.array(origin)
         ),
-        names=tuple(photo.name for photo in placed),
+        names=tuple(photo.name for photo in placed_photos),
         positions=world,
         residuals_m=residuals,
         used=is_used,
         rms_m=float(np.sqrt((residuals[is_used] ** 2).sum(1).mean())),
-        heights=_heights(placed),
+        heights=_heights(placed_photos),
     )
-    warnings = [*_warnings(report, scene, placed), *drift_findings({"cameras": scatter.drift})]
+    warnings = [
+        *_warnings(report, scene, placed_photos),
+        *drift_findings({"cameras": scatter.drift}),
+    ]
     return adjusted_scene, replace(report, warnings=tuple(warnings))
 
 

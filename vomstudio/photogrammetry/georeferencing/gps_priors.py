@@ -92,17 +92,21 @@ def adjust_to_positions(
         # pulled towards them.
         misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
         width = float(np.median(misses))
-        start = scene
+        start_scene = scene
         if width > _MAX_MISFIT * median:
             loose_centres = known_centres(rows, positions, np.maximum(sigmas, width))
-            start = bundle_adjust(scene, (), loose_centres, threads=threads, progress=progress)
+            start_scene = bundle_adjust(
+                scene, (), loose_centres, threads=threads, progress=progress
+            )
         centres = known_centres(rows, positions, sigmas)
-        bent, lenses = adjust_to_ground(start, (), centres, threads=threads, progress=progress)
-        misfit = ground_misfit(bent, (), centres)
+        bent_scene, lenses = adjust_to_ground(
+            start_scene, (), centres, threads=threads, progress=progress
+        )
+        misfit = ground_misfit(bent_scene, (), centres)
         if misfit <= _MAX_MISFIT:
             break
         sigmas = sigmas * misfit
-    error_before, error_after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
+    error_before, error_after = (float(np.nanmean(s.errors_px)) for s in (scene, bent_scene))
     if error_after > 1.1 * error_before + 0.02:
         reason = Finding(
             "gps.contradicts-photos",
@@ -112,15 +116,15 @@ def adjust_to_positions(
         )
         return scene, GpsAdjustment(False, reason, median)
     reason = Finding("gps.adjusted", accuracy_m=median)
-    return bent, GpsAdjustment(True, reason, median, lenses)
+    return bent_scene, GpsAdjustment(True, reason, median, lenses)
 
 
 def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
     """Return why positions with the errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < MIN_POSITIONS:
         return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=MIN_POSITIONS)
-    together = 1 / math.sqrt(float((sigmas**-2.0).sum()))
-    pixels = together / scene.pixel_at(scene.points)
+    joint_scene = 1 / math.sqrt(float((sigmas**-2.0).sum()))
+    pixels = joint_scene / scene.pixel_at(scene.points)
     if pixels <= USEFUL_PIXELS:
         return None
     return Finding(

@@ -171,9 +171,9 @@ class _Problem:
             number: Freedom(lens in free_lenses, count[lens] >= MIN_PHOTOS_DISTORTION)
             for lens, number in self.numbers.items()
         }
-        grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
+        is_grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
         self.adjuster = create_adjuster(
-            self.reconstruction, self.freedoms, threads, gauge=not grounded, loss_px=loss_px
+            self.reconstruction, self.freedoms, threads, with_gauge=not is_grounded, loss_px=loss_px
         )
         add = self.adjuster.problem.add_residual_block
         for point in points:
@@ -244,13 +244,13 @@ def _updated(
 ) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
     """Return the adjusted scene, and the adjusted lens of each original lens."""
     lenses = {number: intrinsics_of(camera) for number, camera in reconstruction.cameras.items()}
-    views, became = [], {}
+    views, adjusted_pose = [], {}
     for row, view in enumerate(scene.views):
         image = reconstruction.image(row + 1)
-        became[view.intrinsics] = lenses[image.camera_id]
+        adjusted_pose[view.intrinsics] = lenses[image.camera_id]
         pose = np.asarray(image.cam_from_world().matrix(), np.float64)
         rotation, translation = np.ascontiguousarray(pose[:, :3]), pose[:, 3].copy()
         views.append(View(view.name, lenses[image.camera_id], rotation, translation))
     points = np.array([reconstruction.point3D(i + 1).xyz for i in range(len(scene.points))])
     scene = replace(scene, views=tuple(views), points=points.reshape(-1, 3))
-    return replace(scene, errors_px=point_errors(scene)), became
+    return replace(scene, errors_px=point_errors(scene)), adjusted_pose

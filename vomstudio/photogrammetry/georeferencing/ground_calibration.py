@@ -70,8 +70,8 @@ def adjust_to_ground(
     """
     fixed_result = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
     order = list(dict.fromkeys(view.intrinsics for view in fixed_result.views))
-    alone, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
-    free_order = [lens for lens in order if alone[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
+    ground_only_result, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
+    free_order = [lens for lens in order if ground_only_result[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
     result, sigma = fixed_result, dict.fromkeys(order, 0.0)
     while free_order:
         trial = bundle_adjust(
@@ -88,8 +88,10 @@ def adjust_to_ground(
         sigmas_by_ground, joint_sigmas = _sigmas_by_ground(
             trial, points, centres, trial_lenses, threads
         )
-        alone |= {lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free_order}
-        determined = [lens for lens in free_order if alone[lens] <= MAX_SIGMA]
+        ground_only_result |= {
+            lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free_order
+        }
+        determined = [lens for lens in free_order if ground_only_result[lens] <= MAX_SIGMA]
         if determined == free_order:
             sigma |= {lens: joint_sigmas[new_lenses[lens]] * excess for lens in free_order}
             result = trial
@@ -97,7 +99,14 @@ def adjust_to_ground(
         free_order = determined
     new_lenses = _adjusted_lenses(fixed_result, result)
     return result, tuple(
-        _verdict(fixed_result, lens, new_lenses[lens], alone[lens], sigma[lens], lens in free_order)
+        _verdict(
+            fixed_result,
+            lens,
+            new_lenses[lens],
+            ground_only_result[lens],
+            sigma[lens],
+            lens in free_order,
+        )
         for lens in order
     )
 
@@ -162,13 +171,13 @@ def _adjusted_lenses(
 def _verdict(
     scene: SparseScene,
     lens: Intrinsics,
-    became: Intrinsics,
+    adjusted_lens: Intrinsics,
     sigma_without_ties: float,
     sigma: float,
     is_freed: bool,
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
-    lens_before, focal = lens.focal[0], became.focal[0]
+    lens_before, focal = lens.focal[0], adjusted_lens.focal[0]
     values = {
         "focal_px": focal,
         "required_percent": 100 * MAX_SIGMA,

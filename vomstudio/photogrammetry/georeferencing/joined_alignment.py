@@ -40,7 +40,7 @@ def join_alignment(
     if not marks or len(alignment.parts) < 2:
         return alignment, None, ()
     stage_work = stage()
-    if not stage_work.done:
+    if not stage_work.is_done:
         progress.stage(tr("Joining components"))
         parts, report = join_components(
             alignment.parts, marks, control, threads=threads or -1, progress=progress

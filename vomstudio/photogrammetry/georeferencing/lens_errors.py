@@ -102,7 +102,7 @@ def lens_effect(
     thin_scene = _thin_points(scene)
     wide_scene = _add_second_radial(thin_scene, focal_errors)
     response = response_of(wide_scene, noise_px(wide_scene), points, centres)
-    middle, axes, extent = model_shape(scene.points)
+    shape_middle, axes, half_extent = model_shape(scene.points)
     changes = []
     try:
         for change in _changes(response, [focal_errors.get(lens) for lens in _lenses(thin_scene)]):
@@ -128,11 +128,14 @@ def lens_effect(
     if not np.isfinite([*covariance.ravel(), curvature, scale_error]).all():
         return None
     away2 = float(
-        (((scene.points - middle) @ axes[:2].T) ** 2).sum(axis=1).clip(0, extent**2).mean()
+        (((scene.points - shape_middle) @ axes[:2].T) ** 2)
+        .sum(axis=1)
+        .clip(0, half_extent**2)
+        .mean()
     )
     tilt = (2.0 * curvature) ** 2 * away2 / 2.0 + (scale_error / 2.0) ** 2 / 2.0
     covariance[:3, :3] += tilt * axes[:2].T @ axes[:2]
-    return LensEffect(covariance, LensBend(_Z95 * curvature, extent, _Z95 * scale_error))
+    return LensEffect(covariance, LensBend(_Z95 * curvature, half_extent, _Z95 * scale_error))
 
 
 def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:

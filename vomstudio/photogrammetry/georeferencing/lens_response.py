@@ -226,11 +226,11 @@ def _derivatives(
         for k, name in enumerate(MODELS[view.intrinsics.model]):
             move = np.zeros(len(params))
             move[k] = _STEP_PX if name[0] in "fc" else _STEP_K
-            two = [
+            two_coordinates = [
                 replace(view.intrinsics, params=tuple((params + sign * move).tolist()))
                 for sign in (1.0, -1.0)
             ]
-            pixels = [lens.project(camera_points) for lens in two]
+            pixels = [lens.project(camera_points) for lens in two_coordinates]
             lens_derivatives[rows_of_view, :, k] = (pixels[0] - pixels[1]) / (2.0 * move[k])
     weight = observations.weight[:, None, None]
     weighted_derivatives = (

@@ -70,11 +70,11 @@ def marks_by_point(
     missing : set of str
         Names of marked photos without a pose.
     """
-    find = photo_finder([view.name for view in scene.views])
+    find_mark = photo_finder([view.name for view in scene.views])
     observations: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     missing = set()
     for mark in marks:
-        row = find(mark.photo)
+        row = find_mark(mark.photo)
         if row is None:
             missing.add(mark.photo)
             continue

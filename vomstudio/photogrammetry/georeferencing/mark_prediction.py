@@ -148,9 +148,9 @@ class Marking:
 
         Returns the new marking, and the names of unknown photos; their marks are added as well.
         """
-        find, marking, unknown_photos = photo_finder(photos), self, []
+        find_mark, marking, unknown_photos = photo_finder(photos), self, []
         for mark in marks:
-            number = find(mark.photo)
+            number = find_mark(mark.photo)
             if number is None:
                 unknown_photos.append(mark.photo)
             name = mark.photo if number is None else photos[number]
@@ -345,8 +345,8 @@ def usable_tables(
     """
     if control is None or marks is None:
         return None, marks, []
-    find = photo_finder(photos)
-    rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
+    find_mark = photo_finder(photos)
+    rows = [(mark, find_mark(mark.photo)) for mark in read_marks(marks)]
     usable_marks = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = Marking(tuple(read_control(control)), usable_marks)
     good_usable_points = find_usable_points(marking)

@@ -190,11 +190,11 @@ def _write_colmap(folder: Path, scene: SparseScene, *, force: bool) -> tuple[Pat
     model = _colmap_model(scene)
     with tempfile.TemporaryDirectory(prefix="vomstudio-") as scratch:
         model.write_text(scratch)
-        written = [name for name in _COLMAP_FILES if (Path(scratch) / name).is_file()]
+        written_files = [name for name in _COLMAP_FILES if (Path(scratch) / name).is_file()]
         folder.mkdir(parents=True, exist_ok=True)
-        paths = tuple(folder / name for name in written)
+        paths = tuple(folder / name for name in written_files)
         with atomic_group(paths, force) as temporaries:
-            for name, temporary in zip(written, temporaries, strict=True):
+            for name, temporary in zip(written_files, temporaries, strict=True):
                 shutil.copyfile(Path(scratch) / name, temporary)
     return paths
 

@@ -64,9 +64,9 @@ def overview(out: Path) -> dict[str, Any]:
     """
     folder = _stage(out, "alignment", _ALIGNMENT)
     alignment = Alignment.load(folder)
-    framed = _stage(out, "frame", _POSES)
-    scene = SparseScene.load(framed)
-    scene_facts = _facts(framed)
+    framed_scene = _stage(out, "frame", _POSES)
+    scene = SparseScene.load(framed_scene)
+    scene_facts = _facts(framed_scene)
     database = folder / "database.db"
     names = _aligned_names(folder)
     counts = match_database.match_counts(database)

@@ -108,10 +108,10 @@ class PhotoViews:
         self._origin = np.asarray(cameras.origin, np.float64)
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
         self.to_world: FloatArray = matrix
-        self._forth = matrix[:3, :3]
-        self._back = np.linalg.inv(self._forth)
+        self._to_file = matrix[:3, :3]
+        self._from_file = np.linalg.inv(self._to_file)
         # World of the cameras' origin.
-        self._anchor = self._forth @ self._origin + matrix[:3, 3]
+        self._anchor = self._to_file @ self._origin + matrix[:3, 3]
         self.resolution = max(resolution_m, tree.reach)
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
@@ -128,13 +128,13 @@ class PhotoViews:
 
     def direction(self, view: int) -> FloatArray:
         """Return the unit vector (3,) of a photo's axis in the World frame."""
-        way = np.linalg.solve(self._back, self.views[view].direction)
+        way = np.linalg.solve(self._from_file, self.views[view].direction)
         return np.asarray(way / np.linalg.norm(way))
 
     def local(self, world: npt.ArrayLike) -> FloatArray:
         """Transform World points (n, 3) to the cameras' frame."""
         points = np.asarray(world, np.float64).reshape(-1, 3)
-        return np.asarray((points - self._anchor) @ self._back.T)
+        return np.asarray((points - self._anchor) @ self._from_file.T)
 
     # --- from the model to the photos --------------------------------------------------------
     def pixels(self, view: int, world: npt.ArrayLike) -> FloatArray:
@@ -186,9 +186,9 @@ class PhotoViews:
         sightings = []
         for number, view in enumerate(self.views):
             pixels = view.project(local_points)
-            visible = self._shows(number, local_points, pixels, slack_m)
-            if visible.any():
-                rows = np.flatnonzero(visible)
+            is_visible = self._shows(number, local_points, pixels, slack_m)
+            if is_visible.any():
+                rows = np.flatnonzero(is_visible)
                 subset = local_points[rows[:: max(1, len(rows) // _OBLIQUITY_POINTS)]]
                 sightings.append(
                     Sighting(
@@ -197,7 +197,7 @@ class PhotoViews:
                         pixels[rows[len(rows) // 2]],
                         float(np.median(view.depths(subset))) / self._focal(number),
                         self._obliquity(number, subset),
-                        float(visible.mean()),
+                        float(is_visible.mean()),
                     )
                 )
         # Compare shares in fifths: a slightly larger share does not justify much coarser pixels.
@@ -249,11 +249,11 @@ class PhotoViews:
             slack[:] = slack_m
         photo = self.views[view]
         pixels = photo.project(points)
-        visible = photo.contains(pixels)
-        rows = np.flatnonzero(visible)
+        is_visible = photo.contains(pixels)
+        rows = np.flatnonzero(is_visible)
         if len(rows):
-            visible[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
-        return pixels, visible
+            is_visible[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
+        return pixels, is_visible
 
     def _steps(self, view: int, local_points: FloatArray, step_px: float) -> list[int]:
         pixels = self.views[view].project(local_points)
@@ -286,7 +286,7 @@ class PhotoViews:
                 + ((hit_places - start) * hit_directions).sum(axis=1, keepdims=True)
                 * hit_directions
             )
-        places[is_hit] = (hit_places - self._origin) @ self._forth.T + self._anchor
+        places[is_hit] = (hit_places - self._origin) @ self._to_file.T + self._anchor
         return places
 
     def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:

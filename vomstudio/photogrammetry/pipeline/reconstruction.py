@@ -111,7 +111,7 @@ def reconstruct(
     with lock_folder(outputs), report_disk_errors(outputs.folder):
         run = _Run(photos, tables, outputs, settings, executor, StageLog(outputs.log, progress))
         try:
-            return run.all()
+            return run.run_all_stages()
         finally:
             run.pause()
 
@@ -139,11 +139,11 @@ class _Run:
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
         # Without a region, the keys of dependent stages do not change.
-        self.only = [tuple(settings.region)] if settings.region else []
+        self.selected_stages = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
-    def all(self) -> dict[str, Any]:
+    def run_all_stages(self) -> dict[str, Any]:
         self.log.log(f"VOM Studio {__version__}, {self.settings.to_dict()}")
         self._remember()
         photos = self._checked()
@@ -154,13 +154,13 @@ class _Run:
         alignment, aligned = self._join(alignment, aligned)
         placed_scene = self._place(alignment, photos, aligned)
         write_cameras_of(self.outputs, self.folder, alignment, placed_scene.scene)
-        undistorted, flat = self._undistort(placed_scene, photos)
-        pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat)
-        cloud, fused = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
-        mesh, surfaced = self._surface(cloud, fused)
-        textured, dressed = self._texture(mesh, placed_scene, photos, surfaced)
-        write_models(self.outputs, placed_scene.scene, cloud, textured, self.log)
-        return self._finish(photos, alignment, placed_scene, cloud, textured, dressed)
+        undistorted, flat_stage = self._undistort(placed_scene, photos)
+        pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat_stage)
+        cloud, fused_stage = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
+        mesh, surfaced_stage = self._surface(cloud, fused_stage)
+        textured_stage, textured_result = self._texture(mesh, placed_scene, photos, surfaced_stage)
+        write_models(self.outputs, placed_scene.scene, cloud, textured_stage, self.log)
+        return self._finish(photos, alignment, placed_scene, cloud, textured_stage, textured_result)
 
     def pause(self) -> None:
         self.log.end_stage()
@@ -194,7 +194,7 @@ class _Run:
             self.hashes,
             alignment_facts(photos.photos),
         )
-        if not stage.done:
+        if not stage.is_done:
             options = AlignmentOptions(max_size=size, seed=seed, threads=self.settings.threads)
             try:
                 align(photos.photos, stage.folder, options, self.executor, self.log)
@@ -232,7 +232,7 @@ class _Run:
         stage = self.checkpoints.stage(
             "frame", aligned_stage_folder.key, settings.crs, *tables.hashes
         )
-        if not stage.done:
+        if not stage.is_done:
             self.log.stage(tr("Registering the model"))
             scene, facts = place_scene(alignment, photos.photos, settings, tables, self.log)
             scene.save(stage.folder)
@@ -281,7 +281,7 @@ class _Run:
         )
         size = fitting_size(requested_px, [(lens.width, lens.height) for lens in lenses])
         stage = self.checkpoints.stage(_SIZE, placed_registered.stage.key, requested_px)
-        if not stage.done:
+        if not stage.is_done:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
         if size < requested_px:
@@ -306,17 +306,19 @@ class _Run:
         if self.device == "cuda":
             versions = report_data.versions("pycolmap")
             stage = self.checkpoints.stage(
-                "depths", flat_stage_folder.key, versions, "cuda", *self.only
+                "depths", flat_stage_folder.key, versions, "cuda", *self.selected_stages
             )
             results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
-            if stage.done:
+            if stage.is_done:
                 return pairs, results.at(stage.folder), stage
             if put_depths_of_gpu(scene, pairs, undistorted, results.put, self.settings, self.log):
                 stage.finish()
                 return pairs, results.at(stage.folder), stage
             self.device = "cpu"
         versions = report_data.versions("cv2", "numba")
-        stage = self.checkpoints.stage("depths", flat_stage_folder.key, versions, *self.only)
+        stage = self.checkpoints.stage(
+            "depths", flat_stage_folder.key, versions, *self.selected_stages
+        )
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], undistorted.__getitem__)
@@ -343,7 +345,7 @@ class _Run:
         needed_bytes: int,
     ) -> None:
         """Compute the missing results of a stage with one result per photo."""
-        if stage.done:
+        if stage.is_done:
             return
         missing = [number for number in range(len(results)) if not results.has(number)]
         self.log.stage(title, len(results))
@@ -365,7 +367,7 @@ class _Run:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
         stage = self.checkpoints.stage("cloud", depth_stage.key)
-        if not stage.done:
+        if not stage.is_done:
             photos = undistorted.select([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
             cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
@@ -388,7 +390,7 @@ class _Run:
         stage = self.checkpoints.stage(
             "surface", fused_stage_folder.key, report_data.versions("open3d"), faces
         )
-        if not stage.done:
+        if not stage.is_done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = MeshingOptions(faces=faces, threads=threads, max_points=fitting_points())
             surface = build_surface(cloud, options, self.log)
@@ -407,7 +409,7 @@ class _Run:
 
         steps = self.settings.steps
         stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
-        if not stage.done:
+        if not stage.is_done:
             photo_by_name = {photo.name: photo for photo in photos.photos}
             sources = [
                 TakenPhoto(photo_by_name[view.name], view) for view in placed_registered.scene.views
@@ -467,7 +469,7 @@ class _Run:
             other_parts=alignment.parts[1:],
             cameras=cameras,
             planes=report_data.planes_of_model(cloud, textured_mesh, registration),
-            further=tuple(registration_findings(self.settings, registration)),
+            other_limits=tuple(registration_findings(self.settings, registration)),
         )
         rows = report_data.photo_rows(photos.photos, scene, registration)
         for row in rows:

@@ -200,7 +200,7 @@ def add_edge_bowing(
     registration: Mapping[str, Any],
     scene: SparseScene,
     mesh: Mesh,
-    note: Callable[[Finding], object],
+    add_finding: Callable[[Finding], object],
 ) -> dict[str, Any]:
     """Return a registration with the bowing at the edge of the finished model.
 
@@ -215,13 +215,16 @@ def add_edge_bowing(
     _, axes, extent = model_shape(mesh.vertices)
     shape = {"reach_m" if scene.scaled else "reach": extent, "normal": axes[2].tolist()}
     figures: dict[str, Any] = {**registration, "shape": shape}
-    bowing, bend = bowing_of_registration(result_registration({"registration": figures}, "")), None
+    bowing, lens_bend = (
+        bowing_of_registration(result_registration({"registration": figures}, "")),
+        None,
+    )
     if lens := registration.get("lens_bowing"):
-        bend = LensBend(lens["curvature95_per_m"], extent, lens["stretch95"])
-    findings = [*bowing_findings(bowing), *lens_findings(bend, bowing)]
-    figures |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
+        lens_bend = LensBend(lens["curvature95_per_m"], extent, lens["stretch95"])
+    findings = [*bowing_findings(bowing), *lens_findings(lens_bend, bowing)]
+    figures |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(lens_bend)}
     for finding in findings:
-        note(finding)
+        add_finding(finding)
     return figures | {"warnings": [*registration.get("warnings", ()), *to_plain(findings)]}
 
 

@@ -15,7 +15,7 @@ class StageLog:
 
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path, self._progress = path, progress
-        self._stage, self._begun = "", 0.0
+        self._stage, self._start_time = "", 0.0
         self.notes: list[Finding] = []
 
     def note(self, message: Finding) -> None:
@@ -37,7 +37,7 @@ class StageLog:
     def stage(self, name: str, total: int | None = None) -> None:
         """See `Progress`."""
         self.end_stage()
-        self._stage, self._begun = name, time.monotonic()
+        self._stage, self._start_time = name, time.monotonic()
         self.log(name if total is None else f"{name} ({total})")
         self._progress.stage(name, total)
 
@@ -48,5 +48,5 @@ class StageLog:
     def end_stage(self) -> None:
         """Log how long the stage took."""
         if self._stage:
-            self.log(f"{self._stage}: {time.monotonic() - self._begun:.1f} s")
+            self.log(f"{self._stage}: {time.monotonic() - self._start_time:.1f} s")
             self._stage = ""

@@ -57,13 +57,13 @@ def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-d
         ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
         if inverse == 0.0:
             continue
-        clash = False
+        has_clash = False
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
                 if u > 1e-6 and v > 1e-6 and u + v < 1 - 1e-6 and grid[j, i] >= 0:
-                    clash = True
-        if clash:
+                    has_clash = True
+        if has_clash:
             overlaps[f] = True
             continue
         for j in range(j0, j1 + 1):

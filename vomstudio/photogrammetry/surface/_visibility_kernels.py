@@ -52,15 +52,15 @@ def count_seen(  # type: ignore[no-untyped-def]
     pixel,
     radius,
     depth_tolerance,
-    visible,
-    clear,
+    visible_counts,
+    clear_counts,
 ):
     """Compute the visible share of each selected face's pixels, and that with a margin.
 
     buffer : of `draw_depths`; nearest : its minimum within `radius` pixels
     usable : 0 for masked pixels; pixel : size of a pixel at depth 1
     slack : pixels by which a surface may be behind the nearest one
-    visible, clear : results
+    visible_counts, clear_counts : results
     """
     h, w = buffer.shape
     for row in range(len(selection)):
@@ -109,8 +109,8 @@ def count_seen(  # type: ignore[no-untyped-def]
                         if z <= nearest[j, i] + tolerance + radius * depth_tolerance_of_slope:
                             clear_count += 1
         if total > 0:
-            visible[row] = visible_count / total
-            clear[row] = clear_count / total
+            visible_counts[row] = visible_count / total
+            clear_counts[row] = clear_count / total
 
 
 @kernel("void(u1[:,:,::1], f8[:,::1], f4[:,::1])")

@@ -170,11 +170,11 @@ def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Floa
     """
     order = np.argsort(atlas.page, kind="stable")
     key = faces[order].astype(np.int64) << 32 | atlas.chart[order, None]
-    _, first, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
-    old_faces = faces[order].ravel()[first].astype(np.int64)
-    place = atlas.corners[order].reshape(-1, 2)[first]
-    size = atlas.sizes[np.repeat(atlas.page[order], 3)[first]]
-    uv = place / size
+    _, first_corners, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
+    old_faces = faces[order].ravel()[first_corners].astype(np.int64)
+    new_rows = atlas.corners[order].reshape(-1, 2)[first_corners]
+    size = atlas.sizes[np.repeat(atlas.page[order], 3)[first_corners]]
+    uv = new_rows / size
     uv[:, 1] = 1.0 - uv[:, 1]
     new_faces = inverse.reshape(-1, 3).astype(np.int32)
     return old_faces, new_faces, np.clip(uv, 0, 1).astype(np.float32), order
@@ -291,13 +291,13 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     candidates = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], 1)
     step = max(1, len(normals) // 50_000)
     subset, weight = normals[::step], weights[::step].copy()
-    facing = subset @ candidates.T > _MIN_REACH
+    is_facing = subset @ candidates.T > _MIN_REACH
     total_weight = weight.sum()
     directions: list[FloatArray] = []
     for _ in range(_MAX_DIRECTIONS):
         if weight.sum() <= 0.002 * total_weight and directions:
             break
-        best_direction = int((facing * weight[:, None]).sum(axis=0).argmax())
+        best_direction = int((is_facing * weight[:, None]).sum(axis=0).argmax())
         direction = candidates[best_direction]
         for _ in range(3):
             is_covered = subset @ direction > _MIN_REACH
@@ -307,7 +307,7 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
             direction = mean / np.linalg.norm(mean)
         directions.append(direction)
         weight[subset @ direction > _MIN_REACH] = 0
-        weight[facing[:, best_direction]] = 0
+        weight[is_facing[:, best_direction]] = 0
     return np.ascontiguousarray(directions)
 
 
@@ -349,9 +349,9 @@ def _project(
     right = np.cross(helper, normal)
     right /= np.linalg.norm(right)
     # y increases downwards on a page: right x down = into the surface.
-    down = np.cross(right, normal)
+    down_axis = np.cross(right, normal)
     corners = vertices[faces[rows]]
-    drawn_coordinates = np.stack([corners @ right, corners @ down], -1)
+    drawn_coordinates = np.stack([corners @ right, corners @ down_axis], -1)
     flatness = exact_normals[rows] @ normal
     areas = np.linalg.norm(cross[rows], axis=1)
     cosine = float((areas * flatness).sum() / areas.sum()) if areas.sum() > 0 else 1.0
@@ -413,10 +413,10 @@ def _overlapping(chart_coordinates: FloatArray, rows: IntArray, texel: float) ->
     drawn_coordinates = np.ascontiguousarray(chart_coordinates[rows] / texel)
     drawn_coordinates -= drawn_coordinates.reshape(-1, 2).min(axis=0)
     width, height = (np.ceil(drawn_coordinates.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
-    clash = np.zeros(len(rows), bool)
+    overlapping_face = np.zeros(len(rows), bool)
     grid = np.full((height, width), -1, np.int32)
-    find_overlap(drawn_coordinates, np.arange(len(rows), dtype=np.int32), grid, clash)
-    return clash
+    find_overlap(drawn_coordinates, np.arange(len(rows), dtype=np.int32), grid, overlapping_face)
+    return overlapping_face
 
 
 # --- pages -------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ class Blend:
         and offsets (e, 3, 3), RGB to add after the gain.
     colors : (n, 3) array
         Colours of the vertices, 0..255.
-    known : (n,) array
+    is_known : (n,) array
         Whether the colour of each vertex is from photos.
     gains : (k, 3) array
         RGB gain of each photo.
@@ -74,7 +74,7 @@ class Blend:
     draw_weights: Float32Array
     draw_offsets: Float32Array
     colors: Float32Array
-    known: BoolArray
+    is_known: BoolArray
     gains: FloatArray
     sharpness: FloatArray
     occluded: IntArray
@@ -120,7 +120,7 @@ class _Rows:
 def blend(
     vertices: FloatArray,
     faces: Int32Array,
-    visible: Sequence[PhotoVisibility],
+    visibilities: Sequence[PhotoVisibility],
     texel: float,
     progress: Progress,
 ) -> Blend:
@@ -130,15 +130,15 @@ def blend(
     """
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
-    count, m, n = len(visible), len(faces), len(vertices)
+    count, m, n = len(visibilities), len(faces), len(vertices)
     vertex_rows, order = _Rows.of(
-        np.concatenate([photo.vertices for photo in visible]).astype(np.int32),
-        _photo_numbers([photo.vertices for photo in visible]),
+        np.concatenate([photo.vertices for photo in visibilities]).astype(np.int32),
+        _photo_numbers([photo.vertices for photo in visibilities]),
         n,
         count,
     )
-    colors = np.concatenate([photo.colors for photo in visible])[order]
-    detail = np.concatenate([photo.detail for photo in visible])[order]
+    colors = np.concatenate([photo.colors for photo in visibilities])[order]
+    detail = np.concatenate([photo.detail for photo in visibilities])[order]
     progress.stage(tr("Balancing exposure"))
     gains = np.exp(-_balance(vertex_rows, n, count, np.log(colors + 4.0), _unclipped(colors)))
     gains /= np.exp(np.log(gains).mean(axis=0))
@@ -149,13 +149,13 @@ def blend(
     progress.stage(tr("Detecting occluders"), count)
     occluded = _find_occluded(vertex_rows, colors, links, count, progress)
     face_rows, order = _Rows.of(
-        np.concatenate([photo.faces for photo in visible]).astype(np.int32),
-        _photo_numbers([photo.faces for photo in visible]),
+        np.concatenate([photo.faces for photo in visibilities]).astype(np.int32),
+        _photo_numbers([photo.faces for photo in visibilities]),
         m,
         count,
     )
-    quality = np.concatenate([photo.quality for photo in visible])[order]
-    is_well_seen = np.concatenate([photo.well for photo in visible])[order]
+    quality = np.concatenate([photo.quality for photo in visibilities])[order]
+    is_well_seen = np.concatenate([photo.is_well_seen for photo in visibilities])[order]
     quality = quality * np.clip(sharpness[face_rows.views] / _MIN_SHARPNESS, 0.3, 1.0)
     doubtful_flag_faces = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
     seen_by = np.bincount(face_rows.owner[is_well_seen & ~doubtful_flag_faces], minlength=m).astype(
@@ -230,13 +230,13 @@ class _Links:
         return cls(starts, np.ascontiguousarray(end[order]))
 
     def spread(
-        self, vertex_rows: Int32Array, counts: BoolArray, values: Float32Array, rounds: int
+        self, vertex_rows: Int32Array, is_counted: BoolArray, values: Float32Array, rounds: int
     ) -> None:
         """Average the values (n, c) of `vertex_rows` vertices over linked ones that count."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
 
         spread_values = np.empty((len(vertex_rows), values.shape[1]), np.float32)
-        diffuse(self.starts, self.others, vertex_rows, counts, values, spread_values, rounds)
+        diffuse(self.starts, self.others, vertex_rows, is_counted, values, spread_values, rounds)
 
 
 def _unclipped(colors: Float32Array) -> BoolArray:
@@ -334,11 +334,11 @@ def _corner_rows(
 
 
 def _flag_faces(
-    flags: BoolArray, vertex_rows: _Rows, face_rows: _Rows, faces: Int32Array, count: int
+    is_flagged: BoolArray, vertex_rows: _Rows, face_rows: _Rows, faces: Int32Array, count: int
 ) -> BoolArray:
     """Return which entries of faces have a flagged corner in their view."""
     rows = _corner_rows(vertex_rows, faces, face_rows.owner, face_rows.views, count)
-    return np.asarray((flags[rows] & (rows >= 0)).any(axis=1))
+    return np.asarray((is_flagged[rows] & (rows >= 0)).any(axis=1))
 
 
 def _offsets(
@@ -371,7 +371,7 @@ def _offsets(
         is_reliable[corner[is_well_seen, k]] = True
     is_reliable &= ~is_occluded
     weight = np.zeros(len(colors), np.float32)
-    everywhere = np.ones(n, bool)
+    all_offsets = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
         view_rows = rows.rows_of_view(view)
@@ -380,7 +380,7 @@ def _offsets(
         owner = rows.owner[view_rows]
         ramp = np.zeros((n, 1), np.float32)
         ramp[owner, 0] = 1.0
-        links.spread(owner, everywhere, ramp, min(rounds, 30))
+        links.spread(owner, all_offsets, ramp, min(rounds, 30))
         weight[view_rows] = total[view_rows] * np.maximum(ramp[owner, 0], 1e-4)
     weight = np.maximum(weight, np.where(is_occluded, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
@@ -415,7 +415,7 @@ def _photos_of_faces(
     """Return the photos of faces: both along a seam, each fading over its adjacent faces."""
     known_faces = np.flatnonzero(views >= 0)
     keys = (faces[known_faces].astype(np.int64) * count + views[known_faces, None]).ravel()
-    pairs, fractions = np.unique(keys, return_counts=True)
+    pairs, corner_counts = np.unique(keys, return_counts=True)
     starts = np.searchsorted(pairs, np.arange(len(rows.starts), dtype=np.int64) * count)
     # Each face uses the photos of its three corners.
     face, view = [], []
@@ -439,7 +439,7 @@ def _photos_of_faces(
     draw_face, draw_view = draw_face[is_useful], draw_view[is_useful]
     corner = faces[draw_face].astype(np.int64) * count + draw_view[:, None]
     index = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
-    weights = np.where(pairs[index] == corner, fractions[index], 0).astype(np.float32)
+    weights = np.where(pairs[index] == corner, corner_counts[index], 0).astype(np.float32)
     known_corner_counts = np.bincount(faces[known_faces].ravel(), minlength=len(rows.starts) - 1)
     weights /= np.maximum(known_corner_counts[faces[draw_face]], 1)
     return draw_face, draw_view, weights.astype(np.float32), offsets[rows.find(corner)]

@@ -147,12 +147,12 @@ def build_surface(
     progress.stage(tr("Trimming unsupported surface"))
     distance = tree.query(vertices, workers=1)[0]
     max_distance = options.trim * spacing
-    hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
-    is_kept, closed = _trim(vertices, faces, distance, max_distance, hole)
+    max_hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
+    is_kept, closed_holes = _trim(vertices, faces, distance, max_distance, max_hole)
     if not is_kept.any():
         raise GeometryError(Finding("surface.nothing-left"))
     vertices, faces, _ = compact(vertices, faces[is_kept])
-    facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
+    facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed_holes}
     if options.sharpen:
         progress.stage(tr("Refining the surface"))
         vertices = _refine(
@@ -259,7 +259,11 @@ def _poisson(
 
 
 def _trim(
-    vertices: FloatArray, faces: Int32Array, distance: FloatArray, max_distance: float, hole: float
+    vertices: FloatArray,
+    faces: Int32Array,
+    distance: FloatArray,
+    max_distance: float,
+    max_hole: float,
 ) -> tuple[BoolArray, int]:
     """Return which faces remain, and the number of holes closed by the Poisson surface.
 
@@ -281,10 +285,10 @@ def _trim(
     farthest_distances = np.zeros(count)
     np.maximum.at(farthest_distances, labels, farthest_distance[rows])
     # A border of the Poisson surface is a rim, not a hole.
-    rim = np.zeros(count, bool)
-    rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
-    is_sparse = (farthest_distances <= max_distance) & ~rim
-    is_closed = ~is_sparse & ~rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * hole)
+    rim_width = np.zeros(count, bool)
+    rim_width[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
+    is_sparse = (farthest_distances <= max_distance) & ~rim_width
+    is_closed = ~is_sparse & ~rim_width & (np.linalg.norm(high - low, axis=1) <= 1.2 * max_hole)
     is_kept[rows[(is_sparse | is_closed)[labels]]] = True
     is_kept |= _find_cracks(
         vertices,
@@ -299,8 +303,8 @@ def _trim(
 def _find_cracks(
     vertices: FloatArray,
     faces: Int32Array,
-    band: BoolArray,
-    air: BoolArray,
+    is_band: BoolArray,
+    is_air: BoolArray,
     max_distance: float,
 ) -> BoolArray:
     """Return the band faces farther from the air, along the surface, than the width of a rim.
@@ -312,7 +316,7 @@ def _find_cracks(
     from scipy.sparse.csgraph import dijkstra
 
     is_crack = np.zeros(len(faces), bool)
-    rows = np.flatnonzero(band)
+    rows = np.flatnonzero(is_band)
     if not len(rows):
         return is_crack
     used_vertices, corners = np.unique(faces[rows], return_inverse=True)
@@ -324,12 +328,14 @@ def _find_cracks(
     links = (np.maximum(length[first], 1e-12), (low[first], high[first]))
     graph = coo_matrix(links, shape=(len(used_vertices), len(used_vertices))).tocsr()
     is_adjacent_to_air = np.zeros(len(vertices), bool)
-    is_adjacent_to_air[faces[air]] = True
+    is_adjacent_to_air[faces[is_air]] = True
     seeds = np.flatnonzero(is_adjacent_to_air[used_vertices])
     distances = np.full(len(used_vertices), np.inf)
     if len(seeds):
-        rim = _RIM_WIDTH * max_distance
-        distances = dijkstra(graph, directed=False, indices=seeds, min_only=True, limit=rim)
+        rim_vertices = _RIM_WIDTH * max_distance
+        distances = dijkstra(
+            graph, directed=False, indices=seeds, min_only=True, limit=rim_vertices
+        )
     is_crack[rows] = np.isinf(distances[corners]).all(axis=1)
     return is_crack
 
@@ -352,7 +358,7 @@ def _refine(
     for start in range(0, len(refined_vertices), step):
         progress.step(start)
         part = slice(start, start + step)
-        distance, near = tree.query(
+        distance, nearest_rows = tree.query(
             refined_vertices[part], k=min(_NEIGHBOURS, len(points)), workers=1
         )
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
@@ -360,7 +366,7 @@ def _refine(
             np.ascontiguousarray(refined_vertices[rows]),
             np.ascontiguousarray(facing[rows]),
         )
-        neighbour_rows = np.ascontiguousarray(near[rows - start].astype(np.int64))
+        neighbour_rows = np.ascontiguousarray(nearest_rows[rows - start].astype(np.int64))
         pull_to_points(
             subset, corrected_vertices, neighbour_rows, points, normals, width, 2.5 * width
         )
@@ -422,9 +428,9 @@ def _orient_to_normals(
     """Orient the faces of each piece counter-clockwise, seen from the air."""
     centre = vertices[faces].mean(axis=1)
     nearest_points = tree.query(centre)[1]
-    agree = (cross_products(vertices, faces) * normals[nearest_points]).sum(axis=1)
+    agreements = (cross_products(vertices, faces) * normals[nearest_points]).sum(axis=1)
     piece = components(faces)
-    is_wrong = np.bincount(piece, agree)[piece] < 0
+    is_wrong = np.bincount(piece, agreements)[piece] < 0
     faces = faces.copy()
     faces[is_wrong] = faces[is_wrong][:, ::-1]
     return faces
@@ -433,8 +439,10 @@ def _orient_to_normals(
 def _colors(vertices: FloatArray, tree: Any, colors: ByteArray | None) -> ByteArray | None:
     if colors is None:
         return None
-    near = tree.query(vertices, k=min(4, tree.n))[1].reshape(len(vertices), -1)
-    return np.asarray(np.rint(colors[near].astype(np.float32).mean(axis=1)).astype(np.uint8))
+    nearest_rows = tree.query(vertices, k=min(4, tree.n))[1].reshape(len(vertices), -1)
+    return np.asarray(
+        np.rint(colors[nearest_rows].astype(np.float32).mean(axis=1)).astype(np.uint8)
+    )
 
 
 def _verify(vertices: FloatArray, faces: Int32Array) -> None:

@@ -16,10 +16,10 @@ MAX_UNSEEN = 0.5
 """Maximum share of a surface without a photo; beyond it most of the model would be invented."""
 
 
-def visible_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
+def visible_faces(visibilities: Sequence[PhotoVisibility], count: int) -> BoolArray:
     """Return a mask (count,) of the faces that at least one photo shows from outside."""
     is_visible = np.zeros(count, bool)
-    for item in visible:
+    for item in visibilities:
         is_visible[item.faces] = True
     return is_visible
 
@@ -43,7 +43,7 @@ def orient_to_photos(
     Returns
     -------
     faces : (m, 3) array
-    visible : list of PhotoVisibility
+    visibilities : list of PhotoVisibility
     turned : int
         Number of flipped pieces.
 
@@ -54,8 +54,8 @@ def orient_to_photos(
     """
     area = np.linalg.norm(cross_products(vertices, faces), axis=1)
     total_area = max(float(area.sum()), 1e-300)
-    visible = find_visibility(faces)
-    is_visible = visible_faces(visible, len(faces))
+    visibilities = find_visibility(faces)
+    is_visible = visible_faces(visibilities, len(faces))
     turned_count = 0
     if area[~is_visible].sum() > MAX_UNSEEN * total_area:
         seen_behind = visible_faces(find_visibility(faces[:, ::-1].copy()), len(faces))
@@ -66,11 +66,11 @@ def orient_to_photos(
             is_flipped = (gain > 0)[piece]
             faces = faces.copy()
             faces[is_flipped] = faces[is_flipped][:, ::-1]
-            visible = find_visibility(faces)
-            is_visible = visible_faces(visible, len(faces))
+            visibilities = find_visibility(faces)
+            is_visible = visible_faces(visibilities, len(faces))
     if not is_visible.any():
         raise GeometryError(Finding("texture.no-photo-sees"))
     unseen_value = float(area[~is_visible].sum() / total_area)
     if unseen_value > MAX_UNSEEN:
         raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen_value))
-    return faces, visible, turned_count
+    return faces, visibilities, turned_count

@@ -215,12 +215,14 @@ def make_texture(
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     shifted_photos = [_ShiftedPhoto(photo, shift) for photo in photos]
-    faces, visible, turned_faces = orient_to_photos(
+    faces, visibilities, turned_faces = orient_to_photos(
         vertices, faces, lambda f: _visibility(shifted_photos, vertices, f, executor, progress)
     )
-    resolved = options.texel_m or _photo_resolution(visible, len(faces)) / options.texels_per_pixel
+    resolved = (
+        options.texel_m or _photo_resolution(visibilities, len(faces)) / options.texels_per_pixel
+    )
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
-    blend_result = blend(vertices, faces, visible, atlas.texel, progress)
+    blend_result = blend(vertices, faces, visibilities, atlas.texel, progress)
     colors = _all_colors(blend_result, mesh)
     pages = draw_pages(
         shifted_photos,
@@ -243,7 +245,7 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old_vertices],
     )
-    report = _report(vertices, faces, visible, atlas, blend_result, turned_faces)
+    report = _report(vertices, faces, visibilities, atlas, blend_result, turned_faces)
     return Textured(textured_mesh, tuple(pages), report, blend_result.views[order])
 
 
@@ -280,10 +282,10 @@ def _visibility(
     return [results[number] for number in range(len(photos))]
 
 
-def _photo_resolution(visible: Sequence[PhotoVisibility], m: int) -> float:
+def _photo_resolution(visibilities: Sequence[PhotoVisibility], m: int) -> float:
     """Return the median size on the rock of a pixel in the best photo of each face."""
     best_resolution = np.zeros(m, np.float32)
-    for item in visible:
+    for item in visibilities:
         np.maximum.at(best_resolution, item.faces, item.quality)
     return float(1 / np.median(best_resolution[best_resolution > 0]))
 
@@ -291,26 +293,26 @@ def _photo_resolution(visible: Sequence[PhotoVisibility], m: int) -> float:
 def _all_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
     """Complete vertex colours by those of the cloud, or by the mean."""
     colors = blend_result.colors.copy()
-    is_unknown = ~blend_result.known
+    is_unknown = ~blend_result.is_known
     if is_unknown.any():
         if mesh.colors is not None:
             colors[is_unknown] = mesh.colors[is_unknown]
         else:
-            colors[is_unknown] = colors[blend_result.known].mean(axis=0)
+            colors[is_unknown] = colors[blend_result.is_known].mean(axis=0)
     return colors
 
 
 def _report(
     vertices: FloatArray,
     faces: Int32Array,
-    visible: Sequence[PhotoVisibility],
+    visibilities: Sequence[PhotoVisibility],
     atlas: Atlas,
     blend_result: Blend,
     n_rotated_faces: int,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     total_area = max(float(area.sum()), 1e-300)
-    names = [item.name for item in visible]
+    names = [item.name for item in visibilities]
     drawn_texels = np.bincount(
         blend_result.views[blend_result.views >= 0],
         area[blend_result.views >= 0],
@@ -319,12 +321,12 @@ def _report(
     area_by_count = np.bincount(blend_result.seen_by, area)
     occluded_shares = [
         occluded / max(len(item.vertices), 1)
-        for occluded, item in zip(blend_result.occluded, visible, strict=True)
+        for occluded, item in zip(blend_result.occluded, visibilities, strict=True)
     ]
     unseen_value = float(area[blend_result.views < 0].sum() / total_area)
     warnings = [
         Finding("texture.photo-sees-nothing", photo=item.name)
-        for item in visible
+        for item in visibilities
         if not len(item.faces)
     ]
     texel_ratio = atlas.texel / atlas.facts["wanted_texel_m"]

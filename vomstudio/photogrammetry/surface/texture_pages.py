@@ -197,7 +197,12 @@ class _Tasks:
         gutter: int,
     ) -> None:
         self._photos, self._vertices, self._faces = photos, vertices, faces
-        self._atlas, self._blended, self._colors, self._gutter = atlas, blend_result, colors, gutter
+        self._atlas, self._blend_result, self._colors, self._gutter = (
+            atlas,
+            blend_result,
+            colors,
+            gutter,
+        )
         self._low = atlas.corners.min(axis=1)
         self._high = atlas.corners.max(axis=1)
         starts = np.zeros(len(faces) + 1, np.int64)
@@ -216,7 +221,7 @@ class _Tasks:
             & (high[:, 1] > top - rim)
             & (low[:, 1] < top + height + rim)
         )
-        blend_result = self._blended
+        blend_result = self._blend_result
         counts = self._starts[faces_in_tile + 1] - self._starts[faces_in_tile]
         draws = np.repeat(self._starts[faces_in_tile], counts) + (
             np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -281,12 +286,12 @@ def _halved(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
     import cv2
 
     size = (max(1, (weight.shape[1] + 1) // 2), max(1, (weight.shape[0] + 1) // 2))
-    fraction = (
+    opacity_share = (
         cv2.resize(weight, size, interpolation=cv2.INTER_AREA).astype(np.float32) / full_weight
     )
     mean = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32)
-    opacity = np.minimum(fraction * 4, 1)
-    ratio = np.where(fraction > 0, opacity / np.maximum(fraction, 1e-12), 0)
+    opacity = np.minimum(opacity_share * 4, 1)
+    ratio = np.where(opacity_share > 0, opacity / np.maximum(opacity_share, 1e-12), 0)
     return mean * ratio[..., None], opacity
 
 

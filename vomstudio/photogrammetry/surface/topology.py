@@ -18,35 +18,35 @@ def neighbours(faces: Int32Array) -> Int32Array:
     keys = edge_keys(faces).ravel()
     order = np.argsort(keys, kind="stable")
     ranked = keys[order]
-    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-    count = np.diff(np.r_[first, len(ranked)])
-    pair = first[count == 2]
+    first_rows = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
+    count = np.diff(np.r_[first_rows, len(ranked)])
+    pair = first_rows[count == 2]
     opposite_faces = np.full(len(keys), -1, np.int32)
     a, b = order[pair], order[pair + 1]
     opposite_faces[a], opposite_faces[b] = b // 3, a // 3
     return opposite_faces.reshape(-1, 3)
 
 
-def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
-    """Return the piece (m,) of each face, connected by edges; -1 for faces not `among`."""
+def components(faces: Int32Array, is_included: BoolArray | None = None) -> Int32Array:
+    """Return the piece (m,) of each face, connected by edges; -1 for faces not `is_included`."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     neighbour_faces = neighbours(faces)
     face, side = np.nonzero(neighbour_faces >= 0)
     other_face = neighbour_faces[face, side]
-    if among is not None:
-        is_inside = among[face] & among[other_face]
+    if is_included is not None:
+        is_inside = is_included[face] & is_included[other_face]
         face, other_face = face[is_inside], other_face[is_inside]
     n = len(faces)
     links = coo_matrix((np.ones(len(face), np.int8), (face, other_face)), shape=(n, n))
     labels: Int32Array = connected_components(links, directed=False)[1].astype(np.int32)
-    if among is None:
+    if is_included is None:
         return labels
-    labels[~among] = -1
-    used_labels, packed = np.unique(labels[among], return_inverse=True)
+    labels[~is_included] = -1
+    used_labels, packed = np.unique(labels[is_included], return_inverse=True)
     del used_labels
-    labels[among] = packed
+    labels[is_included] = packed
     return labels
 
 
@@ -92,9 +92,11 @@ def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, 
         keys = edge_keys(faces).ravel()
         order = np.lexsort((-np.repeat(area, 3), keys))
         ranked = keys[order]
-        first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-        place = np.arange(len(ranked)) - np.repeat(first, np.diff(np.r_[first, len(ranked)]))
-        surplus = np.unique(order[place >= 2] // 3)
+        first_rows = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
+        new_rows = np.arange(len(ranked)) - np.repeat(
+            first_rows, np.diff(np.r_[first_rows, len(ranked)])
+        )
+        surplus = np.unique(order[new_rows >= 2] // 3)
         if not len(surplus):
             break
         faces = np.delete(faces, surplus, axis=0)

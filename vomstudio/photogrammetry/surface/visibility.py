@@ -61,7 +61,7 @@ class PhotoVisibility:
     quality : (k,) float32 array
         Minimum number of pixels per unit of length on the rock over all directions; reduced towards
         the border of the photo.
-    well : (k,) array of bool
+    is_well_seen : (k,) array of bool
         Whether each face is visible with a margin and not at a grazing angle.
     vertices : (l,) int32 array
         Rows of the corners of these faces.
@@ -74,7 +74,7 @@ class PhotoVisibility:
     name: str
     faces: Int32Array
     quality: Float32Array
-    well: BoolArray
+    is_well_seen: BoolArray
     vertices: Int32Array
     colors: Float32Array
     detail: Float32Array
@@ -85,20 +85,20 @@ def memory_needed(width: int, height: int, faces: int) -> int:
     return int(width * height * 18 + faces * 170) + 20_000_000
 
 
-def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
+def decode(content: bytes, view: View, *, as_grey: bool = False) -> Any:
     """Decode a picture to (h, w, 3) uint8 BGR, or (h, w) for a mask.
 
     Raises InputError if it is not a picture of the camera's shape.
     """
     import cv2
 
-    flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
-    pixel_bytes = MASK_BYTES if grey else COLOR_BYTES
+    flags = cv2.IMREAD_GRAYSCALE if as_grey else cv2.IMREAD_COLOR
+    pixel_bytes = MASK_BYTES if as_grey else COLOR_BYTES
     picture = decode_picture(content, flags, view.name, min_pixel_bytes=pixel_bytes)
     if picture is None:
         raise InputError(Finding("photo.unreadable"), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
-    if grey and picture.shape != (height, width):
+    if as_grey and picture.shape != (height, width):
         return cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST)
     if picture.shape[:2] != (height, width):
         raise InputError(
@@ -186,7 +186,7 @@ def _visible_shares(
     usable_mask = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
         mask = cv2.resize(
-            decode(task.mask, task.view, grey=True), size, interpolation=cv2.INTER_AREA
+            decode(task.mask, task.view, as_grey=True), size, interpolation=cv2.INTER_AREA
         )
         usable_mask = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
     visible_share = np.zeros(len(selection), np.float32)

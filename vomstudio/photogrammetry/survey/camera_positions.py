@@ -51,8 +51,8 @@ def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
     stated_accuracies = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
     if stated_accuracies:
         return float(np.median(stated_accuracies)), True
-    drone = any(p.pitch_deg is not None or p.relative_altitude_m is not None for p in photos)
-    return (DRONE_ACCURACY_M if drone else HANDHELD_ACCURACY_M), False
+    is_drone = any(p.pitch_deg is not None or p.relative_altitude_m is not None for p in photos)
+    return (DRONE_ACCURACY_M if is_drone else HANDHELD_ACCURACY_M), False
 
 
 def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, FloatArray]:

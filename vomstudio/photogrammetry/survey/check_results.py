@@ -173,13 +173,15 @@ def assess(
     """
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]
-    grave = [*errors, *warnings]
+    grave_findings = [*errors, *warnings]
     reasons = ", ".join(
-        dict.fromkeys(tr(_SHORT[f.code]) if f.code in _SHORT else f.code for f in grave[:3])
+        dict.fromkeys(
+            tr(_SHORT[f.code]) if f.code in _SHORT else f.code for f in grave_findings[:3]
+        )
     )
-    if len(grave) > 3:
-        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave) - 3)
-    codes = [f.code for f in grave]
+    if len(grave_findings) > 3:
+        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave_findings) - 3)
+    codes = [f.code for f in grave_findings]
     if errors:
         verdict = Finding("survey.incomplete", reasons=reasons, codes=codes)
     elif warnings:
@@ -188,8 +190,8 @@ def assess(
         verdict = Finding("survey.sound")
     if planes is not None:
         size = length_text(planes.resolution, 2, is_metric=is_metric)
-        resolved = Finding("survey.model-resolution", size=size)
-        return verdict, resolved, expected_planes(planes, is_metric=is_metric, source="model")
+        resolved_size = Finding("survey.model-resolution", size=size)
+        return verdict, resolved_size, expected_planes(planes, is_metric=is_metric, source="model")
     if gsd_m is not None:
         size_finding = Finding(
             "survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric)

@@ -85,7 +85,7 @@ class PairOverlap:
         Rotation from the first camera to the second; None if the focal lengths are unknown.
     baseline_ratio : float or None
         Lower limit of the ratio of the baseline to the distance from the rock; None if unknown.
-    inside, inside_back : (GRID * GRID,) array of bool
+    is_inside, is_inside_back : (GRID * GRID,) array of bool
         Which grid points of the first photo the second one shows, and vice versa.
     """
 
@@ -97,8 +97,8 @@ class PairOverlap:
     pixel_ratio: float | None
     rotation: FloatArray | None
     baseline_ratio: float | None
-    inside: BoolArray
-    inside_back: BoolArray
+    is_inside: BoolArray
+    is_inside_back: BoolArray
 
     @property
     def turn_deg(self) -> float | None:
@@ -170,11 +170,11 @@ def features_of(photo: Photo) -> NormalizedFeatures | None:
         descriptors = np.empty((0, 128), np.float32)
     # RootSIFT (Arandjelovic & Zisserman 2012).
     total = np.maximum(descriptors.sum(1, keepdims=True), 1e-9)
-    rooted = np.sqrt(descriptors / total).astype(np.float32)
+    root_descriptors = np.sqrt(descriptors / total).astype(np.float32)
     focal = None if photo.focal_px is None else photo.focal_px / photo.long_side
     return NormalizedFeatures(
         points,
-        rooted,
+        root_descriptors,
         pixels.shape[1] / long_side,
         pixels.shape[0] / long_side,
         focal,
@@ -203,14 +203,14 @@ def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray
     if len(a.points) < MIN_MATCHES or len(b.points) < MIN_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
     likeness = a.descriptors @ b.descriptors.T
-    forth, backward_matches = np.argmax(likeness, 1), np.argmax(likeness, 0)
+    forward_matches, backward_matches = np.argmax(likeness, 1), np.argmax(likeness, 0)
     rows = np.arange(len(likeness))
-    best_likeness = likeness[rows, forth]
+    best_likeness = likeness[rows, forward_matches]
     second = likeness.copy()
-    second[rows, forth] = -1.0
+    second[rows, forward_matches] = -1.0
     distances, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best_likeness, second.max(1)))
-    is_match = (backward_matches[forth] == rows) & (distances < _MATCH_RATIO * next_)
-    return a.points[is_match], b.points[forth[is_match]]
+    is_match = (backward_matches[forward_matches] == rows) & (distances < _MATCH_RATIO * next_)
+    return a.points[is_match], b.points[forward_matches[is_match]]
 
 
 def compare_pair(
@@ -280,8 +280,8 @@ def compare_photos(
         compared_pairs = compared_pairs + extra_pairs
     view_counts = np.ones((count, _GRID * _GRID))
     for pair in pairs:
-        view_counts[pair.first] += pair.inside
-        view_counts[pair.second] += pair.inside_back
+        view_counts[pair.first] += pair.is_inside
+        view_counts[pair.second] += pair.is_inside_back
     return SetOverlap(
         tuple(pairs),
         np.median(view_counts, axis=1),
@@ -375,11 +375,11 @@ def _is_in_other_photo(
     """Return which grid points of photo `a` the homography maps into photo `b`."""
     position = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
-    front = position[:, 2] * np.sign(centre) > 1e-9
+    is_in_front = position[:, 2] * np.sign(centre) > 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
         x, y = position[:, 0] / position[:, 2], position[:, 1] / position[:, 2]
         is_on_photo = (x >= 0) & (x <= b.width) & (y >= 0) & (y <= b.height)
-    return np.asarray(front & is_on_photo)
+    return np.asarray(is_in_front & is_on_photo)
 
 
 def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:

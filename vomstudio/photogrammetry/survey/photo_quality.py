@@ -70,10 +70,10 @@ def measure_quality(photo: Photo) -> PhotoQuality:
     used_pixels = pixels[::8, ::8] if mask is None else pixels[::8, ::8][mask[::8, ::8]]
     if used_pixels.size == 0:
         used_pixels = pixels[::8, ::8]
-    linear = linear_light(used_pixels)
+    linear_picture = linear_light(used_pixels)
     return PhotoQuality(
         blur_px=blur(pixels, mask),
-        brightness=float(linear.mean()),
+        brightness=float(linear_picture.mean()),
         burnt=float((used_pixels >= 254).mean()),
         resampled=interpolation_period(pixels),
     )
@@ -136,12 +136,12 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
     for tile in tiles:
         # Reduce noise; the effect of the smoothing is subtracted below.
         tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTH), np.float32)
-        softer = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
+        blurred_tile = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
         # Use central differences, since a wider operator would add its own width.
         kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)
         kernel = kernel if axis == 1 else kernel.T
         step = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
-        softened_edges = np.abs(cv2.filter2D(softer, cv2.CV_32F, kernel))
+        softened_edges = np.abs(cv2.filter2D(blurred_tile, cv2.CV_32F, kernel))
         cross_edges = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
         is_inner = np.zeros(tile.shape, bool)
         is_inner[4:-4, 4:-4] = True
@@ -183,8 +183,8 @@ def interpolation_period(pixels: ByteArray) -> float:
         return 0.0
     peaks = []
     for lines in (part, part.T):
-        second = np.abs(2 * lines[:, 1:-1] - lines[:, :-2] - lines[:, 2:]).mean(0)
-        trace = np.log(second + 1e-3)
+        second_difference = np.abs(2 * lines[:, 1:-1] - lines[:, :-2] - lines[:, 2:]).mean(0)
+        trace = np.log(second_difference + 1e-3)
         trace = trace - np.convolve(trace, np.ones(15) / 15, "same")
         spectrum = np.abs(np.fft.rfft(trace[8:-8] * np.hanning(len(trace) - 16)))
         frequency = np.fft.rfftfreq(len(trace) - 16)

@@ -116,20 +116,22 @@ def _light_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fi
     if badly_exposed:
         names = tuple(photos[i].name for i in sorted(badly_exposed))
         findings.append(Finding("exposure", photos=names, value=len(names)))
-    bright = {
+    brightest = {
         i: math.log2(quality.brightness)
         for i, quality in enumerate(measurements.quality)
         if quality.brightness is not None and quality.brightness > 0 and i not in badly_exposed
     }
-    if len(bright) >= 3:
-        median = float(np.median(list(bright.values())))
-        jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - median) > limits.stops)
-        if jumps:
-            worst_difference = max((v - median for v in bright.values()), key=abs)
+    if len(brightest) >= 3:
+        median = float(np.median(list(brightest.values())))
+        brightness_jumps = tuple(
+            photos[i].name for i, v in brightest.items() if abs(v - median) > limits.stops
+        )
+        if brightness_jumps:
+            worst_difference = max((v - median for v in brightest.values()), key=abs)
             findings.append(
                 Finding(
                     "brightness-jump",
-                    photos=jumps,
+                    photos=brightness_jumps,
                     value=worst_difference,
                     stops=abs(worst_difference),
                 )

@@ -223,7 +223,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     stations, least_stations, centre = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
-    sharp = depth_of_field(
+    sharp_aperture = depth_of_field(
         camera.focal_mm, aperture, distance_m, _MAX_BLUR_PIXELS * camera.pixel_pitch_mm
     )
     warnings += _warnings(
@@ -240,7 +240,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
         footprint,
         spacing,
         aperture,
-        sharp,
+        sharp_aperture,
         stations,
         _control_points(width_m, height_m),
         least_stations,
@@ -396,7 +396,7 @@ def _views(
 
 def _control_points(width: float, height: float) -> tuple[PlannedControlPoint, ...]:
     """Return four points near the corners, one in the middle, and two check points (3.2.2)."""
-    spots: list[tuple[Literal["control", "check"], float, float]] = [
+    positions: list[tuple[Literal["control", "check"], float, float]] = [
         ("control", 0.08, 0.1),
         ("control", 0.92, 0.1),
         ("control", 0.92, 0.9),
@@ -407,7 +407,7 @@ def _control_points(width: float, height: float) -> tuple[PlannedControlPoint, .
     ]
     return tuple(
         PlannedControlPoint(f"P{i}", point_use, u * width, v * height)
-        for i, (point_use, u, v) in enumerate(spots, 1)
+        for i, (point_use, u, v) in enumerate(positions, 1)
     )
 
 

@@ -96,7 +96,7 @@ def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]])
 def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     photos = measurements.photos
     turned_photos: list[tuple[str, str]] = []
-    twins: list[tuple[str, str]] = []
+    same_positions: list[tuple[str, str]] = []
     for pair in measurements.pairs.pairs:
         if pair.baseline_ratio is None or pair.baseline_ratio > limits.same_place:
             continue
@@ -113,14 +113,16 @@ def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) ->
         if angle > limits.turn_deg or zoom > limits.zoom:
             turned_photos.append(names)
         elif pair.overlap > limits.near_identical:
-            twins.append(names)
+            same_positions.append(names)
     findings = []
     if turned_photos:
         photos_of_group = _photos_of_pairs(turned_photos)
         findings.append(Finding("same-position", photos=photos_of_group, value=len(turned_photos)))
-    if twins:
-        photos_of_group = _photos_of_pairs(twins)
-        findings.append(Finding("near-identical", photos=photos_of_group, value=len(twins)))
+    if same_positions:
+        photos_of_group = _photos_of_pairs(same_positions)
+        findings.append(
+            Finding("near-identical", photos=photos_of_group, value=len(same_positions))
+        )
     return findings
 
 
@@ -145,13 +147,15 @@ def direction_findings(
         return []
     angles = np.degrees(np.arccos(np.clip(used_axes @ centre / norm, -1.0, 1.0)))
     # Ignore outliers: obliques are a tenth of the set, at least two.
-    steady = max(2, math.ceil(0.1 * len(angles)))
-    spread = float(np.sort(angles)[-steady]) if len(angles) >= steady else float(angles.max())
+    steady_axes = max(2, math.ceil(0.1 * len(angles)))
+    spread = (
+        float(np.sort(angles)[-steady_axes]) if len(angles) >= steady_axes else float(angles.max())
+    )
     if spread >= limits.doming_deg:
         return []
-    down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
+    is_down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
     source = "photos" if gimbal is None else "gimbal"
-    return [Finding("one-direction", photos=(), value=spread, source=source, straight_down=down)]
+    return [Finding("one-direction", photos=(), value=spread, source=source, straight_down=is_down)]
 
 
 def _gimbal_axes(photos: Sequence[Photo]) -> FloatArray | None:

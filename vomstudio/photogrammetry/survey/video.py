@@ -213,8 +213,8 @@ class _Video:
         if not is_read or first_frame is None:
             self._capture.release()
             raise InputError(Finding("video.not-a-video"), file=path)
-        self._first = np.asarray(first_frame)
-        self.height, self.width = self._first.shape[:2]
+        self._first_frame = np.asarray(first_frame)
+        self.height, self.width = self._first_frame.shape[:2]
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         self.fps = fps if 0.1 <= fps <= 1000.0 else 25.0
         count = float(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
@@ -228,7 +228,7 @@ class _Video:
 
     def frames(self, interval: int) -> Iterator[tuple[int, ByteArray]]:
         """Return every `interval`-th frame with its number; the others are not converted."""
-        yield 0, np.asarray(self._first, np.uint8)
+        yield 0, np.asarray(self._first_frame, np.uint8)
         number = 1
         while self._capture.grab():
             if number % interval == 0:

@@ -96,7 +96,7 @@ class Growth:
             hit.index,
             angle_deg=self.angle_deg,
             distance=(self.distance or 0.0) / scale,
-            left_out=elements.hidden(hit.model_id),
+            is_excluded=elements.hidden(hit.model_id),
         )
         self._report_extremes(piece)
         return piece if piece.count else None
@@ -107,7 +107,7 @@ class Growth:
             self._context.hint(Finding("growth.no-plane"))
         elif piece.count == 1:
             self._context.hint(Finding("growth.isolated"))
-        elif piece.stopped:
+        elif piece.is_truncated:
             self._context.hint(Finding("growth.stopped", count=piece.count))
         elif piece.count == len(piece.mask):
             self._context.hint(Finding("growth.whole-model"))
