@@ -66,6 +66,18 @@ def test_the_layers_of_a_project_open_as_a_geopackage(run, project: Path, tmp_pa
     assert sorted(p.name for p in tmp_path.iterdir()) == [project.name, "layers.gpkg", "layers.qgs"]
 
 
+def test_geojson_is_projected_only_on_request(run, project: Path, tmp_path: Path) -> None:
+    import pyogrio
+
+    for words, crs in (((), "EPSG:4979"), (("--projected",), "EPSG:32615")):
+        target = tmp_path / f"{crs[5:]}.geojson"
+        assert run("export", project, "--to", "geojson", "-o", target, *words).code == 0
+        assert pyogrio.read_info(target)["crs"] == crs
+    with vs.Project.open(project) as opened:
+        opened.export("geojson", tmp_path / "api.geojson", projected=True)
+    assert (tmp_path / "api.geojson").read_text() == target.read_text()
+
+
 def test_an_existing_export_is_replaced_only_by_force(run, project: Path, tmp_path: Path) -> None:
     target = tmp_path / "planes.csv"
     target.write_text("mine")

@@ -243,6 +243,19 @@ def test_compass_planes_turn_the_model_and_state_how_well(run, write: Write) -> 
     assert told["known"] == {"north": True, "vertical": True, "scale": False, "position": False}
 
 
+def test_the_azimuth_of_a_table_of_orientations_is_an_option(run, tmp_path: Path) -> None:
+    table = tmp_path / "compass.csv"
+    table.write_text(
+        "azimuth,dip,model_x,model_y,model_z\n90,90,1,0,0\n0,90,0,1,0\n45,30,0.3536,0.3536,0.866\n"
+    )
+    words = ("register", "-", "--orientations", table, "--json")
+    asked = run(*words)
+    assert asked.json["error"]["code"] == "orientation.ambiguous-azimuth"
+    by_direction = run(*words, "--azimuth", "dipdir")
+    assert by_direction.code == 0
+    np.testing.assert_allclose(by_direction.json["matrix"], np.eye(4), atol=1e-3)
+
+
 @pytest.mark.full
 def test_a_strike_read_as_a_dip_direction_is_named(run, write: Write) -> None:
     rows = ["id,dip_direction,dip,model_x,model_y,model_z,sigma_deg"]

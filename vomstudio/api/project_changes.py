@@ -151,6 +151,7 @@ class ProjectChanges:
         attitudes: str | Path | bool | None = None,
         horizon: str | Path | None = None,
         orientations: str | Path | None = None,
+        azimuth: Literal["strike", "dipdir"] | None = None,
         scale_bars: str | Path | None = None,
         scale: npt.ArrayLike = (),
         bearing: npt.ArrayLike = (),
@@ -182,6 +183,8 @@ class ProjectChanges:
             See `vs.register`. ``click_sigma_m`` is by default half the resolution of the model.
         pairs, gcp, marks, model_cameras, cameras, attitudes, horizon, orientations, scale_bars
             Tables and folders of observations; see `vs.register`.
+        azimuth : {"strike", "dipdir"}, optional
+            Meaning of a column named ``azimuth`` in the table of orientations.
         scale, bearing, level, plumb
             Rows of numbers; see `vs.register`.
         reference, stable : str or Path, optional

@@ -59,6 +59,7 @@ def register(
     attitudes: str | Path | bool | None = None,
     horizon: str | Path | None = None,
     orientations: str | Path | None = None,
+    azimuth: Literal["strike", "dipdir"] | None = None,
     scale_bars: str | Path | None = None,
     scale: ArrayLike = (),
     bearing: ArrayLike = (),
@@ -110,6 +111,8 @@ def register(
         File of the cameras of the model; by default the file next to the model.
     pairs, gcp, marks, horizon, orientations, scale_bars : str or Path, optional
         Paths of tables.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named ``azimuth`` in the table of orientations.
     scale, bearing : rows of numbers, optional
         Rows of seven numbers: two points on the model (model frame), and the distance between
         them in metres or the azimuth from the first to the second in degrees. An optional

@@ -83,6 +83,10 @@ class Observations(Options):
         metavar="FILE",
         help=to_translate("orientation table with model_x, model_y, model_z (normals, lines)"),
     )
+    azimuth: Literal["strike", "dipdir"] | None = option(
+        None,
+        help=to_translate("meaning of a column called azimuth in the orientation table"),
+    )
     scale_bars: str | None = option(
         None,
         metavar="FILE",

@@ -24,6 +24,7 @@ from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
+from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import extract_orientations
 from vomstudio.io.text.rows import shorten
 
@@ -337,18 +338,19 @@ def read_level_lines(path: str | Path) -> LevelTable:
     return LevelTable(photos, ends)
 
 
-def read_compass(path: str | Path) -> CompassTable:
+def read_compass(path: str | Path, azimuth: Azimuth | None = None) -> CompassTable:
     """Read an orientation table together with the same planes and lines in the model frame.
 
     The latter are unit vectors `model_x, model_y, model_z` (normals for planes) and optionally
-    `sigma_deg`. Raises InputError and UsageError.
+    `sigma_deg`. `azimuth` is the meaning of a column named azimuth. Raises InputError and
+    UsageError.
     """
     table = NamedTable(path, ())
     if not all(table.has(names) for names in _MODEL_COLUMNS):
         raise InputError(
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
-    orientations = extract_orientations(table.table)
+    orientations = extract_orientations(table.table, azimuth)
     vectors = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))[
         orientations.row_indices
     ]

@@ -466,7 +466,7 @@ def _evidence(
     if options.horizon is not None:
         evidence.level = tables.read_level_lines(options.horizon)
     if options.orientations is not None:
-        evidence.compass = tables.read_compass(options.orientations)
+        evidence.compass = tables.read_compass(options.orientations, options.azimuth)
     position = None
     if evidence.pairs is not None:
         findings += check_area(evidence.pairs.world, crs)

@@ -237,6 +237,8 @@ class Files(QObject):
             files = ", ".join(str(file) for file in result.files)
             self._last_export = format_, path
             self._studio.written(result.files[0], Finding("export.written", file=files))
+            for finding in result.warnings:
+                self._studio.warn(finding)
 
         self.attempt(write)
 
