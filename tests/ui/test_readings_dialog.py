@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from html import unescape
 
+import numpy as np
+import pyogrio
 import pytest
+import shapely
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QDialogButtonBox
@@ -45,6 +48,29 @@ def ask(window, path) -> ReadingsDialog:
     dialog = window.findChildren(ReadingsDialog)[-1]
     driver.wait(dialog.isVisible, "the dialog")
     return dialog
+
+
+def test_a_layer_of_points_is_read_as_a_field_book(window, studio, tmp_path):
+
+    add_cliff(studio, UTM)
+    path = tmp_path / "stations.gpkg"
+    pyogrio.raw.write(
+        path,
+        geometry=shapely.to_wkb(shapely.points([[500010.0, 5100010.0, 1.0]])),
+        field_data=[np.array([270.0]), np.array([45.0])],
+        fields=["dip_dir", "dip"],
+        geometry_type="Point Z",
+        crs="EPSG:32633",
+    )
+    count = len(window.findChildren(ReadingsDialog))
+    import_readings(window, studio, path)
+    driver.wait(lambda: len(window.findChildren(ReadingsDialog)) > count, "the dialog")
+    dialog = window.findChildren(ReadingsDialog)[-1]
+    choose(dialog._north, "grid")
+    assert ok(dialog).isEnabled()
+    (reading,) = dialog.readings
+    assert (reading.azimuth_deg, reading.inclination_deg) == (270.0, 45.0)
+    dialog.reject()
 
 
 def choose(combo: QComboBox, value: object) -> None:

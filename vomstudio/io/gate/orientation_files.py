@@ -19,7 +19,24 @@ from vomstudio.io.text.tables import TextTable, read_table
 
 LAYER_KINDS = frozenset({"geojson", "geopackage", "shapefile", "xlsx", "ods"})
 """Kinds of files whose layers or sheets are read as tables."""
+LAYER_EXTENSIONS = (".gpkg", ".geojson", ".json", ".shp", ".xlsx", ".ods")
+"""Usual extensions of such files, for file dialogs."""
 NO_COLUMNS: Mapping[str, str] = {}
+
+
+def is_layer_file(path: str | Path) -> bool:
+    """Return whether a file is read as a layer or as a workbook, from its content.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    bool
+    """
+    kind = kind_of(path)
+    return kind is not None and kind.key in LAYER_KINDS
 
 
 def read_any_table(
@@ -44,8 +61,9 @@ def read_any_table(
         If the layer is missing, or several layers contain orientations.
     """
     path = Path(path)
-    kind = kind_of(path)
-    if kind is not None and kind.key in LAYER_KINDS:
+    if is_layer_file(path):
+        kind = kind_of(path)
+        assert kind is not None
         # Most tables are text and do not need the libraries of GIS files.
         from vomstudio.io.gate.attribute_tables import read_layer_table
 

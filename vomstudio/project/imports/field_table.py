@@ -13,6 +13,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_line, parse_plane
+from vomstudio.io.gate.orientation_files import is_layer_file, read_any_table
 from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import (
     DELIMITER_NAMES,
@@ -53,9 +54,12 @@ class FieldTable:
 def read_field_table(path: str | Path) -> FieldTable:
     """Read the cells of a table of readings; rows with another number of cells are flagged.
 
-    Raises InputError if the file is missing, is not a text file, or has no rows.
+    Point layers of GIS files and sheets of workbooks are read like text tables. Raises InputError
+    if the file is missing or has no rows, and UsageError if several layers contain orientations.
     """
     path = Path(path)
+    if is_layer_file(path):
+        return _table_of_layer(path)
     text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
     used_columns = [
@@ -98,6 +102,21 @@ def read_field_table(path: str | Path) -> FieldTable:
             row[:] = (row + [""] * width)[:width]
     return FieldTable(
         path, names, width, delimiter, rows, column_indices, ragged_rows, tuple(notes), comments
+    )
+
+
+def _table_of_layer(path: Path) -> FieldTable:
+    table = read_any_table(path)
+    return FieldTable(
+        path,
+        table.names,
+        table.width,
+        table.delimiter,
+        [list(row) for row in table.rows],
+        table.line_numbers.tolist(),
+        {},
+        table.notes,
+        table.comments,
     )
 
 

@@ -37,10 +37,12 @@ def videos() -> str:
 
 
 def tables() -> str:
-    """Return the filter for text tables, such as those of compass readings."""
+    """Return the filter for tables of compass readings, as text, layers or workbooks."""
+    from vomstudio.io.gate.orientation_files import LAYER_EXTENSIONS
     from vomstudio.io.text.tables import TABLE_EXTENSIONS
 
-    return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_EXTENSIONS)))
+    endings = (*TABLE_EXTENSIONS, *LAYER_EXTENSIONS)
+    return _and_all(tr("Tables ({patterns})", patterns=_patterns(endings)))
 
 
 def layers_and_tables() -> str:

@@ -23,11 +23,13 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 from vomstudio.ui.widgets.figure_file import ask_for_figure_file
 
 if TYPE_CHECKING:
+    from vomstudio.project.imports.field_table import FieldTable
     from vomstudio.ui.dialogs.readings_dialog import Place
 
 
@@ -182,15 +184,31 @@ def choose_readings(parent: QWidget, studio: Studio) -> None:
 
 
 def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
-    """Ask for the meaning of the columns and add the readings as features."""
-    from vomstudio.project.imports.field_table import read_field_table
-    from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
+    """Ask for the meaning of the columns and add the readings as features.
 
+    Layers and workbooks are read in a worker thread.
+    """
+    from vomstudio.io.gate.orientation_files import is_layer_file
+    from vomstudio.project.imports.field_table import read_field_table
+
+    if is_layer_file(path):
+        QtBackground(parent).run(
+            lambda: read_field_table(path),
+            lambda table: _ask_for_columns(parent, studio, table),
+            studio.fail,
+        )
+        return
     try:
         table = read_field_table(path)
     except VomError as error:
         studio.fail(error)
-        return
+    else:
+        _ask_for_columns(parent, studio, table)
+
+
+def _ask_for_columns(parent: QWidget, studio: Studio, table: FieldTable) -> None:
+    from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
+
     dialog = ReadingsDialog(
         parent, table, dict(studio.records), project_place(studio), type_id=studio.next_type_id
     )
