@@ -67,10 +67,10 @@ def test_a_layer_of_points_is_read_as_a_field_book(window, studio, tmp_path):
     driver.wait(lambda: len(window.findChildren(ReadingsDialog)) > count, "the dialog")
     dialog = window.findChildren(ReadingsDialog)[-1]
     choose(dialog._north, "grid")
-    assert ok(dialog).isEnabled()
-    (reading,) = dialog.readings
+    QTest.mouseClick(ok(dialog), Qt.MouseButton.LeftButton)
+    (reading,) = (r for r in studio.records.values() if isinstance(r, Reading))
     assert (reading.azimuth_deg, reading.inclination_deg) == (270.0, 45.0)
-    dialog.reject()
+    assert reading.position == pytest.approx((500010.0, 5100010.0, 1.0))
 
 
 def choose(combo: QComboBox, value: object) -> None:
