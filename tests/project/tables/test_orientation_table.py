@@ -145,6 +145,12 @@ def test_a_strike_column_that_contradicts_the_dip_direction_is_named(table: Writ
     assert by_code(found.warnings)["orientation.strike-differs"]["lines"] == (3,)
 
 
+def test_strikes_by_the_left_hand_rule_beside_dip_directions_are_named(table: Write) -> None:
+    found = read_orientations(table("strike,dip,dip_dir\n210,40,120\n100,50,10\n0,0,0\n,20,30\n"))
+    assert list(by_code(found.warnings)) == ["orientation.strike-left-hand"]
+    assert found.dip_direction_deg.tolist() == [120.0, 10.0, 0.0, 30.0]
+
+
 def test_azimuths_over_360_are_wrapped_and_said(table: Write) -> None:
     found = read_orientations(table("strike,dip\n390,40\n-330,40\n360,10\n30,40\n"))
     assert found.dip_direction_deg.tolist() == pytest.approx([120.0, 120.0, 90.0, 120.0])

@@ -256,6 +256,13 @@ TEXTS: dict[str, Entry] = {
             " column 'quadrant'."
         ),
     ),
+    "orientation.strike-left-hand": (
+        "warning",
+        to_translate(
+            "{column} follows the left-hand rule: it is dip direction + 90. The dip direction is"
+            " used."
+        ),
+    ),
     "orientation.strike-differs": (
         "warning",
         *to_translate_n(

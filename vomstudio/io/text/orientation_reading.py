@@ -532,8 +532,12 @@ class _TableReader:
         except InputError:
             return
         difference_deg = np.abs(wrap360(strikes + 90.0 - self.dip_direction + 180.0) - 180.0)
-        differing = np.flatnonzero((difference_deg > 1.5) & (self.dip > 0))
-        if len(differing):
+        is_stated = np.isfinite(difference_deg) & (self.dip > 0)
+        differing = np.flatnonzero((difference_deg > 1.5) & is_stated)
+        if len(differing) and (difference_deg[is_stated] > 180.0 - 1.5).all():
+            quoted_name = self.columns.quoted_names(strike)
+            self.warnings.append(Finding("orientation.strike-left-hand", column=quoted_name))
+        elif len(differing):
             lines = [int(n) for n in self.table.line_numbers[differing]]
             self.warnings.append(
                 Finding(
