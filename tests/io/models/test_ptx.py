@@ -69,7 +69,8 @@ def test_a_truncated_scan_is_read_and_reported(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("row", "text"), [(6, "2 0 0 0"), (6, "1 0 0"), (12, "1 2 x 4"), (12, "1 2")]
+    ("row", "text"),
+    [(0, "inf"), (1, "-1"), (6, "2 0 0 0"), (6, "1 0 0"), (12, "1 2 x 4"), (12, "1 2")],
 )
 def test_damage_is_named_with_its_line(tmp_path: Path, row: int, text: str) -> None:
     path = tmp_path / "a.ptx"

@@ -160,7 +160,10 @@ def _read_header(path: Path, stream: io.BufferedIOBase, line: int) -> _Scan | No
             raise _damage_error(path, line + len(rows) - 1, reason)
     matrix = np.array(rows[6:])
     rotation = matrix[:3, :3]
-    is_valid = np.isfinite(matrix).all() and min(rows[0][0], rows[1][0]) >= 0
+    counts = np.array([rows[0][0], rows[1][0]])
+    if not (np.isfinite(counts).all() and (counts >= 0).all()):
+        raise _damage_error(path, line, tr("the number of points is not valid"))
+    is_valid = np.isfinite(matrix).all()
     if not is_valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > _MAX_ROTATION_DEVIATION:
         raise _damage_error(path, line + 6, tr("the pose matrix is not a rotation"))
     return _Scan(int(rows[0][0]) * int(rows[1][0]), rotation, matrix[3, :3])
