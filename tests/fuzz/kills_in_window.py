@@ -140,7 +140,7 @@ class Interpreter(Editor):
         for at in (0, len(points) // 2, -1):
             driver.click(self.window.viewport, driver.pixel(self.window, points[at]))
             self.tell("way-point")
-        driver.wait(lambda: not tool.searching, "the way", 60.0)
+        driver.wait(lambda: not tool.is_searching, "the way", 60.0)
         self.key(Qt.Key.Key_Return)
         box.setCurrentIndex(box.findData(None))
 

@@ -130,8 +130,8 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert studio.selection.ids == (patch.id,)
     # Poor planes are outlined, others are filled.
     drawing = viewport.features.drawings[patch.id]
-    assert drawing.outlined == (measured.verdict.quality == "poor")
-    assert (drawing.area is None) == drawing.outlined
+    assert drawing.is_outlined == (measured.verdict.quality == "poor")
+    assert (drawing.area is None) == drawing.is_outlined
 
     # Another one of another type, grown, in an orthographic view.
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
@@ -172,14 +172,14 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     assert patches(window) == kept
     drawings = window.viewport.features.drawings
     wait(lambda: all(p.id in drawings for p in kept), "the patches")
-    assert all((drawings[p.id].area is None) == drawings[p.id].outlined for p in kept)
+    assert all((drawings[p.id].area is None) == drawings[p.id].is_outlined for p in kept)
     driver.dismiss(window)
     outcrop.unlink()
     window = driver.make_window([tmp_path / "cliff.vom"])
     wait(lambda: kept[0].id in window.viewport.features.drawings, "the outline")
     drawing = window.viewport.features.drawings[kept[0].id]
     assert drawing.area is None
-    assert drawing.disc is not None or drawing.outlined
+    assert drawing.disc is not None or drawing.is_outlined
     assert len(drawing.line) == len(kept[0].outline) + 1
     driver.dismiss(window)
 

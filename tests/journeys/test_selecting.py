@@ -131,7 +131,7 @@ def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert studio.selection.ids == (patch.id,)
     drawing = viewport.features.drawings[patch.id]
     # A poor plane is outlined instead of filled.
-    assert drawing.outlined == (drawing.verdict == "poor") == (drawing.area is None)
+    assert drawing.is_outlined == (drawing.verdict == "poor") == (drawing.area is None)
     driver.keep_picture(window, "select-3-patch")
     key(window, Qt.Key.Key_Z, CTRL)
     assert patches(window) == []

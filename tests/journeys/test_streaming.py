@@ -79,11 +79,11 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     settle(window, model_id)
     shown = [p for p in scene.parts if p.row in scene.shown_rows]
     assert shown
-    assert all(p.tinted for p in shown)
+    assert all(p.is_tinted for p in shown)
     studio.display.set_mode("textured")
     driver.pause(100)
     settle(window, model_id)
-    assert not any(p.tinted for p in scene.parts)
+    assert not any(p.is_tinted for p in scene.parts)
     assert problems == []
 
 

@@ -41,7 +41,7 @@ def has_color(image: QImage, color: str) -> bool:
 @pytest.mark.parametrize("outlined", [False, True])
 def test_an_outlined_disc_is_a_closed_line(outlined: bool) -> None:
     runs = FeatureRuns()
-    runs.change({"f": drawing(outlined=outlined)})
+    runs.change({"f": drawing(is_outlined=outlined)})
     assert runs.discs().sizes.tolist() == ([] if outlined else [4])
     assert runs.lines().sizes.tolist() == ([2, 5] if outlined else [2])
     if outlined:

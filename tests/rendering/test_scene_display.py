@@ -129,7 +129,7 @@ def test_a_mesh_and_what_stands_for_it_show_elevation(scene: Scene) -> None:
     scene.set_mode("field")
     give_field(scene, "w", FieldStyle("elevation", percentiles=(0.0, 100.0)))
     scene.picture.draw(is_moving=True)
-    assert scene.picture.showing_proxy
+    assert scene.picture.is_proxy_shown
     moving = scene.canvas.pixels()[::-1, :, :3].astype(int)
     whole = rest(scene)
     for height in (1.0, 4.0, 7.0):

@@ -156,7 +156,7 @@ def test_bars_stand_beside_a_widget_over_the_view(qapp: QApplication) -> None:
 def test_words_of_a_bar_do_not_pile_up(qapp: QApplication) -> None:
     for kinds in "sda":
         (bar,) = bars_of(kinds, 760, 420)
-        places = sorted(place * bar._inner for place, _ in bar._ticks(bar._inner))
+        places = sorted(place * bar._inner_width for place, _ in bar._ticks(bar._inner_width))
         assert len(places) >= 3
         assert np.diff(places).min() >= 0.9 * bar._line
 

@@ -54,14 +54,14 @@ def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(sc
     assert way.photo == "p0.png"
     assert set(way.voters) == {"p1.png", "p2.png"}
     assert way.confirmed >= 0.9 * way.judged > 0
-    assert way.final
+    assert way.is_final
 
 
 def test_for_the_cursor_no_other_photo_is_asked(scene) -> None:
     made, _ = scene
     paths, photos = PhotoPaths(), photos_of(scene)
     way = paths.find_path(photos, "p0.png", "dark", clicks(made)[[0, 1]], is_live=True)
-    assert not way.final
+    assert not way.is_final
     assert way.voters == ()
     assert np.median(np.abs(way.points @ made.normal - made.level)) < 0.012
 
