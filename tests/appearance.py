@@ -268,6 +268,15 @@ def _size(size: QSize) -> str:
     return f"{size.width()} x {size.height()}"
 
 
+def options(root: QWidget) -> list[str]:
+    """Texts that name an option of the command line, which a window does not have."""
+    return [
+        f"{_name(widget)} {text[:60]!r}"
+        for widget, text in texts(root)
+        if isinstance(widget, QLabel) and re.search(r"(^|\s)--[a-z]", text)
+    ]
+
+
 def violations(root: QWidget) -> list[str]:
     """Everything on a widget that a reader would complain of, once its layout is at rest."""
     end = time.monotonic() + _REST_S
@@ -279,4 +288,5 @@ def violations(root: QWidget) -> list[str]:
         *(f"cut off: {each}" for each in whole),
         *(f"small: {each}" for each in too_small(root)),
         *(f"pale: {each}" for each in pale(root)),
+        *(f"option: {each}" for each in options(root)),
     ]

@@ -267,11 +267,12 @@ class Walk:
             driver.wait(lambda: dialog.is_ready, "the alignment", 60.0)
 
 
-def main(folder: Path, reconstruction: Path) -> None:
+def main(folder: Path, reconstruction: Path, theme: str) -> None:
     """folder : for files; reconstruction : a folder that can be looked into"""
     faulthandler.enable()
     application = QApplication([])
     walk = Walk(folder, reconstruction)
+    walk.window.actions_table.run(f"theme_{theme}")
     begun = time.monotonic()
     walk.all()
     print(f"{time.monotonic() - begun:.1f} s", file=sys.stderr)
@@ -280,6 +281,6 @@ def main(folder: Path, reconstruction: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])
     sys.stdout.flush()
     os._exit(0)

@@ -30,7 +30,13 @@ def dialogs_of_the_program() -> set[str]:
 # As many logical pixels as these at most. The screen of the tests has another shape: of 1600 x 1000
 # the second leaves 960 x 600, which is smaller than the first both ways.
 @pytest.mark.parametrize(
-    ("width", "height"), [pytest.param(1280, 720, marks=pytest.mark.slow), (960, 10_000)]
+    ("width", "height", "theme"),
+    [
+        (960, 10_000, "dark"),
+        pytest.param(960, 10_000, "light", marks=pytest.mark.slow),
+        pytest.param(1280, 720, "light", marks=pytest.mark.slow),
+        pytest.param(1280, 720, "dark", marks=pytest.mark.slow),
+    ],
 )
 def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
     qapp,
@@ -39,13 +45,15 @@ def test_every_dialog_fits_the_screen_and_all_in_it_is_reached(
     monkeypatch: pytest.MonkeyPatch,
     width: int,
     height: int,
+    theme: str,
 ) -> None:
     screen = QGuiApplication.primaryScreen().geometry()
     scale = max(screen.width() / width, screen.height() / height, 1.0)
     monkeypatch.setenv("QT_SCALE_FACTOR", str(scale))
     made = made_reconstruction.make(tmp_path / "made")
+    words = [str(tmp_path), str(made.out), theme]
     ran = subprocess.run(
-        [sys.executable, "-m", "tests.journeys.dialogs_on_screen", str(tmp_path), str(made.out)],
+        [sys.executable, "-m", "tests.journeys.dialogs_on_screen", *words],
         capture_output=True,
         text=True,
         timeout=300,

@@ -55,6 +55,12 @@ def test_anchors_are_those_of_the_links_that_people_write():
 
 
 @pytest.mark.full
+def test_titles_of_pages_are_whole(help_window):
+    pages = help_window.list
+    assert pages.viewport().width() >= pages.sizeHintForColumn(0)
+
+
+@pytest.mark.full
 def test_every_page_of_the_documentation_is_shown_with_its_pictures(help_window):
     titles = [page.title for page in list_pages(documentation())]
     shown = [help_window.list.item(row).text() for row in range(help_window.list.count())]

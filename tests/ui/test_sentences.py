@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.tiers import first_in_default_tier
-from vomstudio.ui.base.texts import abbreviate_names, format_sentence
+from vomstudio.ui.base.texts import abbreviate_names, first_sentence, format_sentence
 
 
 @pytest.mark.parametrize(
@@ -32,3 +32,8 @@ def test_of_many_names_the_first_are_said() -> None:
     assert abbreviate_names(["a", "b", "c"]) == "a, b, c"
     assert abbreviate_names(["a", "b", "c", "d", "e"]) == "a, b, c and 2 more"
     assert abbreviate_names(["a", "b"], max_names=1) == "a and 1 more"
+
+
+def test_the_first_sentence_ends_with_its_stop() -> None:
+    assert first_sentence("No model. Open one first.") == "No model."
+    assert first_sentence("1.5 m is too short.") == "1.5 m is too short."

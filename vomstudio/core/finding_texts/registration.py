@@ -790,8 +790,8 @@ TEXTS: dict[str, Entry] = {
     "north.no-declination": (
         "error",
         to_translate(
-            "The declination is unknown. Specify it with --declination, or the date with --date and"
-            " the location with --crs and positions."
+            "The declination is unknown. Specify it, or the date and the position of the readings"
+            " in a CRS."
         ),
     ),
     "date.invalid": (

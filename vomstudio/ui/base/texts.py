@@ -17,6 +17,12 @@ def format_sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text[-1] in _ENDS else ".")
 
 
+def first_sentence(text: str) -> str:
+    """Return the first sentence of a text."""
+    head, dot, _ = text.partition(". ")
+    return head + dot.strip()
+
+
 def abbreviate_names(names: Sequence[str], max_names: int = 3) -> str:
     """Return the first names of a list, separated by commas, and the number of other names."""
     listed_names = ", ".join(names[:max_names])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QIcon, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
@@ -21,8 +21,10 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Actions, strip_mnemonic
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.search import SearchEntry, rank, synonyms_of
+from vomstudio.ui.base.texts import first_sentence
 
 MAX_RECENT = 20
+_ICON_SIZE = QSize(18, 18)
 
 
 @dataclass(frozen=True)
@@ -49,10 +51,11 @@ class CommandPalette(QDialog):
         self._search.textChanged.connect(self._fill)
         self._search.installEventFilter(self)
         # An empty icon aligns the texts of entries without an icon.
-        empty_pixmap = QPixmap(16, 16)
+        empty_pixmap = QPixmap(_ICON_SIZE)
         empty_pixmap.fill(Qt.GlobalColor.transparent)
         self._empty_icon = QIcon(empty_pixmap)
         self._list = QListWidget()
+        self._list.setIconSize(_ICON_SIZE)
         self._list.setTextElideMode(Qt.TextElideMode.ElideRight)
         self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._list.itemActivated.connect(lambda _: self._accept_selection())
@@ -117,7 +120,7 @@ class CommandPalette(QDialog):
             shortcuts = ", ".join(key.toString() for key in action.shortcuts())
             icon = icon if action.icon().isNull() else action.icon()
             title += (f"    {shortcuts}" if shortcuts else "") + (
-                f"    – {reason}" if reason else ""
+                f"    – {first_sentence(reason.message)}" if reason else ""
             )
         item = QListWidgetItem(icon, title)
         item.setData(Qt.ItemDataRole.UserRole, entry.key)
