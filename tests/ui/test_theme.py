@@ -11,10 +11,12 @@ from PySide6.QtGui import QImage, QPalette
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
+    QDialog,
     QDialogButtonBox,
     QStyle,
     QStyleOptionButton,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -187,4 +189,29 @@ def test_standard_buttons_have_no_icons_that_are_dark_in_both_themes() -> None:
     kinds = QDialogButtonBox.StandardButton
     box = QDialogButtonBox(kinds.Ok | kinds.Cancel | kinds.Close | kinds.Save)
     assert all(button.icon().isNull() and button.text() for button in box.buttons())
+    theme.use("system")
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_the_button_that_enter_presses_has_the_accent_colour(qtbot, name) -> None:
+    theme.use(name)
+    dialog = QDialog()
+    qtbot.addWidget(dialog)
+    kinds = QDialogButtonBox.StandardButton
+    box = QDialogButtonBox(kinds.Ok | kinds.Cancel)
+    QVBoxLayout(dialog).addWidget(box)
+    dialog.show()
+    driver.pause(50)
+
+    def has_accent(kind: QDialogButtonBox.StandardButton) -> bool:
+        button = box.button(kind)
+        image = button.grab().toImage()
+        accent = button.palette().highlight().color()
+        y = image.height() // 2
+        return any(image.pixelColor(x, y) == accent for x in range(4))
+
+    assert box.button(kinds.Ok).isDefault()
+    assert has_accent(kinds.Ok)
+    assert not has_accent(kinds.Cancel)
     theme.use("system")

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
     QProxyStyle,
+    QPushButton,
     QStyle,
     QStyleOption,
     QStyleOptionComplex,
@@ -52,7 +53,7 @@ class FlatStyle(QProxyStyle):
     ) -> None:
         """Draw flat buttons, the focus frame, and the handles of docks as thin lines."""
         if element == _Primitive.PE_PanelButtonCommand:
-            _draw_button(option, painter)
+            _draw_button(option, painter, isinstance(widget, QPushButton) and widget.isDefault())
         elif element == _Primitive.PE_FrameFocusRect:
             draw_focus(painter, QRectF(option.rect), option.palette)
         elif element == _Primitive.PE_IndicatorDockWidgetResizeHandle:
@@ -117,7 +118,8 @@ def _draw_handle(option: QStyleOption, painter: QPainter) -> None:
     painter.fillRect(line, _mix(option.palette, QPalette.ColorRole.Window, _LINE_SHARE))
 
 
-def _draw_button(option: QStyleOption, painter: QPainter) -> None:
+def _draw_button(option: QStyleOption, painter: QPainter, is_default: bool) -> None:
+    """Draw a button; the default button, which Enter presses, has the accent colour."""
     state = option.state
     highlight_share = 0.0
     if state & (_State.State_Sunken | _State.State_On):
@@ -127,7 +129,10 @@ def _draw_button(option: QStyleOption, painter: QPainter) -> None:
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(_mix(option.palette, QPalette.ColorRole.Button, highlight_share))
-    painter.setPen(QPen(_mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE), 1.0))
+    frame_color = _mix(option.palette, QPalette.ColorRole.Button, _FRAME_SHARE)
+    if is_default and state & _State.State_Enabled:
+        frame_color = option.palette.color(QPalette.ColorRole.Highlight)
+    painter.setPen(QPen(frame_color, 1.0))
     frame = QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5)
     painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
     painter.restore()
