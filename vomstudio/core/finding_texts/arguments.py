@@ -86,8 +86,8 @@ TEXTS: dict[str, Entry] = {
     "array.no-such-element": (
         "error",
         to_translate(
-            "The elements of a patch are indices from 0 to {maximum}, or {total} values of bool,"
-            " one for each face or point. Correct the array."
+            "The elements of a patch must be indices from 0 to {maximum}, or {total} Boolean"
+            " values, one per face or point. Correct the array."
         ),
     ),
     "array.rows-left-out": (

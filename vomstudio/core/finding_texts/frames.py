@@ -54,7 +54,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "Lengths in {crs} are up to {scale:.4g} times the true lengths at this location."
-            " Convert them with --to-crs {suggested_crs}."
+            " Convert the coordinates with --to-crs {suggested_crs}."
         ),
     ),
     "frame.undefined-place": (

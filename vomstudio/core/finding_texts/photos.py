@@ -248,8 +248,8 @@ TEXTS: dict[str, Entry] = {
     "cameras.lenses-simplified": (
         "warning",
         to_translate(
-            "transforms.json cannot store the distortion k4 to k6 of {photos}. Use COLMAP for the"
-            " complete lens."
+            "transforms.json cannot store the distortion coefficients k4 to k6 of {photos}. Use"
+            " COLMAP for the complete lens."
         ),
     ),
     "cameras.no-world": (
@@ -259,8 +259,8 @@ TEXTS: dict[str, Entry] = {
     "cameras.lenses-missing": (
         "warning",
         to_translate(
-            "The file lacks the lenses {lenses} of its photos {photos}. Only their poses are used."
-            " Export it with intrinsics."
+            "The lenses {lenses} of the photos {photos} are missing from the file. Only the poses"
+            " are used. Export it with intrinsics."
         ),
     ),
     "cameras.no-photo-list": (

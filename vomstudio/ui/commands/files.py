@@ -103,7 +103,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             tr("Write &report…"),
             files.write_report,
             icon="file-document-outline",
-            tip=tr("Write all figures of the project as an HTML page."),
+            tip=tr("Write all results of the project as an HTML page."),
             why_not=why_no_features,
         ),
         Command(
