@@ -297,8 +297,8 @@ TEXTS: dict[str, Entry] = {
     "join.few-markers": (
         "warning",
         to_translate(
-            "A component of {size} photos is not joined: {common} of {least} required markers are"
-            " in both. Mark more, spread out, in two photos of each."
+            "A component of {size} photos is not joined: both contain only {common} of {least}"
+            " required markers. Mark more, spread out, in two photos of each."
         ),
     ),
     "join.begun-markers": (

@@ -28,8 +28,8 @@ TEXTS: dict[str, Entry] = {
     "table.too-many-rows": (
         "error",
         to_translate(
-            "The table has {count:,} lines; the limit for this kind is {limit:,}. Divide it, or"
-            " convert cloud points to LAS or PLY."
+            "The table has {count:,} lines; the limit for this kind of table is {limit:,}. Divide"
+            " it, or convert cloud points to LAS or PLY."
         ),
     ),
     "table.long-line": (
