@@ -92,7 +92,7 @@ def add_parser(subparsers: Subparsers) -> None:
     proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, item in PROPOSALS.items():
         text = tr(
-            "find {proposals} (options as in vomstudio {command})",
+            "find {proposals} and add them to the project (options as in vomstudio {command})",
             proposals=name,
             command=item.command,
         )

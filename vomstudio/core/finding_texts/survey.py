@@ -321,8 +321,8 @@ TEXTS: dict[str, Entry] = {
     "plan.high-rows": (
         "warning",
         to_translate(
-            "The upper rows are up to {height_m:.1f} m above the foot of the outcrop. Use a drone"
-            " or a pole, or take a single row from {distance_m:.0f} m away."
+            "The upper rows are up to {height_m:.1f} m above the foot of the outcrop. Use a drone,"
+            " a pole, or one row from {distance_m:.0f} m away."
         ),
     ),
     "plan.high-row": (
