@@ -43,7 +43,7 @@ def _why_not(studio: Studio) -> Finding | None:
 def _compact(studio: Studio, parent: QWidget) -> None:
     plan = studio.project.compaction()
     if plan.is_empty:
-        studio.info(Finding("compaction.is_empty-to-remove"))
+        studio.info(Finding("compaction.nothing-to-remove"))
         return
     question = tr("Compact {project}?", project=studio.project.name)
     answer = QMessageBox.question(parent, question, compaction_text(plan))
