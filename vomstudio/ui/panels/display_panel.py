@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
 
 # Width of a field in the narrowest dock.
-_MIN_FIELD_WIDTH_PX = 64
+_MIN_FIELD_WIDTH_PX, _SUFFIX_WIDTH_PX = 64, 8
 _KIND_NAMES = {
     "diverging": to_translate("Diverging about zero"),
     "cyclic": to_translate("Cyclic"),
@@ -176,7 +176,7 @@ class DisplayPanel(QWidget):
             edit.editingFinished.connect(lambda e=edit, n=name: self._set_limit(e, n))
         self.first_percentile, self.last_percentile = DoubleSpinBox(), DoubleSpinBox()
         for spin in (self.first_percentile, self.last_percentile):
-            spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX)
+            spin.setMinimumWidth(_MIN_FIELD_WIDTH_PX + _SUFFIX_WIDTH_PX)
             spin.setRange(0.0, 100.0)
             spin.setDecimals(1)
             spin.setSuffix(" %")
