@@ -471,7 +471,7 @@ def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
         elif way == "moving":
             (folder / RECONSTRUCTIONS / "cliff").mkdir(parents=True)
             patch.setattr(reconstructions, "copy_reconstructions", held)
-            patch.setattr(folders, "_same_disk", lambda *_: True)
+            patch.setattr(folders, "_is_same_disk", lambda *_: True)
             rename = Path.rename
             patch.setattr(
                 Path, "rename", lambda s, t: held() if s.name == RECONSTRUCTIONS else rename(s, t)

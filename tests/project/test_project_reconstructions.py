@@ -51,7 +51,7 @@ def test_an_untitled_project_that_is_saved_takes_its_reconstruction_along(untitl
 
 
 def test_on_another_disk_it_is_copied(untitled, tmp_path, monkeypatch):
-    monkeypatch.setattr(projects, "_same_disk", lambda *_: False)
+    monkeypatch.setattr(projects, "_is_same_disk", lambda *_: False)
     reconstruct(untitled.folder)
     untitled.save_as(tmp_path / "a.vom")
     out = tmp_path / "a.vom" / RECONSTRUCTIONS / "cliff-medium"
@@ -95,7 +95,7 @@ def test_a_run_that_finished_nothing_is_not_worth_keeping(untitled):
 
 
 def test_names_that_look_like_a_lock_are_copied_too(untitled, tmp_path, monkeypatch):
-    monkeypatch.setattr(projects, "_same_disk", lambda *_: False)
+    monkeypatch.setattr(projects, "_is_same_disk", lambda *_: False)
     old = reconstruct(untitled.folder)
     (old / "work" / "straight-5e6f").mkdir()
     (old / "work" / "straight-5e6f" / "lock_wall.npz").write_bytes(b"7")
