@@ -118,7 +118,7 @@ def test_the_legend_states_what_is_counted_together(wide: bool, compact: bool) -
         return [each for each in stated if each in text]
 
     assert subject() == ["of all sets together, n = 100"]
-    assert subject(only="Joints") == ["of Joints, n = 40"]
+    assert subject(set_name="Joints") == ["of Joints, n = 40"]
     assert subject(each_set=True) == []
     alone = replace(NET, sets=SETS[:1])
     assert "together" not in " ".join(words(draw(alone, wide=wide)))

@@ -147,8 +147,8 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
         FLOOR,
         direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
         gsd_m=1,
-        placed=False,
-        metric=metric,
+        is_placed=False,
+        is_metric=metric,
     )
     assert requests.warnings == (Finding("view.not-placed"),)
     assert not requests.plan.view.is_north_known
@@ -241,7 +241,7 @@ def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
     fold = replace(cylinder(tmp_path), warnings=(warning,))
     for valid, code in (("conditional", "view.axis-conditional"), ("no", "view.axis-not-valid")):
         doubtful = replace(fold, valid=valid, verdict="few planes")
-        requests = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, placed=False)
+        requests = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, is_placed=False)
         assert requests.fold is not None
         first, second, *others = requests.warnings
         assert first == warning

@@ -112,9 +112,9 @@ def test_a_figure_is_written_after_its_form():
     assert (words("text", None), words("text", "wet"), words("text", 3)) == ("", "wet", "3")
     assert (words("flag", True), words("flag", False), words("flag", None)) == ("yes", "", "")
     assert (words("length", 2.0), words("length", None)) == ("2.00 m", "–")
-    assert words("length", 2.0, metric=False) == "2.00 units"
+    assert words("length", 2.0, is_metric=False) == "2.00 units"
     assert (words("area", 2.0), words("area", None)) == ("2.00 m²", "–")
-    assert words("area", 2.0, metric=False) == "2.00 units²"
+    assert words("area", 2.0, is_metric=False) == "2.00 units²"
     assert (words("count", 1200), words("count", None)) == ("1200", "–")
     assert (words("index", 1.23456), words("ratio", 1.23456)) == ("1.23", "1.2")
     assert (words("index", math.inf), words("ratio", None)) == ("∞", "–")
