@@ -75,7 +75,7 @@ def test_a_trace_that_is_refused_leaves_the_journal_sound(
         with pytest.raises(vs.errors.VomError):
             project.add_trace(bed, **{**given, "type": "bedding", **more})
         assert len(project.planes()) == 0
-        assert project.verify().is_sound
+        assert project.verify().sound
         with pytest.raises(vs.errors.InputError):
             project.export("csv", 3)  # type: ignore[arg-type]
 

@@ -297,5 +297,5 @@ def test_a_project_whose_folder_is_gone_refuses_the_step_and_is_saved_elsewhere(
         assert [model.name for model in project.models] == ["sample"]
         project.save()
     with vs.Project.open(tmp_path / "b.vom") as project:
-        assert project.verify().is_sound
+        assert project.verify().sound
     assert not (tmp_path / "a.vom").exists()

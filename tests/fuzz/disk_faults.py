@@ -514,7 +514,7 @@ class Work:
             return "THE JOURNAL IS NEITHER AS BEFORE NOR AS AFTER"
         if not done and not waits and kept[0] != present and self.label != "save-as":
             return "A STEP THAT WAS DONE IS NOT KEPT"
-        if kept[2] or not (found := verify(where)).is_sound:
+        if kept[2] or not (found := verify(where)).sound:
             return f"DAMAGED {kept[2] or found.problems}"
         if state_of(where)[0] != last:
             return "THE STEP AFTER IT IS LOST"

@@ -333,7 +333,7 @@ def judge(told: list[list[str]]) -> str:
         rows = list(project.journal.rows())
     finally:
         project.close()
-    if not (checked := verify(Path(folder))).is_sound:
+    if not (checked := verify(Path(folder))).sound:
         return f"DAMAGED after {kind}: {checked.problems}"
     assert isinstance(project.journal, SqliteJournal)
     if found == state:

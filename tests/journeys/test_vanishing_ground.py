@@ -93,7 +93,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     studio.save()
     driver.keep_picture(window, f"ground-{picture}-saved")
     studio.new_project()
-    assert verify(target).is_sound
+    assert verify(target).sound
 
 
 @pytest.mark.parametrize("how", ["deleted", "renamed", "replaced", "journal removed"])
@@ -200,7 +200,7 @@ def test_masks_are_drawn_though_the_folder_is_gone(looked_at, tmp_path, monkeypa
     assert sorted(m.photo for m in masks) == sorted(NAMES)
     assert all((target / m.file.path).stat().st_size == m.file.size for m in masks)
     studio.new_project()
-    assert verify(target).is_sound
+    assert verify(target).sound
 
 
 def test_every_file_becomes_shorter_under_the_window(window, outcrop, tmp_path, monkeypatch):

@@ -171,7 +171,7 @@ def test_only_files_that_no_step_comes_to_are_taken_and_their_size_is_told(
     assert {f"assets/{p.name}" for p in (project.folder / "assets").iterdir()} == {
         kept.path for kept in now
     }
-    assert verify(project.folder).is_sound
+    assert verify(project.folder).sound
     assert verify(project.folder).assets == 3
     project.close()
     assert not SIDE & {path.name for path in project.folder.iterdir()}
@@ -242,7 +242,7 @@ def test_a_compaction_that_fails_has_changed_nothing(
         assert not SIDE & {path.name for path in worn.folder.iterdir()}
     worn.session.save()
     worn.compact()
-    assert verify(worn.folder).is_sound
+    assert verify(worn.folder).sound
 
 
 # --- and back ------------------------------------------------------------------------------------
@@ -371,7 +371,7 @@ def test_what_a_kill_left_of_a_compaction_is_cleared_away_at_the_next_closing(
 def test_what_a_kill_left_of_a_new_journal_is_no_hindrance(worn: ProjectFolder) -> None:
     (worn.folder / "journal-compacted.sqlite").write_bytes(b"half written")
     worn.compact()
-    assert verify(worn.folder).is_sound
+    assert verify(worn.folder).sound
 
 
 # --- files that rows name ------------------------------------------------------------------------
@@ -414,12 +414,12 @@ def test_a_project_is_counted_and_looked_through(worn: ProjectFolder) -> None:
     assert (found.schema, found.models, found.features, found.assets) == (SCHEMA_VERSION, 1, 2, 3)
     # The birth, the model, the bed, its note, another bed, the photos and two masks.
     assert found.steps == 8
-    assert found.is_sound
+    assert found.sound
     assert found.problems == ()
     (worn.folder / kept[2].path).write_bytes(b"other")
     (worn.folder / kept[0].path).unlink()
     found = verify(worn.folder)
-    assert not found.is_sound
+    assert not found.sound
     assert len(found.problems) == 2
     damaged = next(p for p in found.problems if p.code == "asset.damaged")
     missing = next(p for p in found.problems if p.code == "asset.missing")
@@ -436,4 +436,4 @@ def test_a_file_that_only_the_last_save_names_is_needed_for_discarding(worn: Pro
     session.apply(edits.add_trace(session.records, bed("t1")))
     assert verify(worn.folder).assets == 1
     (worn.folder / kept.path).unlink()
-    assert not verify(worn.folder).is_sound
+    assert not verify(worn.folder).sound

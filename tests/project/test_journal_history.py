@@ -145,7 +145,7 @@ def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
     assert problem.values["reason_code"] == "row.checksum"
     assert "B02" in problem.values["label"]
     assert {f.id for f in again.session.features()} == {"t0", "t2"}
-    assert not verify(tmp_path / "a.vom").is_sound
+    assert not verify(tmp_path / "a.vom").sound
     again.close()
 
 
@@ -306,7 +306,7 @@ def test_a_mask_is_a_file_that_undoing_finds_again(project: ProjectFolder, tmp_p
     (mask,) = session.of(Mask)
     assert (project.folder / mask.file.path).read_bytes() == b"first"
     session.redo()
-    assert verify(project.folder).is_sound
+    assert verify(project.folder).sound
     (mask,) = session.of(Mask)
     (project.folder / mask.file.path).write_bytes(b"other")
     assert verify(project.folder).problems[0].code == "asset.damaged"
@@ -380,7 +380,7 @@ def test_compacting_takes_what_nothing_reaches_and_says_so_before(
     assert sum(1 for _ in used.journal.rows()) == rows - plan.rows
     assert used.compaction().nothing
     assert walked(used) == before
-    assert verify(used.folder).is_sound
+    assert verify(used.folder).sound
     used.close()
     assert not list(used.folder.glob("*before*"))
     again = ProjectFolder.open(tmp_path / "a.vom")

@@ -84,7 +84,7 @@ def test_a_migrated_journal_has_its_rows_records_and_history(specimen: Path) -> 
     assert query(path, "SELECT DISTINCT place FROM journal") == [("here",)]
     assert query(path, "SELECT text FROM note") == [(rows[0][3],)]
     report = verify(specimen)
-    assert (report.schema, report.is_sound) == (2, True)
+    assert (report.schema, report.sound) == (2, True)
 
 
 @pytest.mark.usefixtures("schema_2")

@@ -55,7 +55,7 @@ def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolde
     made = damaged.repair()
     assert made.lost == tuple(read_replay(made.backup).problems)
     assert damaged.problems == []
-    assert verify(damaged.folder).is_sound
+    assert verify(damaged.folder).sound
     played = read_replay(damaged.folder)
     assert played.records == dict(session.records) == records
     assert (session.undo_label, session.redo_label) == (label, again)
@@ -68,7 +68,7 @@ def test_work_goes_on_in_the_new_journal(damaged: ProjectFolder, folder: Path) -
     session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
     session.undo()
     session.undo()
-    assert verify(folder).is_sound
+    assert verify(folder).sound
     assert read_replay(folder).records == dict(session.records)
     damaged.compact()
     assert read_replay(folder).records == dict(session.records)
@@ -151,7 +151,7 @@ def test_a_repair_that_fails_has_changed_nothing(
     session.apply(edits.add_trace(session.records, bed("t9", 9.0)))
     assert "t9" in read_replay(folder).records
     damaged.repair()
-    assert verify(folder).is_sound
+    assert verify(folder).sound
 
 
 @pytest.mark.parametrize("part", ["records", "saved"])

@@ -203,7 +203,7 @@ def test_a_drive_that_comes_back_takes_the_steps_that_waited(disk: Path) -> None
     project.session.save()
     assert names(project.folder) == ["a", "b", "c", "d", "e", "f"]
     project.close()
-    assert verify(project.folder).is_sound
+    assert verify(project.folder).sound
 
 
 def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> None:
@@ -221,7 +221,7 @@ def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> No
     assert names(project.folder) == ["a", "b", "c", "d"]
     assert names(disk / "away.vom") == ["a", "b", "c"]
     project.close()
-    assert verify(project.folder).is_sound
+    assert verify(project.folder).sound
 
 
 def test_a_file_that_was_only_touched_is_none_the_worse(disk: Path) -> None:
@@ -247,7 +247,7 @@ def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> No
     (kept,) = session.of(Mask)
     assert (disk.parent / "rescued.vom" / kept.file.path).read_bytes() == b"a mask"
     project.close()
-    assert verify(disk.parent / "rescued.vom").is_sound
+    assert verify(disk.parent / "rescued.vom").sound
 
 
 def masked(project: ProjectFolder, name: str, content: bytes) -> Mask:
@@ -285,7 +285,7 @@ def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, ho
         assert (rescued / mask.file.path).read_bytes() == content
         assert session.records[mask.id] == mask
     project.close()
-    assert verify(rescued).is_sound
+    assert verify(rescued).sound
     assert len([r for r in read_replay(rescued).records.values() if isinstance(r, Mask)]) == 3
 
 
@@ -300,7 +300,7 @@ def test_masks_that_waited_are_written_before_the_rows_that_name_them(disk: Path
     assert [t and t.code for t in told] == ["journal.folder-gone", None]
     assert (folder / mask.file.path).read_bytes() == b"while it is away"
     project.close()
-    assert verify(folder).is_sound
+    assert verify(folder).sound
 
 
 def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
@@ -323,7 +323,7 @@ def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
         session.save()
         assert (project.folder / mask.file.path).read_bytes() == content
         project.close()
-        assert verify(disk / "cliff.vom").is_sound
+        assert verify(disk / "cliff.vom").sound
 
 
 # --- disks ------------------------------------------------------------------------------------
@@ -395,7 +395,7 @@ def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
     project.session.save()
     assert names(tmp_path / "a.vom") == ["a"]
     project.close()
-    assert verify(tmp_path / "a.vom").is_sound
+    assert verify(tmp_path / "a.vom").sound
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")

@@ -250,17 +250,17 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
     verification = verify(Path(args.project))
     result = {
-        "sound": verification.is_sound,
+        "sound": verification.sound,
         "problems": list(verification.problems),
         "assets": verification.assets,
     }
     out.result({**_summary(args).to_dict(), **result})
     out.warn(verification.problems)
     # An invalid project is a failure for scripts as well.
-    out.failed = not verification.is_sound
+    out.failed = not verification.sound
     text = (
         tr("intact")
-        if verification.is_sound
+        if verification.sound
         else tr_n("{count} problem", "{count} problems", len(verification.problems))
     )
     out.text(

@@ -20,7 +20,7 @@ class Verification:
     """Result of a verification.
 
     `schema` is the schema version of the journal, `steps` is the number of steps that can be
-    undone, and `is_sound` is True if the project has no problems.
+    undone, and `sound` is True if the project has no problems, as in the output of the command.
     """
 
     schema: int
@@ -31,7 +31,7 @@ class Verification:
     problems: tuple[Finding, ...]
 
     @property
-    def is_sound(self) -> bool:
+    def sound(self) -> bool:
         return not self.problems
 
 
