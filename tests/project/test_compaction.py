@@ -73,7 +73,7 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
     plan = worn.compaction()
     # Two rows of a step that was replaced, and the save at the birth of the project.
     assert (plan.rows, plan.total_rows, plan.assets, plan.asset_bytes) == (3, 10, (), 0)
-    assert not plan.nothing
+    assert not plan.is_empty
     assert not worn.is_compacted
     worn.compact()
     assert worn.is_compacted
@@ -96,7 +96,7 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(
     assert [made[seq].settings for seq in (5, 7)] == [None, None]
     assert min(made[5].time, made[7].time) >= before[10].time
     plan = worn.compaction()
-    assert plan.nothing
+    assert plan.is_empty
     assert (plan.rows, plan.total_rows) == (0, 7)
 
 
@@ -183,7 +183,7 @@ def test_a_plan_that_only_takes_files_takes_something(worn: ProjectFolder) -> No
     store_asset(worn.folder, b"x", ".png")
     plan = worn.compaction()
     assert (plan.rows, len(plan.assets)) == (0, 1)
-    assert not plan.nothing
+    assert not plan.is_empty
 
 
 # --- what it refuses -----------------------------------------------------------------------------

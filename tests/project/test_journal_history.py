@@ -378,7 +378,7 @@ def test_compacting_takes_what_nothing_reaches_and_says_so_before(
     rows = sum(1 for _ in used.journal.rows())
     used.compact()
     assert sum(1 for _ in used.journal.rows()) == rows - plan.rows
-    assert used.compaction().nothing
+    assert used.compaction().is_empty
     assert walked(used) == before
     assert verify(used.folder).sound
     used.close()

@@ -137,11 +137,11 @@ def test_a_repair_that_fails_has_changed_nothing(
     with monkeypatch.context() as patch:
         if way == "no room":
             patch.setattr(Path, "replace", full)
-            error, words = TargetError, "The disk is full"
+            error, code = TargetError, "disk.full"
         else:
             patch.setattr(repair_module, "read_replay", lambda _: Replay())
-            error, words = DocumentError, "inconsistent"
-        with pytest.raises(error, match=words):
+            error, code = DocumentError, "journal.inconsistent"
+        with refused(code, error):
             damaged.repair()
     assert list(damaged.journal.rows()) == rows
     assert damaged.problems == problems
