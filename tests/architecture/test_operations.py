@@ -7,6 +7,7 @@ import inspect
 import sys
 import typing
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -62,7 +63,8 @@ def test_the_command_has_the_declared_options(operation: Operation) -> None:
 @each_operation
 def test_the_window_generates_the_fields_with_labels(operation: Operation) -> None:
     if operation.window:
-        source = inspect.getsource(importlib.import_module(_module_of(operation.window)))
+        window = inspect.getsourcefile(importlib.import_module(_module_of(operation.window)))
+        source = "".join(path.read_text("utf-8") for path in Path(window or "").parent.glob("*.py"))
         for options in (*operation.options, *operation.command_options):
             if any(each.label for each in declarations(options)):
                 assert options.__name__ in source
