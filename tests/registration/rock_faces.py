@@ -84,7 +84,7 @@ def once(case: Case, seed: int) -> Outcome:
         reference,
         Similarity(1.0, np.eye(3), np.zeros(3)),
         spacing=(spacing[0], spacing[1]),
-        with_scale=case.scale,
+        include_scale=case.scale,
     )
     placed = place([fitted.observation], None, moved)
     rotation = np.array(placed.matrix)[:3, :3] / placed.scale

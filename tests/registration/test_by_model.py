@@ -101,7 +101,7 @@ def test_what_has_moved_is_left_out_by_the_mask() -> None:
     reference, model = (sampled(9_000, rng, 0.005, 12.0) for _ in range(2))
     fallen = model[:, 0] > 6.0
     model[fallen, 1] += 0.08
-    options = {"spacing": (0.13, 0.13), "with_scale": False}
+    options = {"spacing": (0.13, 0.13), "include_scale": False}
     stable = reference[:, 0] < 5.5
     masked = fit_to_reference(model, reference, STAYS, stable=stable, **options)
     bare = fit_to_reference(model, reference, STAYS, **options)
@@ -115,7 +115,7 @@ def test_what_has_moved_is_left_out_by_the_mask() -> None:
 def test_a_bent_model_is_told_of() -> None:
     rng = np.random.default_rng(7)
     reference, model = (sampled(6_000, rng, 0.005, 12.0) for _ in range(2))
-    options = {"spacing": (0.16, 0.16), "with_scale": False}
+    options = {"spacing": (0.16, 0.16), "include_scale": False}
     straight = fit_to_reference(model, reference, STAYS, **options)
     model[:, 1] += 0.1 * (((model[:, 0] - 6.0) / 6.0) ** 2 + ((model[:, 2] - 6.0) / 6.0) ** 2)
     bent = fit_to_reference(model, reference, STAYS, **options)
@@ -127,7 +127,7 @@ def test_a_bent_model_is_told_of() -> None:
 def test_coordinates_of_a_grid_lose_no_digits() -> None:
     rng = np.random.default_rng(8)
     reference, model = sampled(4_000, rng, 0.01, 10.0), sampled(3_000, rng, 0.01, 10.0)
-    options = {"spacing": (0.18, 0.16), "with_scale": False}
+    options = {"spacing": (0.18, 0.16), "include_scale": False}
     near = fit_to_reference(model, reference, STAYS, **options)
     far = fit_to_reference(model, reference + FAR, Similarity(1.0, np.eye(3), FAR), **options)
     assert near.observation.start(model) + FAR == pytest.approx(
@@ -142,7 +142,7 @@ def test_what_does_not_overlap_is_refused() -> None:
     reference, model = sampled(2_000, rng, 0.01), sampled(2_000, rng, 0.01)
     with refused("reference.apart", GeometryError):
         fit_to_reference(
-            model + [500.0, 0, 0], reference, STAYS, spacing=(0.4, 0.4), with_scale=False
+            model + [500.0, 0, 0], reference, STAYS, spacing=(0.4, 0.4), include_scale=False
         )
     with refused("reference.nothing-stable", GeometryError):
         fit_to_reference(
@@ -150,7 +150,7 @@ def test_what_does_not_overlap_is_refused() -> None:
             reference,
             STAYS,
             spacing=(0.4, 0.4),
-            with_scale=False,
+            include_scale=False,
             stable=np.zeros(len(reference), bool),
         )
 
@@ -166,7 +166,7 @@ def test_it_can_be_cancelled() -> None:
             points,
             STAYS,
             spacing=(0.4, 0.4),
-            with_scale=False,
+            include_scale=False,
             progress=SilentProgress(token),
         )
 

@@ -41,7 +41,7 @@ def fitted(seed: int, relative_error: float, scale_error: float | None) -> tuple
         reference,
         Similarity(1.0, np.eye(3), middle),
         spacing=spacing,
-        with_scale=False,
+        include_scale=False,
         scale_error=scale_error,
     )
     placed = place([found.observation], None, model)

@@ -270,7 +270,7 @@ class Directions:
             design[:, row, :3] = rotation_columns
             shared_columns[:, row, 0] = rotation_columns[:, 2]
         rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("directions",))
-        return _with_shared_error(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
+        return _add_shared_error(rows, shared_columns.reshape(-1, 1), self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +302,7 @@ class Verticals:
         cross_derivatives = np.cross(
             axes, placed_directions[:, :, None], axisa=1, axisb=1, axisc=1
         )[:, :2, :]
-        return _with_shared_error(rows, cross_derivatives.reshape(-1, 3), self.mount_sigma)
+        return _add_shared_error(rows, cross_derivatives.reshape(-1, 3), self.mount_sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -431,7 +431,7 @@ class Azimuths:
         design[:, :3] = _cross_product(placed_directions, slope)
         rows = _rows(residuals, design, self.sigma, ("azimuths",))
         # A north error rotates all azimuths about the vertical.
-        return _with_shared_error(rows, design[:, 2:3], self.north_sigma, COMPASS)
+        return _add_shared_error(rows, design[:, 2:3], self.north_sigma, COMPASS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -475,8 +475,8 @@ class Attitudes:
         design[:, :, :3] = inverse
         rows = _rows(residuals.ravel(), design.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
-        rows = _with_shared_error(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
-        return _with_shared_error(
+        rows = _add_shared_error(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
+        return _add_shared_error(
             rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma
         )
 
@@ -585,9 +585,7 @@ def _rows(
     )
 
 
-def _with_shared_error(
-    rows: Rows, shared_columns: FloatArray, sigma: float, name: str = ""
-) -> Rows:
+def _add_shared_error(rows: Rows, shared_columns: FloatArray, sigma: float, name: str = "") -> Rows:
     """Add errors that are common to all rows.
 
     `shared_columns` (m, k) contains the derivatives. `name` identifies errors that are common to

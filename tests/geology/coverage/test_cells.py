@@ -25,7 +25,7 @@ SQUARE = np.array([[[-1, -1, 0], [5, -1, 0], [5, 5, 0]], [[-1, -1, 0], [5, 5, 0]
 
 def measure_faces(grid: SquareGrid, corners: np.ndarray, *, pieces: bool = False) -> ExposedArea:
     rows = np.arange(3 * len(corners)).reshape(-1, 3)
-    return module.measure_faces(grid, corners.reshape(-1, 3), rows, with_pieces=pieces)
+    return module.measure_faces(grid, corners.reshape(-1, 3), rows, include_pieces=pieces)
 
 
 def flat(columns: int = 4, rows: int = 3, cell: float = 0.5) -> SquareGrid:

@@ -163,7 +163,7 @@ def measure_faces(
     points: FloatArray,
     faces: npt.NDArray[np.integer[Any]],
     *,
-    with_pieces: bool = False,
+    include_pieces: bool = False,
 ) -> ExposedArea:
     """Measure the area of triangles in each cell of a grid.
 
@@ -175,14 +175,14 @@ def measure_faces(
     grid : SquareGrid
     points : (n, 3) ndarray
     faces : (m, 3) ndarray of int
-    with_pieces : bool
+    include_pieces : bool
         Whether to return the cut triangles and lines as well.
 
     Returns
     -------
     ExposedArea
     """
-    front, back_sums = _AreaSums(grid, with_pieces), _AreaSums(grid, with_pieces)
+    front, back_sums = _AreaSums(grid, include_pieces), _AreaSums(grid, include_pieces)
     for start in range(0, len(faces), FACES_PER_BLOCK):
         local_points = grid.local_coordinates(points[faces[start : start + FACES_PER_BLOCK]])
         local_points = local_points[np.isfinite(local_points).all(axis=(1, 2))]

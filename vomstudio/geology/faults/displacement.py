@@ -267,7 +267,7 @@ def separations(
             slips[rake] = None
     strike = slips[0.0]
     return Separations(
-        _with_error(abs(float(values[0])), float(sigmas[0]), errors),
+        _to_measured(abs(float(values[0])), float(sigmas[0]), errors),
         slips[90.0],
         None if strike is None else strike.strike_slip_m,
     )
@@ -350,7 +350,7 @@ def _propagate(
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
-def _with_error(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
+def _to_measured(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
     return Measured(value, Z95 * sigma if errors.has_errors else None)
 
 
@@ -371,7 +371,7 @@ def _displacement(
 
     values, sigmas = _propagate(figures, position, spread)
     net, throw, heave, strike, dip = (
-        _with_error(float(value), float(sigma), errors)
+        _to_measured(float(value), float(sigma), errors)
         for value, sigma in zip(values, sigmas, strict=True)
     )
     d, normal = vector(position)

@@ -106,13 +106,13 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def set_text(net_set: NetSet, with_poles: bool) -> str:
+def set_text(net_set: NetSet, include_poles: bool) -> str:
     """Return the full legend text of a set.
 
     Parameters
     ----------
     net_set : NetSet
-    with_poles : bool
+    include_poles : bool
 
     Returns
     -------
@@ -120,7 +120,7 @@ def set_text(net_set: NetSet, with_poles: bool) -> str:
     """
     if net_set.kind == "line":
         return tr("{set}, lines (n = {count:,})", set=net_set.name, count=len(net_set))
-    if with_poles:
+    if include_poles:
         return tr("{set}, poles (n = {count:,})", set=net_set.name, count=len(net_set))
     return tr("{set}, planes (n = {count:,})", set=net_set.name, count=len(net_set))
 

@@ -75,7 +75,7 @@ def fit_to_reference(
     start: Similarity,
     *,
     spacing: tuple[float, float],
-    with_scale: bool,
+    include_scale: bool,
     stable: BoolArray | None = None,
     scale_error: float | None = None,
     progress: Progress | None = None,
@@ -93,7 +93,7 @@ def fit_to_reference(
         reference.
     spacing : (float, float)
         Point spacing of the model and of the reference, metres.
-    with_scale : bool
+    include_scale : bool
         Whether the scale is estimated.
     stable : (m,) array of bool, optional
         Points of the reference that have not moved; by default all points.
@@ -125,10 +125,12 @@ def fit_to_reference(
         progress=progress,
     )
     target_planes = ReferencePlanes(target, radius)
-    for _ in range(2 if with_scale else 1):
+    for _ in range(2 if include_scale else 1):
         # Repeat with the radius that follows from the estimated scale.
         positions = ModelPlanes(model, radius / fit.scale)
-        refinement = refine(positions, target_planes, fit, with_scale=with_scale, progress=progress)
+        refinement = refine(
+            positions, target_planes, fit, include_scale=include_scale, progress=progress
+        )
         fit = refinement.fit
     matched_share = len(refinement.miss) / max(positions.count, 1)
     if matched_share < _MIN_OVERLAP:
@@ -137,11 +139,11 @@ def fit_to_reference(
         )
     jackknife = jackknife_error(refinement, radius)
     whitening = jackknife.whitening
-    if not with_scale:
+    if not include_scale:
         scale_row = np.zeros((1, 7))
         scale_row[0, 3] = 1.0 / _FIXED_SCALE_SIGMA
         whitening = np.vstack([whitening, scale_row])
-    free_parameters = _free_parameters(refinement, with_scale)
+    free_parameters = _free_parameters(refinement, include_scale)
     return FittedToReference(
         Combined(
             [NAME],
@@ -149,7 +151,7 @@ def fit_to_reference(
             refinement.rotation_centre,
             whitening,
             refinement.size,
-            scale_error=0.0 if with_scale else scale_error or 0.0,
+            scale_error=0.0 if include_scale else scale_error or 0.0,
             scale_response=refinement.scale_response,
         ),
         len(refinement.miss),
@@ -177,12 +179,12 @@ def _require_near(placed_points: FloatArray, reference: FloatArray, farthest_val
     raise GeometryError(Finding("reference.apart", apart_m=centre_distance))
 
 
-def _free_parameters(refinement: Refinement, with_scale: bool) -> tuple[str, ...]:
+def _free_parameters(refinement: Refinement, include_scale: bool) -> tuple[str, ...]:
     """Return the names of the undetermined parameters."""
-    unknowns = 7 if with_scale else 6
+    unknowns = 7 if include_scale else 6
     if refinement.determined.shape[1] >= unknowns:
         return ()
-    parameter_indices = [0, 1, 2, 4, 5, 6, *([3] if with_scale else [])]
+    parameter_indices = [0, 1, 2, 4, 5, 6, *([3] if include_scale else [])]
     axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, parameter_indices])[
         2
     ]
@@ -193,7 +195,7 @@ def _free_parameters(refinement: Refinement, with_scale: bool) -> tuple[str, ...
         names.append(tr(FREE["slide"]))
     if components[:3].max() > _MIN_COMPONENT:
         names.append(tr(FREE["turn"]))
-    if with_scale and components[6] > _MIN_COMPONENT:
+    if include_scale and components[6] > _MIN_COMPONENT:
         names.append(tr(FREE["scale"]))
     return tuple(names)
 

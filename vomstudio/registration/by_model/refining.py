@@ -92,7 +92,7 @@ def refine(
     reference: ReferencePlanes,
     start: Similarity,
     *,
-    with_scale: bool,
+    include_scale: bool,
     progress: Progress,
 ) -> Refinement:
     """Refine a fit from a start within the radius of the reference.
@@ -102,7 +102,7 @@ def refine(
     model : Places
     reference : Reference
     start : Similarity
-    with_scale : bool
+    include_scale : bool
         Whether the scale is estimated.
     progress : Progress
         Progress indicator, which may raise Cancelled.
@@ -115,15 +115,15 @@ def refine(
     progress.stage(tr("Refining the fit"), _MAX_ITERATIONS)
     fit = start
     for iteration in range(_MAX_ITERATIONS):
-        result = _linearise(model, reference, fit, with_scale)
+        result = _linearise(model, reference, fit, include_scale)
         step = _newton(result)
         fit = _apply_step(fit, step, result.rotation_centre, result.size)
         progress.step(iteration + 1)
         # Stop below a hundredth of the standard error of the mean, in metres at the rim.
         if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
             break
-    result = _linearise(model, reference, fit, with_scale)
-    response = _response(model, reference, result, with_scale)
+    result = _linearise(model, reference, fit, include_scale)
+    response = _response(model, reference, result, include_scale)
     values, axes = np.linalg.eigh((response + response.T) / 2.0)
     responding = axes[:, values > _MIN_RESPONSE]
     result = replace(
@@ -131,7 +131,7 @@ def refine(
         determined=result.determined @ responding,
         response=responding.T @ response @ responding,
     )
-    if with_scale:
+    if include_scale:
         return result
     return replace(result, scale_response=_scale_response(model, reference, result))
 
@@ -156,7 +156,7 @@ def _scale_response(
 
 
 def _response(
-    model: ModelPlanes, reference: ReferencePlanes, result: Refinement, with_scale: bool
+    model: ModelPlanes, reference: ReferencePlanes, result: Refinement, include_scale: bool
 ) -> FloatArray:
     """Measure `Refinement.response` (d, d) by small shifts of the model."""
     step = _TEST_SHIFT_SIGMAS * result.sigma * np.sqrt(len(result.miss))
@@ -167,7 +167,7 @@ def _response(
             fit = _apply_step(
                 result.fit, sign * step * direction, result.rotation_centre, result.size
             )
-            shifted = _linearise(model, reference, fit, with_scale, result)
+            shifted = _linearise(model, reference, fit, include_scale, result)
             ends.append(result.determined.T @ (shifted.design.T @ shifted.pull))
         columns.append((ends[0] - ends[1]) / (2.0 * step))
     return np.column_stack(columns) if columns else np.zeros((0, 0))
@@ -177,7 +177,7 @@ def _linearise(
     model: ModelPlanes,
     reference: ReferencePlanes,
     fit: Similarity,
-    with_scale: bool,
+    include_scale: bool,
     previous: Refinement | None = None,
 ) -> Refinement:
     """Linearise the fit at a similarity.
@@ -203,7 +203,7 @@ def _linearise(
         size = previous.size
     units = np.array([1.0, 1.0, 1.0, 1.0, size, size, size])
     full_jacobian = jacobians(positions - centre) * units
-    if not with_scale:
+    if not include_scale:
         full_jacobian[:, :, 3] = 0.0
     design = np.einsum("nx,nxk->nk", normal, full_jacobian)
     scaled_squares = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)

@@ -127,7 +127,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         target_points,
         start,
         spacing=(spacing * start.scale, target_spacing),
-        with_scale=request.scale,
+        include_scale=request.scale,
         stable=flags,
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,

@@ -135,7 +135,7 @@ def fit_model(
         target_points,
         start,
         spacing=(spacing * start.scale, target_spacing),
-        with_scale=scale,
+        include_scale=scale,
         stable=flags,
         scale_error=initial.scale_error,
         progress=progress,

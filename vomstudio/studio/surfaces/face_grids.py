@@ -46,7 +46,7 @@ def compute_exposed(
     """Measure the exposed area in the cells of a grid, in squared file units."""
     if isinstance(data, Mesh) and len(data.faces):
         return measure_faces(
-            grid_in_file_frame(grid), data.vertices, data.faces, with_pieces=with_pieces
+            grid_in_file_frame(grid), data.vertices, data.faces, include_pieces=with_pieces
         )
     points = data.vertices if isinstance(data, Mesh) else data.points
     return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)

@@ -173,7 +173,7 @@ class Choice:
     `has_wide_colors` states whether the colours use all 16 bits.
     """
 
-    with_colors: bool
+    has_colors: bool
     has_wide_colors: bool
     fields: tuple[str, ...]
 
@@ -212,7 +212,7 @@ def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Ch
         np.multiply(records[axis], top.scales[j], out=points[:, j])
         points[:, j] += top.offsets[j]
     colors = None
-    if choice.with_colors:
+    if choice.has_colors:
         colors = np.empty((len(records), 3), np.uint8)
         for j, channel in enumerate(("red", "green", "blue")):
             width = records[channel]
