@@ -53,7 +53,7 @@ class Progress(Protocol):
             Number of steps of the stage, or None if unknown.
         """
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         """Report the number of completed steps of the stage.
 
         Raises
@@ -72,7 +72,7 @@ class SilentProgress:
     def stage(self, name: str, total: int | None = None) -> None:
         self.step(0)
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         if self._token is not None:
             self._token.check()
 
@@ -123,8 +123,8 @@ class ResumedProgress:
     def stage(self, name: str, total: int | None = None) -> None:
         self._progress.stage(name, total)
 
-    def step(self, done: int) -> None:
-        self._progress.step(self._done + done)
+    def step(self, done_count: int) -> None:
+        self._progress.step(self._done + done_count)
 
 
 class InlineExecutor:

@@ -272,5 +272,5 @@ class _OffsetProgress(SilentProgress):
     def __init__(self, progress: Progress, offset: int) -> None:
         self._progress, self._offset = progress, offset
 
-    def step(self, done: int) -> None:
-        self._progress.step(self._offset + done)
+    def step(self, done_count: int) -> None:
+        self._progress.step(self._offset + done_count)

@@ -291,7 +291,7 @@ class _PhotoProgress:
     def stage(self, name: str, total: int | None = None) -> None:
         self._progress.stage(name, total)
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         self._progress.step(self._count())
 
 

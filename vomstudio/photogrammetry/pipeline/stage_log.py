@@ -41,9 +41,9 @@ class StageLog:
         self.log(name if total is None else f"{name} ({total})")
         self._progress.stage(name, total)
 
-    def step(self, done: int) -> None:
+    def step(self, done_count: int) -> None:
         """See `Progress`."""
-        self._progress.step(done)
+        self._progress.step(done_count)
 
     def end_stage(self) -> None:
         """Log how long the stage took."""
