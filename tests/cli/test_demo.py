@@ -14,7 +14,7 @@ from PIL import Image
 
 import vomstudio as vs
 from vomstudio.cli import main
-from vomstudio.cli.demo import _photos
+from vomstudio.cli.demo import _reconstruct_photos
 from vomstudio.core.progress import SilentProgress
 from vomstudio.products.sample.check import DISPLACEMENT, FOLD_AXIS, INTERSECTION
 from vomstudio.products.sample.photo_check import CAMERA_CENTRES, MODEL_OFFSET
@@ -151,7 +151,7 @@ def test_a_model_of_some_photos_is_held_against_the_outcrop(
     (tmp_path / "marks.csv").write_text("\n".join(marks) + "\n", "utf-8")
     monkeypatch.setattr(sample, "sample_photos", lambda: photos)
     monkeypatch.setattr(sample, "sample_marks", lambda: tmp_path / "marks.csv")
-    made = _photos(tmp_path / "out", sample.read_picks(), SilentProgress())
+    made = _reconstruct_photos(tmp_path / "out", sample.read_picks(), SilentProgress())
     assert (made["photos"], made["registered"], made["frame"]) == (4, 4, "EPSG:32633")
     assert all(file.is_file() for file in made["files"])
     found = {check["name"]: check for check in made["checks"]}

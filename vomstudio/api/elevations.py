@@ -138,7 +138,7 @@ class ElevationModel(ElevationFigures):
             force=check_flag(force, "force"),
         )
 
-    def _named(self) -> dict[str, Any]:
+    def _named_figures(self) -> dict[str, Any]:
         azimuth = format_azimuth(self.dip_direction_deg, 1)
         return {
             "cells": f"{self.width} x {self.height} of {self.gsd_m:g} m",
@@ -150,10 +150,10 @@ class ElevationModel(ElevationFigures):
         }
 
     def __repr__(self) -> str:
-        return text_table("ElevationModel", self._named())
+        return text_table("ElevationModel", self._named_figures())
 
     def _repr_html_(self) -> str:
-        return html_table("ElevationModel", self._named())
+        return html_table("ElevationModel", self._named_figures())
 
 
 def dem(

@@ -278,7 +278,7 @@ def follow(
             trace = followed_trace(SurfaceGraph(data), points(through, "through"), **arguments)
         else:
             way_points = pixels_or_points(through, "through")
-            photos = _photos(source_model, data, spacing, options.photo, options.cameras)
+            photos = _open_photos(source_model, data, spacing, options.photo, options.cameras)
             if edges is not None:
                 photos = replace_by_edges(photos, *edges)
             trace = photo_trace(SurfaceGraph(data), photos, way_points, **arguments)
@@ -286,7 +286,7 @@ def follow(
     return trace
 
 
-def _photos(
+def _open_photos(
     model: Any, data: Any, spacing: float, photo: str, cameras: str | None
 ) -> CalibratedPhotos:
     from vomstudio.extraction.calibrated_photos import open_photos

@@ -198,7 +198,7 @@ def _areas(area: Any) -> ObjectArray:
     """Return an area as a polygon, from a geometry or its corners. Raises InputError."""
     import shapely
 
-    polygon = area if hasattr(area, "geom_type") else shapely.Polygon(_corners(area, "area", 3))
+    polygon = area if hasattr(area, "geom_type") else shapely.Polygon(_to_corners(area, "area", 3))
     return np.array([polygon], object)
 
 
@@ -208,7 +208,7 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
 
     lines = to_list(getattr(shapes, "geometry", shapes), name)
     geometries = [
-        line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))
+        line if hasattr(line, "geom_type") else shapely.LineString(_to_corners(line, name, 2))
         for line in lines
     ]
     array = np.empty(len(geometries), object)
@@ -216,7 +216,7 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
     return array
 
 
-def _corners(value: Any, name: str, min_rows: int) -> FloatArray:
+def _to_corners(value: Any, name: str, min_rows: int) -> FloatArray:
     xy = numbers(value, name)
     if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < min_rows:
         raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {min_rows}", name)

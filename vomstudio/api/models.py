@@ -225,7 +225,7 @@ class _Model:
 
         return create_plotter([self._data])
 
-    def _figures(self) -> dict[str, Any]:
+    def _described_values(self) -> dict[str, Any]:
         low, high = self.bounds.tolist()
         return {
             "path": str(self.path),
@@ -236,10 +236,10 @@ class _Model:
         }
 
     def __repr__(self) -> str:
-        return text_table(type(self).__name__, self._figures())
+        return text_table(type(self).__name__, self._described_values())
 
     def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self._figures())
+        return html_table(type(self).__name__, self._described_values())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -388,8 +388,8 @@ class Mesh(_Model):
 
         return mesh_dataset(self._data, local_origin(self.bounds))
 
-    def _figures(self) -> dict[str, Any]:
-        figures = super()._figures()
+    def _described_values(self) -> dict[str, Any]:
+        figures = super()._described_values()
         return {
             "path": figures.pop("path"),
             "points": len(self.points),
@@ -445,8 +445,8 @@ class PointCloud(_Model):
 
         return cloud_dataset(self._data, local_origin(self.bounds))
 
-    def _figures(self) -> dict[str, Any]:
-        figures = super()._figures()
+    def _described_values(self) -> dict[str, Any]:
+        figures = super()._described_values()
         return {
             "path": figures.pop("path"),
             "points": len(self.points),

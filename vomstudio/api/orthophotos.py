@@ -132,7 +132,7 @@ class Orthophoto(OrthophotoFigures):
         files = (result.image, result.depth, result.sidecar, result.world_file, result.sheet)
         return tuple(file for file in files if file is not None)
 
-    def _named(self) -> dict[str, Any]:
+    def _named_figures(self) -> dict[str, Any]:
         azimuth = format_azimuth(self.trend_deg, 1)
         return {
             "pixels": f"{self.width} x {self.height} of {self.gsd_m:g} m",
@@ -143,10 +143,10 @@ class Orthophoto(OrthophotoFigures):
         }
 
     def __repr__(self) -> str:
-        return text_table("Orthophoto", self._named())
+        return text_table("Orthophoto", self._named_figures())
 
     def _repr_html_(self) -> str:
-        return html_table("Orthophoto", self._named())
+        return html_table("Orthophoto", self._named_figures())
 
 
 def orthophoto(

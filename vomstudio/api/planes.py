@@ -283,7 +283,7 @@ def to_plane_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> Pl
     -------
     PlaneFit
     """
-    return PlaneFit(**_figures(row), warnings=tuple(warnings))
+    return PlaneFit(**_public_figures(row), warnings=tuple(warnings))
 
 
 def to_line_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> LineFit:
@@ -299,10 +299,10 @@ def to_line_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> Lin
     -------
     LineFit
     """
-    return LineFit(**_figures(row), warnings=tuple(warnings))
+    return LineFit(**_public_figures(row), warnings=tuple(warnings))
 
 
-def _figures(row: Mapping[str, Any]) -> dict[str, Any]:
+def _public_figures(row: Mapping[str, Any]) -> dict[str, Any]:
     columns = (each.name for each in fields(OrientationFigures) if each.name != "warnings")
     values = {name: row[name] for name in columns}
     return values | dict.fromkeys(_AZIMUTHS) if row["undefined"] else values
@@ -363,7 +363,7 @@ def fit_plane(
     >>> bed.quality
     'good'
     """
-    array = _points(points)
+    array = _to_points(points)
     single_group = _Groups([None], array, np.array([0, len(array)]))
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
     fitted_groups = _fit_groups(single_group, options, resolution_m)
@@ -511,7 +511,7 @@ def _pair(value: Any, names: list[str]) -> tuple[str, str]:
     return pair[0], pair[1]
 
 
-def _points(value: Any) -> FloatArray:
+def _to_points(value: Any) -> FloatArray:
     return points(value)
 
 

@@ -298,7 +298,7 @@ class ProjectChanges:
         """
         # Check before the edit, because the journal would be unreadable with any other value.
         labels = _labels(name=name, domain=domain)
-        picks = Picks(labels["name"], _points(points), domain=labels["domain"])
+        picks = Picks(labels["name"], _to_points(points), domain=labels["domain"])
         return self._add_picks([picks], model, type, set)[0]
 
     def add_points(
@@ -360,7 +360,7 @@ class ProjectChanges:
         part = _labels(domain=domain)["domain"]
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
-            Picks(_name(id_), groups.points[first:stop], domain=part)
+            Picks(_to_name(id_), groups.points[first:stop], domain=part)
             for id_, (first, stop) in zip(groups.ids, ends, strict=True)
         ]
         return self._add_picks(picks, model, type, set, shape)
@@ -443,7 +443,7 @@ class ProjectChanges:
         ...     round(project.fit(line).rake_deg), project.contacts()["length_m"].tolist()
         (108, [4.0])
         """
-        vertices, labels = _points(points), _labels(name=name, set=set, domain=domain)
+        vertices, labels = _to_points(points), _labels(name=name, set=set, domain=domain)
         plane = optional_text(on, "on")
         check_choice(slip_sense, (sense for sense, _ in SENSES), "slip_sense")
         record, kind = self._target(model, type)
@@ -517,7 +517,7 @@ class ProjectChanges:
                 raise UsageError(Finding("option.none-given", options=names), field="outline")
             conflict = Finding("option.conflict", option=names[0], other=names[1])
             raise UsageError(conflict, field="elements")
-        area = _points(outline, "outline") if elements is None else _elements(elements)
+        area = _to_points(outline, "outline") if elements is None else _elements(elements)
         argument = "outline" if elements is None else "elements"
         with name_argument_in_errors(argument):
             return self._open_desk().add_patch(record, kind, area, **labels).id
@@ -577,7 +577,7 @@ class ProjectChanges:
         ...     project.stations()[["kind", "number"]].values.tolist()
         [['sample', 'K-7']]
         """
-        (position,) = _points([point], "point")
+        (position,) = _to_points([point], "point")
         check_choice(what, (kind for kind, _ in STATION_KINDS), "what")
         texts = {"name": name, "number": number, "photo": photo, "notes": notes}
         labels = {key: optional_text(text, key) or "" for key, text in texts.items()}
@@ -872,7 +872,7 @@ class ProjectChanges:
         ...     project.planes()[["name", "set"]].values.tolist()
         [['J7', 'steep']]
         """
-        names = _names(features)
+        names = _feature_names(features)
         values = options_from_arguments(FeatureValues, locals())
         with name_argument_in_errors("features"), name_arguments_in_errors(FeatureValues):
             changed = self._open_desk().set_values(names, values)
@@ -912,7 +912,7 @@ class ProjectChanges:
         ...     len(project.traces())
         1
         """
-        names = _names(features)
+        names = _feature_names(features)
         with name_argument_in_errors("features"):
             deleted = self._open_desk().delete(names)
         return tuple(feature.id for feature in deleted)
@@ -1060,17 +1060,17 @@ def _labels(**texts: Any) -> dict[str, str]:
     }
 
 
-def _name(value: Any) -> str:
+def _to_name(value: Any) -> str:
     """Return the name of a group of points, such as 7 of the number 7.0."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _names(features: Any) -> list[str]:
+def _feature_names(features: Any) -> list[str]:
     """Return the ids or names of features. Raises InputError."""
     return [required_text(name, "features") for name in to_list(features, "features")]
 
 
-def _points(value: Any, name: str = "points") -> FloatArray:
+def _to_points(value: Any, name: str = "points") -> FloatArray:
     return points(value, name)
 
 

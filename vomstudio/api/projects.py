@@ -745,7 +745,7 @@ class Project(ProjectChanges):
         model = project.find_model(model_id)
         return apply_recorded_placement(project.read_model(model), model)
 
-    def _figures(self) -> dict[str, Any]:
+    def _described_values(self) -> dict[str, Any]:
         if self._desk is None:
             return {"folder": str(self._folder), "state": "closed"}
         session = self._desk.session
@@ -757,7 +757,7 @@ class Project(ProjectChanges):
         }
 
     def __repr__(self) -> str:
-        return text_table("Project", self._figures())
+        return text_table("Project", self._described_values())
 
     def _repr_html_(self) -> str:
-        return html_table("Project", self._figures())
+        return html_table("Project", self._described_values())

@@ -250,7 +250,7 @@ def observations_from_arguments(
     checked: dict[str, object] = {name: path_text(arguments[name], name) for name in _PATHS}
     checked |= {name: _path_or_beside(arguments[name], name) for name in _PATHS_OR_BESIDE}
     checked |= {name: optional_text(arguments[name], name) for name in _TEXTS}
-    checked |= {n: _rows(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()}
+    checked |= {n: _to_row_texts(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()}
     labels = to_list(arguments["without"], "without")
     checked["without"] = tuple(str(optional_text(label, "without")) for label in labels)
     return options_from_arguments(options, arguments, **checked, **converted)
@@ -295,7 +295,7 @@ def _path_or_beside(value: Any, name: str) -> str | None:
     return path_text(value, name)
 
 
-def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
+def _to_row_texts(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
     """Format rows of numbers for the options of the command. Raises InputError if invalid."""
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()

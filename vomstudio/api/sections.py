@@ -128,7 +128,7 @@ class Section:
             force=replace,
         )
 
-    def _named(self) -> dict[str, Any]:
+    def _named_figures(self) -> dict[str, Any]:
         f = self.figures
         return {
             "lines": f"{f.polylines}, {f.length_m:.3f} m in all",
@@ -138,10 +138,10 @@ class Section:
         }
 
     def __repr__(self) -> str:
-        return text_table("Section", self._named())
+        return text_table("Section", self._named_figures())
 
     def _repr_html_(self) -> str:
-        return html_table("Section", self._named())
+        return html_table("Section", self._named_figures())
 
 
 def section(

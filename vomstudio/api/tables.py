@@ -312,13 +312,13 @@ def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
         if any(hasattr(value, "geom_type") for value in values[:100]):
             continue
         names.append(str(name))
-        columns.append([_cell(value) for value in values])
+        columns.append([_cell_text(value) for value in values])
     if not names or not len(frame):
         raise InputError(Finding("argument.empty"), field=argument)
     return names, [list(row) for row in zip(*columns, strict=True)]
 
 
-def _cell(value: Any) -> str:
+def _cell_text(value: Any) -> str:
     """Return the text of a cell; floats keep all digits."""
     if value is None or value != value:
         return ""
@@ -386,7 +386,7 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     import pandas
 
     table_cells, other_cells = _other_cells(table)
-    rows = [_row(table, i, table_cells) for i in range(len(table))]
+    rows = [_row_values(table, i, table_cells) for i in range(len(table))]
     dataframe = frame(rows)
     other_columns = {name: _to_numbers(cells) for name, cells in other_cells.items()}
     if other_columns:
@@ -398,7 +398,7 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     return dataframe
 
 
-def _row(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) -> Row:
+def _row_values(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) -> Row:
     metadata: dict[str, Any] = {"id": table.ids[i]}
     if table.kinds is not None:
         metadata["kind"] = table.kinds[i] or None

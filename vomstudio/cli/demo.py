@@ -99,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     photos: dict[str, Any] | None = None
     if not args.without_photos:
         with watch.step("photos", tr("Reconstructing the sample photos")):
-            photos = _photos(folder, picks, progress)
+            photos = _reconstruct_photos(folder, picks, progress)
         files += photos.pop("files")
         notes.append(photos.pop("text"))
         warnings += photos.pop("warnings")
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
+def _reconstruct_photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
     """Reconstruct a model from the photos of the sample, next to the original outcrop."""
     import numpy as np
 
@@ -280,7 +280,7 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
         points = picks.of(i)
         spacing = surface.resolution_near(points)
         if feature_type == "joint":
-            patch = _patch(model, mesh, points, spacing)
+            patch = _create_patch(model, mesh, points, spacing)
             new_features[patch.id] = replace(
                 patch, name=name, type_id=feature_type, set_name=picks.sets[i]
             )
@@ -307,7 +307,7 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
     project.session.apply(edit)
 
 
-def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> Patch:
+def _create_patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> Patch:
     """Create a patch from the faces at the picked points, with the plane of the points."""
     from scipy.spatial import cKDTree
 

@@ -99,7 +99,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [(tr("limbs"), text), (tr("axial plane"), axial_text)]
 
 
-def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
+def _pair_rows(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
     rows = []
     for pair in pairs:
         error = tr("unknown")
@@ -174,7 +174,7 @@ def _result_text(fold: TableFold) -> str:
             ),
         ),
         *_limbs(result["limbs"]),
-        *_pairs(result["pairs"]),
+        *_pair_rows(result["pairs"]),
         *_weakest_axis_rows(result["leave_one_out"]),
         *_domains(fold.domains),
         (

@@ -92,7 +92,7 @@ def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
     readers: dict[bool, Callable[[Path], dict[str, Any]]] = {
         suffix in TABLE_SUFFIXES: lambda path: _table(path, progress),
         suffix in PICTURE_SUFFIXES: _picture,
-        suffix in RASTER_SUFFIXES: lambda path: _grid(path, progress),
+        suffix in RASTER_SUFFIXES: lambda path: _describe_grid(path, progress),
     }
     if True in readers:
         return readers[True](path)
@@ -273,7 +273,7 @@ def _map_placement(path: Path) -> dict[str, Any] | None:
     return read_map_placement(path)
 
 
-def _grid(path: Path, progress: Progress) -> dict[str, Any]:
+def _describe_grid(path: Path, progress: Progress) -> dict[str, Any]:
     """Return a height model with its position; any other TIFF is treated as a picture."""
     from vomstudio.io.models.opening import describe
 

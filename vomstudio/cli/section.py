@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         else read_profile_line(options.section_line, progress_reporter(args))
     )
     is_by_domain = features.along == DOMAINS
-    line_direction = None if is_by_domain else _direction(features.along)
+    line_direction = None if is_by_domain else _parse_direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     section_features = ReadFeatures()
@@ -143,7 +143,7 @@ def _curtain(
         raise
 
 
-def _direction(text: str | None) -> Any:
+def _parse_direction(text: str | None) -> Any:
     from vomstudio.geology.notation import parse_line
 
     if text is None:

@@ -185,17 +185,17 @@ def _result_text(slope: TableSlope) -> str:
         lateral=slope.lateral_deg,
     )
     rows = [
-        _row(tr("planar sliding"), tr("planes"), slope.planar),
-        _row(tr("wedge sliding"), tr("intersections"), slope.wedge),
-        _row(tr("flexural toppling"), tr("planes"), slope.flexural_toppling),
-        _row(tr("direct toppling"), tr("intersections"), slope.direct_toppling),
-        _row("  " + tr("base planes"), tr("planes"), slope.direct_toppling.bases),
+        _mode_cells(tr("planar sliding"), tr("planes"), slope.planar),
+        _mode_cells(tr("wedge sliding"), tr("intersections"), slope.wedge),
+        _mode_cells(tr("flexural toppling"), tr("planes"), slope.flexural_toppling),
+        _mode_cells(tr("direct toppling"), tr("intersections"), slope.direct_toppling),
+        _mode_cells("  " + tr("base planes"), tr("planes"), slope.direct_toppling.bases),
     ]
     headers = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
     return heading + "\n" + text_tables.table(headers, ["", "", "", "", "%", "%"], rows)
 
 
-def _row(name: str, of: str, mode: Mode) -> list[str]:
+def _mode_cells(name: str, of: str, mode: Mode) -> list[str]:
     share, expected_share = (
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )

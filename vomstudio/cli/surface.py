@@ -83,7 +83,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
     try:
-        patch = _patch(args, model.data, place)
+        patch = _extract_patch(args, model.data, place)
         analysis = analyse(
             patch,
             noise_m=options.noise_m,
@@ -110,7 +110,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(result, unit_of(model.has_metric_unit)))
 
 
-def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:
+def _extract_patch(
+    args: argparse.Namespace, data: Mesh | PointCloud, place: Any
+) -> Mesh | PointCloud:
     from vomstudio.products.surface.patch import extract_around, extract_facet
 
     if place is not None:

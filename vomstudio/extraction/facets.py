@@ -197,7 +197,7 @@ def find_facets(
         progress=progress,
         known_labels=elements.begun,
     )
-    colors = _colors(data, elements)
+    colors = _element_colors(data, elements)
     labels = _remove_mostly_excluded(labels, fills_volume(elements, includes_surface=True))
     if colors is not None:
         elements, labels = _remove_grass(elements, labels, colors)
@@ -285,7 +285,7 @@ def build_facets(
     old_label[new_labels[rows]] = labels[rows]
     # The median spacing is reported because no growing distance is used here.
     max_distance = float(np.median(elements.spacing))
-    colors = _colors(cloud, elements)
+    colors = _element_colors(cloud, elements)
     return _assemble(
         cloud, elements, facets, new_labels, max_distance, min_points, thresholds, colors
     ), old_label
@@ -449,7 +449,7 @@ def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
     return extent >= thresholds.least_extent_over_resolution * facet.resolution
 
 
-def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
+def _element_colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
     if elements.of == "face":
         assert isinstance(data, Mesh)
         colours: GenericArray | None = data.colors

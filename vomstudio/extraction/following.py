@@ -115,10 +115,10 @@ class Follower:
         snaps, position = np.zeros(len(local_points)), np.zeros(len(local_points), np.int64)
         tints = self._tints(local_points)
         if is_whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
-            legs = self._through(surface.whole, local_points, tints)
+            legs = self._path_through(surface.whole, local_points, tints)
         else:
             for i in range(len(local_points) - 1):
-                legs.append(self._leg(local_points[i], local_points[i + 1], tints, i))
+                legs.append(self._find_leg(local_points[i], local_points[i + 1], tints, i))
         line: list[FloatArray] = []
         costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
@@ -137,10 +137,10 @@ class Follower:
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         return Path(points, length, snaps, position, np.concatenate(costs))
 
-    def _leg(
+    def _find_leg(
         self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
     ) -> PathLeg:
-        spacing = self._spacing(start, goal)
+        spacing = self._spacing_near(start, goal)
         stretch_factor, previous_count = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
@@ -203,7 +203,7 @@ class Follower:
             self.surface.cached_costs[self.cost] = cached_costs
         return cached_costs[1:]
 
-    def _through(
+    def _path_through(
         self, graph: Graph, local_points: FloatArray, tints: FloatArray | None
     ) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
@@ -217,7 +217,7 @@ class Follower:
             legs.append((self.surface.world(graph, path), costs[path] / typical_cost))
         return legs
 
-    def _spacing(self, start: FloatArray, goal: FloatArray) -> float:
+    def _spacing_near(self, start: FloatArray, goal: FloatArray) -> float:
         positions = self.surface.places
         k = min(9, len(positions))
         distance = self.surface.tree.query(np.stack([start, goal]), k=k)[0]
@@ -232,7 +232,7 @@ class Follower:
         surface = self.surface
         colours = []
         for point in local_points:
-            graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing(point, point))
+            graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing_near(point, point))
             colours.append(node_colour(graph, int(_nearest_nodes(graph.places, point[None])[0])))
         return np.array(colours)
 

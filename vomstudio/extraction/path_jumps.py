@@ -63,13 +63,13 @@ def find_jumps(
         means = np.add.reduceat(np.column_stack([points, costs]), starts, axis=0) / sizes[:, None]
         coarse_jumps = find_jumps(means[:, :3], means[:, 3], index // step, resolution)
         return tuple((a * step, min((b + 1) * step, len(points)) - 1) for a, b in coarse_jumps)
-    legs = _candidates(points, costs, index, resolution)
+    legs = _jump_candidates(points, costs, index, resolution)
     is_used = np.ones(len(points), np.bool_)
     excluded_ranges: list[Range] = []
     while (best_stretch := _find_best_stretch(points, is_used, legs)) is not None:
         leg, stretch = best_stretch
         excluded_ranges.append(stretch)
-        is_used[_rows(stretch)] = False
+        is_used[_row_slice(stretch)] = False
         legs[leg] = []
     while excluded_ranges:
         fit = _fit_masked(points, [is_used])[0]
@@ -80,17 +80,17 @@ def find_jumps(
         weakest = int(np.argmin(ratios))
         if ratios[weakest] >= MIN_RATIO:
             break
-        is_used[_rows(excluded_ranges.pop(weakest))] = True
+        is_used[_row_slice(excluded_ranges.pop(weakest))] = True
         for stretch in excluded_ranges:
-            is_used[_rows(stretch)] = False
+            is_used[_row_slice(stretch)] = False
     return tuple(sorted(excluded_ranges))
 
 
-def _rows(stretch: Range) -> slice:
+def _row_slice(stretch: Range) -> slice:
     return slice(max(stretch[0] - MARGIN, 0), stretch[1] + 1 + MARGIN)
 
 
-def _candidates(
+def _jump_candidates(
     points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
 ) -> list[list[Range]]:
     """Return the stretches between any two crossings of each leg."""
@@ -132,7 +132,7 @@ def _find_best_stretch(
     masks = []
     for _, stretch in choices:
         mask = is_used.copy()
-        mask[_rows(stretch)] = False
+        mask[_row_slice(stretch)] = False
         masks.append(mask)
     best_stretch, lowest_ratio = None, np.inf
     for choice, fit in zip(choices, _fit_masked(points, masks), strict=True):

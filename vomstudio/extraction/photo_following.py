@@ -155,7 +155,7 @@ class PhotoFollower:
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(marks)
         voters, warnings = ([], list[Finding]()) if is_alone else self._voters(marks)
-        paths = [self._leg(a, b, marks, voters) for a, b in pairwise(marks)]
+        paths = [self._find_leg(a, b, marks, voters) for a, b in pairwise(marks)]
         legs = [leg for leg, _ in paths]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
         costs = np.concatenate([paths[0][1], *(item[1:] for _, item in paths[1:])])
@@ -236,7 +236,7 @@ class PhotoFollower:
         return voters, warnings
 
     # --- a leg -------------------------------------------------------------------------------
-    def _leg(
+    def _find_leg(
         self, start: FloatArray, goal: FloatArray, marks: FloatArray, voters: Sequence[Voter]
     ) -> tuple[FloatArray, FloatArray]:
         """Return the pixels (k, 2) from one way-point to the next, and their costs (k,)."""

@@ -73,7 +73,7 @@ def select_pixels_in_ellipse(
     """
     low = np.minimum(start, end) - 0.5 * max_distance
     high = np.maximum(start, end) + 0.5 * max_distance
-    box = _box(low, high, shape)
+    box = _pixel_box(low, high, shape)
     y, x = np.mgrid[box] + 0.5
     distance_sum = np.hypot(x - start[0], y - start[1]) + np.hypot(x - end[0], y - end[1])
     return box, np.asarray(distance_sum <= max_distance)
@@ -100,14 +100,14 @@ def select_pixels_along_line(
     """
     import cv2
 
-    box = _box(line.min(axis=0) - width - 1.0, line.max(axis=0) + width + 1.0, shape)
+    box = _pixel_box(line.min(axis=0) - width - 1.0, line.max(axis=0) + width + 1.0, shape)
     mask = np.zeros([part.stop - part.start for part in box], np.uint8)
     vertices = np.floor(line - [box[1].start, box[0].start]).astype(np.int32)
     cv2.polylines(mask, [vertices[:, None]], False, 1, int(2 * width) + 1)
     return box, mask.astype(np.bool_)
 
 
-def _box(low: FloatArray, high: FloatArray, shape: Sequence[int]) -> PixelBox:
+def _pixel_box(low: FloatArray, high: FloatArray, shape: Sequence[int]) -> PixelBox:
     x0, y0 = np.clip(np.floor(low), 0, [shape[1] - 1, shape[0] - 1]).astype(int).tolist()
     x1, y1 = np.clip(np.ceil(high), 1, [shape[1], shape[0]]).astype(int).tolist()
     return slice(y0, max(y1, y0 + 1)), slice(x0, max(x1, x0 + 1))

@@ -219,12 +219,12 @@ class Background:
     def _work(self) -> None:
         if self._niceness:
             lower_priority(self._niceness)
-        request = self._next(None)
+        request = self._next_request(None)
         while request is not None:
             self._answer(request)
-            request = self._next(request)
+            request = self._next_request(request)
 
-    def _next(self, last_request: Request[Any] | None) -> Request[Any] | None:
+    def _next_request(self, last_request: Request[Any] | None) -> Request[Any] | None:
         with self._lock:
             if last_request is not None:
                 self._running.discard(last_request.key)

@@ -44,7 +44,7 @@ class BlindRepeats:
         self.changed: Signal[()] = Signal()
         self._projects, self._tools = projects, tools
         self._visibility, self._selection = visibility, selection
-        self._hand_over = hand_over
+        self._run_in_owner = hand_over
         self.selected_ids: tuple[str, ...] = ()
         self.interpreter = ""
         self._skipped_ids: set[str] = set()
@@ -70,7 +70,7 @@ class BlindRepeats:
             return
         self._hidden_before = set(self._visibility.hidden)
         self._hide()
-        self._offer()
+        self._offer_next()
 
     def stop(self) -> None:
         """End the round and restore the previous visibility."""
@@ -107,9 +107,9 @@ class BlindRepeats:
         """Skip the current feature, for example if it cannot be located any more."""
         if (id_ := self.current) is not None:
             self._skipped_ids.add(id_)
-            self._offer()
+            self._offer_next()
 
-    def _offer(self) -> None:
+    def _offer_next(self) -> None:
         """Activate the tool of the next feature, with its type and set."""
         original = get(self._projects.records, self.current, Repeatable)
         self._offered_id = None if original is None else original.id
@@ -145,11 +145,11 @@ class BlindRepeats:
                 assert isinstance(record, Repeatable)
                 if record.repeat_of is None:
                     # The next edit must wait until all listeners have received this one.
-                    self._hand_over(partial(self._link, id_, original.id))
+                    self._run_in_owner(partial(self._link, id_, original.id))
                     return
         if self.current != self._offered_id:
             # A repeat was undone, or its original was deleted.
-            self._hand_over(self._offer)
+            self._run_in_owner(self._offer_next)
 
     def _link(self, id_: str, first_id: str) -> None:
         session = self._projects.session
@@ -158,4 +158,4 @@ class BlindRepeats:
         edit = repeated_features.link_repeat(session.records, id_, first_id, self.interpreter)
         session.apply(edit, joins=session.top)
         self._hide()
-        self._offer()
+        self._offer_next()

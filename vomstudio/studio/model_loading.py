@@ -156,7 +156,7 @@ class ModelLoader:
             else:
                 self.problem.emit(event.to_error())
 
-        self._preview(key, path, cache)
+        self._start_preview(key, path, cache)
         self._running[key] = self._jobs.submit(
             LOAD_MODEL,
             ModelFile(path, cache),
@@ -184,10 +184,10 @@ class ModelLoader:
         self._streams.run_request(
             read,
             partial(self._hand_over, key, callback),
-            lambda error: self._refuse(key, error),
+            lambda error: self._report_failure(key, error),
         )
 
-    def _preview(self, key: str, path: Path, cache: Path) -> None:
+    def _start_preview(self, key: str, path: Path, cache: Path) -> None:
         """Request a sample of a large cloud, to be shown before all points are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
@@ -265,7 +265,7 @@ class ModelLoader:
             finding = Finding(
                 "model.not-cached", file=path.name, reason=error, reason_code=error.code
             )
-            self._refuse(key, finding)
+            self._report_failure(key, finding)
 
         self._background.run(read, partial(self._hand_over, key, callback), refuse)
 
@@ -276,7 +276,7 @@ class ModelLoader:
         self._build_timer.start()
         self.ended.emit(key)
 
-    def _refuse(self, key: str, reason: Finding | VomError) -> None:
+    def _report_failure(self, key: str, reason: Finding | VomError) -> None:
         del self._running[key]
         self.problem.emit(reason)
         self.ended.emit(key)

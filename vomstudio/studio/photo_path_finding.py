@@ -53,7 +53,7 @@ class PhotoPaths:
             If the photo does not show both points.
         InputError, UsageError
         """
-        follower = self._followed_in(photos, photo, cost)
+        follower = self._follower_in(photos, photo, cost)
         views, row = follower.photos.views, follower.photos.view_row
         world = transform.apply(views.to_world, ends)
         # Points that are hidden by a small amount lie at the edge that was clicked.
@@ -72,7 +72,7 @@ class PhotoPaths:
             costs=path.costs,
         )
 
-    def _followed_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
+    def _follower_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
         from vomstudio.extraction.photo_following import PhotoFollower
 
         if photos is not self._photos or self._opened is None:

@@ -159,7 +159,7 @@ def elements_inside(surface: PaintSurface, ring: FloatArray) -> IntArray:
     shapely.prepare(polygon)
     radius = float(np.linalg.norm(ring - centre, axis=1).max())
     candidates = _elements_in_ball(surface, centre, radius)
-    offsets = _places(surface, candidates) - centre
+    offsets = _element_positions(surface, candidates) - centre
     is_inside = np.asarray(shapely.contains_xy(polygon, *(offsets @ axes.T).T))
     candidates, offsets = candidates[is_inside], offsets[is_inside]
     if not len(candidates):
@@ -174,12 +174,12 @@ def _elements_in_ball(surface: PaintSurface, centre: FloatArray, radius: float) 
     blocks = []
     for start in range(0, surface.count, BLOCK_SIZE):
         ids = np.arange(start, min(start + BLOCK_SIZE, surface.count), dtype=np.int64)
-        is_near = np.linalg.norm(_places(surface, ids) - centre, axis=1) <= radius
+        is_near = np.linalg.norm(_element_positions(surface, ids) - centre, axis=1) <= radius
         blocks.append(ids[is_near])
     return np.concatenate(blocks) if blocks else np.empty(0, np.int64)
 
 
-def _places(surface: PaintSurface, ids: IntArray) -> FloatArray:
+def _element_positions(surface: PaintSurface, ids: IntArray) -> FloatArray:
     """Return the centroids (k, 3) of faces, or the points (k, 3)."""
     corners = surface.corners(ids)
     return corners if surface.element == "point" else corners.mean(axis=1)

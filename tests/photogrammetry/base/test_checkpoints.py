@@ -33,10 +33,10 @@ def test_other_inputs_are_another_stage(tmp_path):
 
 def test_the_time_of_an_unfinished_run_counts(tmp_path):
     first = Checkpoints(tmp_path).stage("depths")
-    first._begun -= 10
+    first._start_time -= 10
     first.pause()
     second = Checkpoints(tmp_path).stage("depths")
-    second._begun -= 5
+    second._start_time -= 5
     second.finish()
     assert Checkpoints(tmp_path).stage("depths").seconds == pytest.approx(15, abs=0.5)
 

@@ -62,7 +62,7 @@ class TerminalLine:
         """Fit the line into the width by omitting the bar, then the figures, then the name."""
         spinner = self._frames[self._frame % len(self._frames)] + " "
         label = snapshot.label
-        figures = _figures(snapshot)
+        figures = _figure_texts(snapshot)
         space = columns - cell_len(spinner)
         while figures and cell_len(label) + 2 + cell_len(", ".join(figures)) > space:
             figures.pop()
@@ -101,7 +101,7 @@ class TerminalLine:
             return True
 
 
-def _figures(snapshot: Snapshot) -> list[str]:
+def _figure_texts(snapshot: Snapshot) -> list[str]:
     """Return count, remaining time and elapsed time, in decreasing importance."""
     figures = []
     if snapshot.total is not None and snapshot.total > 1:

@@ -78,7 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.world_models import read_in_world
 
     options, target = parse_options(args, MeasurableOptions), parse_options(args, MeasurableTarget)
-    plane, reading = _plane(target, args)
+    plane, reading = _target_plane(target, args)
     is_raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
     if args.output is not None:
         if not is_raster:
@@ -117,7 +117,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(measurability_map))
 
 
-def _plane(target: MeasurableTarget, args: argparse.Namespace) -> tuple[Plane, tuple[Finding, ...]]:
+def _target_plane(
+    target: MeasurableTarget, args: argparse.Namespace
+) -> tuple[Plane, tuple[Finding, ...]]:
     """Return the plane given by the user or the mean plane of a table, with its findings."""
     if target.plane is not None:
         from vomstudio.geology.notation import plane_option

@@ -232,7 +232,7 @@ class CloudNeighbours:
         if cloud.normals is not None:
             self._point_normals = to_kernel_array(np.asarray(cloud.normals)[self._rows], np.float32)
 
-    def _grid(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
+    def _cell_tables(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
         return self._cell_begins, self._row, self._column, self._names, self._ends, self._ny
 
     def piece(
@@ -251,7 +251,7 @@ class CloudNeighbours:
         count = grow_points(
             self._points,
             self._point_normals,
-            *self._grid(),
+            *self._cell_tables(),
             self._normals,
             out,
             np.zeros(cells, np.bool_),
@@ -271,12 +271,12 @@ class CloudNeighbours:
         return GrownPiece(mask, count, count == len(queue) < n)
 
     def wider(self, selection: BoolArray) -> BoolArray:
-        return self._ring(selection, with_outer=True)
+        return self._change_ring(selection, with_outer=True)
 
     def narrower(self, selection: BoolArray) -> BoolArray:
-        return self._ring(selection, with_outer=False)
+        return self._change_ring(selection, with_outer=False)
 
-    def _sorted(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
+    def _sort_selection(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
         """Sort a selection, and return the cells that contain selected points."""
         ids = np.flatnonzero(selection)
         if len(ids) * _SPARSE_RATIO > len(selection):
@@ -293,10 +293,10 @@ class CloudNeighbours:
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
 
-    def _ring(self, selection: BoolArray, *, with_outer: bool) -> BoolArray:
+    def _change_ring(self, selection: BoolArray, *, with_outer: bool) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import mark_ring
 
-        sorted_selection, cells = self._sorted(selection)
+        sorted_selection, cells = self._sort_selection(selection)
         is_gained, is_lost = (
             np.zeros(len(sorted_selection), np.bool_),
             np.zeros(len(sorted_selection), np.bool_),
@@ -305,7 +305,7 @@ class CloudNeighbours:
         def work(rows: slice) -> None:
             mark_ring(
                 self._points,
-                *self._grid(),
+                *self._cell_tables(),
                 sorted_selection,
                 cells[rows],
                 self._cell,

@@ -29,7 +29,7 @@ def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @part
-def _plane(sums, plane):  # type: ignore[no-untyped-def]
+def _fit_plane(sums, plane):  # type: ignore[no-untyped-def]
     """Write the centre and normal to plane[:6]; leave it unchanged without a plane."""
     w = sums[0]
     if not w > 0.0:
@@ -185,7 +185,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
             _add(sums, 1.0, x, y, z)
             if tail >= refit_size:
                 refit_size = tail + tail // 2
-                _plane(sums, plane)
+                _fit_plane(sums, plane)
     return tail
 
 
@@ -331,7 +331,7 @@ def grow_points(  # type: ignore[no-untyped-def]
             _add(sums, 1.0, x, y, z)
         if count >= refit_size:
             refit_size = count + count // 2
-            _plane(sums, plane)
+            _fit_plane(sums, plane)
         if count == previous_count:
             continue
         for k in range(adjacent_count):

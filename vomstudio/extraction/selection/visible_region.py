@@ -167,7 +167,7 @@ class ViewSnapshot:
             self._faces(data, matrix, view, out)
         else:
             self._points(data, matrix, view, out)
-        return out if self.clip is None else self._uncut(data, to_world, self.clip, out)
+        return out if self.clip is None else self._remove_clipped(data, to_world, self.clip, out)
 
     def _faces(
         self, mesh: Mesh, matrix: FloatArray, view: tuple[Any, ...], is_inside: BoolArray
@@ -198,7 +198,7 @@ class ViewSnapshot:
 
             run_in_blocks(work, len(points), SilentProgress(), _BLOCK)
 
-    def _uncut(
+    def _remove_clipped(
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray
     ) -> BoolArray:
         ids = np.flatnonzero(selection)

@@ -90,22 +90,22 @@ def map_photos(
         notes.append(Finding("alignment.global-mapping"))
     free_text: FreeFocals = "none" if all(has_focal) else "unknown"
     parts = run(database, photos, work_folder, options, progress, free_text)
-    placed_names = _placed(parts)
+    placed_names = _count_placed(parts)
     if any(has_focal) and placed_names < _MIN_PLACED_SHARE * len(photos):
         other_parts = run(database, photos, work_folder, options, progress, "all")
-        if _placed(other_parts) > placed_names:
+        if _count_placed(other_parts) > placed_names:
             notes.append(
                 Finding(
                     "alignment.exif-focal-dropped",
                     aligned=placed_names,
-                    aligned_without=_placed(other_parts),
+                    aligned_without=_count_placed(other_parts),
                 )
             )
             return MappingResult(tuple(other_parts), tuple(notes), is_exif_trusted=False)
     return MappingResult(tuple(parts), tuple(notes))
 
 
-def _placed(parts: Sequence[Any]) -> int:
+def _count_placed(parts: Sequence[Any]) -> int:
     return int(parts[0].num_reg_images()) if parts else 0
 
 

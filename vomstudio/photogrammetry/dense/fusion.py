@@ -107,7 +107,9 @@ def fuse(
     for row, name in enumerate(names):
         progress.step(row)
         other_rows = (
-            range(len(names)) if neighbours is None else _rows(neighbours.get(name, ()), rows)
+            range(len(names))
+            if neighbours is None
+            else _rows_of_names(neighbours.get(name, ()), rows)
         )
         part = _fuse_one(
             row, [other_row for other_row in other_rows if other_row != row], cache, options
@@ -122,7 +124,7 @@ def fuse(
         raise GeometryError(Finding("dense.no-agreement"))
     columns = [list(column) for column in zip(*parts, strict=True)]
     parts.clear()
-    points, normals, confidence, views, colors = (_joined(column) for column in columns)
+    points, normals, confidence, views, colors = (_concatenate(column) for column in columns)
     return PointCloud(
         points,
         colors if photos is not None else None,
@@ -142,7 +144,7 @@ def memory_needed(pixels: int, largest_count: int) -> int:
     return int(0.25 * pixels * 70) + 70 * largest_count + FusionOptions.cache_bytes
 
 
-def _joined(parts: list[Any]) -> Any:
+def _concatenate(parts: list[Any]) -> Any:
     """Concatenate arrays, and release the parts, which are the largest data in memory."""
     joined_array = np.concatenate(parts)
     parts.clear()
@@ -173,7 +175,7 @@ def _size(depth_map: DepthMap) -> int:
     return depth_map.depth.nbytes + depth_map.normals.nbytes + depth_map.confidence.nbytes
 
 
-def _rows(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[int]:
+def _rows_of_names(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[int]:
     return (rows[name] for name in names if name in rows)
 
 

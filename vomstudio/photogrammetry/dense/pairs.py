@@ -140,7 +140,7 @@ def select_pairs(
                 Finding("dense.few-tie-points", count=len(depths), photo=view.name)
             )
             continue
-        candidates = _candidates(scene, row, shared_views[row], points_by_view, centres)
+        candidates = _find_candidates(scene, row, shared_views[row], points_by_view, centres)
         if not candidates:
             skipped_photos.append(Finding("dense.no-neighbour", photo=view.name))
             continue
@@ -206,7 +206,7 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
     ]
 
 
-def _candidates(
+def _find_candidates(
     scene: SparseScene,
     row: int,
     shared_indices: IntArray,

@@ -87,7 +87,7 @@ def match(
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, radius in levels:
             setting = _Setting.make(view, gray, is_active, source_masks, reduction)
-            fixed_depths = _reduced(known_depths, setting.reference.shape)
+            fixed_depths = _reduce_size(known_depths, setting.reference.shape)
             if planes is None:
                 depth, normal = _start(
                     setting.lens, fixed_depths, view, points, min_depth, max_depth, rng
@@ -161,7 +161,7 @@ def likeness(
     h, w = depth.shape
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
     setting = _Setting.make(view, gray, depth > 0, masked, step)
-    reduced_depth = _reduced(depth, setting.reference.shape)
+    reduced_depth = _reduce_size(depth, setting.reference.shape)
     height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
@@ -260,7 +260,7 @@ class _Setting:
         return cls(
             lens,
             reference,
-            _reduced(is_active.astype(np.float32), reference.shape) > 0,
+            _reduce_size(is_active.astype(np.float32), reference.shape) > 0,
             k,
             pictures,
             np.array([item.shape[::-1] for item in reduced_photos], np.int64),
@@ -285,7 +285,7 @@ def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
     return np.ascontiguousarray(gray, np.float32) / np.float32(255.0)
 
 
-def _reduced(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
+def _reduce_size(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
     """Sample values at the centre of each larger pixel."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
@@ -315,7 +315,7 @@ def _start(
 
     shape = fixed_depths.shape
     inverse = 1 / max_depth + (1 / min_depth - 1 / max_depth) * rng.random(shape)
-    pixels, depths = lens.project(_into(view, points)), view.depths(points)
+    pixels, depths = lens.project(_to_camera(view, points)), view.depths(points)
     is_valid = np.isfinite(pixels).all(axis=1) & (depths > min_depth) & (depths < max_depth)
     if is_valid.sum() > 3:
         x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
@@ -329,7 +329,7 @@ def _start(
     return to_kernel_array(depth, np.float32), to_kernel_array(normal, np.float32)
 
 
-def _into(view: View, points: FloatArray) -> FloatArray:
+def _to_camera(view: View, points: FloatArray) -> FloatArray:
     return np.asarray(points @ view.rotation.T + view.translation)
 
 

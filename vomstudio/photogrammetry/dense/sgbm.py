@@ -89,7 +89,7 @@ def rectify(
     focal = float(np.mean(lens.focal))
 
     for _ in range(2):
-        box = _box(first, rotation, focal)
+        box = _rectified_box(first, rotation, focal)
         if box is None:
             return None
         left, top, right, bottom = box
@@ -208,7 +208,9 @@ def pair_inverse_depth(
     return inverse, pair.step
 
 
-def _box(view: View, rotation: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
+def _rectified_box(
+    view: View, rotation: FloatArray, focal: float
+) -> tuple[int, int, int, int] | None:
     """Return the bounds of the photo on the rectified plane: left, top, right, bottom."""
     w, h = view.intrinsics.width, view.intrinsics.height
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ rotation.T
@@ -236,14 +238,16 @@ def _search(
     if len(xyz) < 5:
         gamma = focal * baseline / min_depth
         return (0.0, 0.0, gamma), focal * baseline / max_depth - gamma, 0.0
-    plane = _plane(u, v, disparity)
+    plane = _fit_disparity_plane(u, v, disparity)
     differences = (disparity - (plane[0] * u + plane[1] * v + plane[2])) / (1.0 - plane[0])
     low, high = np.percentile(differences, [0.5, 99.5])
     margin = 6.0 + 0.15 * (high - low) + 0.02 * float(np.median(disparity))
     return plane, float(low - margin), float(high + margin)
 
 
-def _plane(u: FloatArray, v: FloatArray, disparity: FloatArray) -> tuple[float, float, float]:
+def _fit_disparity_plane(
+    u: FloatArray, v: FloatArray, disparity: FloatArray
+) -> tuple[float, float, float]:
     """Fit a plane by reweighted least absolute differences; it is level if too steep."""
     a = np.column_stack([u, v, np.ones_like(u)])
     weight = np.ones_like(u)

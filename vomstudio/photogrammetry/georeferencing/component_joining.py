@@ -148,7 +148,9 @@ def join_components(
         remaining.sort(key=lambda part: -len(part.views))
     not_joined = []
     for part in remaining[1:]:
-        cause = failures.get(_pair(remaining[0], part)) or _missing(remaining[0], part, marks)
+        cause = failures.get(_pair(remaining[0], part)) or _missing_points_finding(
+            remaining[0], part, marks
+        )
         not_joined.append(
             Finding(
                 "join.not-joined",
@@ -168,7 +170,7 @@ def _pair(first: SparseScene, second: SparseScene) -> tuple[str, str]:
 
 
 # ------------------------------------------------------------------------------------------------
-def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
+def _triangulated_positions(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
     """Return the positions of the markers that the photos of a part can locate."""
     marks_by_label, _ = marks_by_point(scene, marks)
     positions = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
@@ -179,7 +181,7 @@ def _common_points(
     first: SparseScene, second: SparseScene, marks: Sequence[Mark], control: Sequence[ControlPoint]
 ) -> int:
     """Return the number of common markers, or of control points in the part that has fewer."""
-    a, b = _places(first, marks), _places(second, marks)
+    a, b = _triangulated_positions(first, marks), _triangulated_positions(second, marks)
     common_count = len(a.keys() & b.keys())
     if common_count >= MIN_COMMON_POINTS:
         return common_count
@@ -195,7 +197,7 @@ def _join(
     threads: int,
     progress: Progress | None,
 ) -> tuple[SparseScene, Junction]:
-    a, b = _places(first, marks), _places(second, marks)
+    a, b = _triangulated_positions(first, marks), _triangulated_positions(second, marks)
     common_labels = [label for label in a if label in b]
     photos = (len(first.views), len(second.views))
     if len(common_labels) < MIN_COMMON_POINTS:
@@ -249,7 +251,7 @@ def _join(
     sigma = max(math.sqrt(float((misses[is_used] ** 2).sum()) / freedom), pixel)
     rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[is_used], sigma))))
     rotation_vector = (float(rotation[0]), float(rotation[1]), float(rotation[2]))
-    warnings = _warnings(markers, rotation_vector)
+    warnings = _joining_findings(markers, rotation_vector)
     return joined_scene, Junction(
         photos,
         "markers",
@@ -291,13 +293,15 @@ def _pixel_size(
     return max(first.pixel_at(first_places), second.pixel_at(other_places) * scale)
 
 
-def _missing(first: SparseScene, second: SparseScene, marks: Sequence[Mark]) -> Finding:
+def _missing_points_finding(
+    first: SparseScene, second: SparseScene, marks: Sequence[Mark]
+) -> Finding:
     """Report the markers that are still needed to join two components.
 
     The finding lists the markers that cannot be located in one of the components, because they are
     marked in only one of its photos or from only one position.
     """
-    a, b = _places(first, marks), _places(second, marks)
+    a, b = _triangulated_positions(first, marks), _triangulated_positions(second, marks)
     common_labels = sorted(a.keys() & b.keys())
     not_located = set()
     for scene, located in ((first, a), (second, b)):
@@ -313,7 +317,7 @@ def _missing(first: SparseScene, second: SparseScene, marks: Sequence[Mark]) -> 
     )
 
 
-def _warnings(
+def _joining_findings(
     markers: Sequence[MarkerFit], rotation_bounds: tuple[float, float, float]
 ) -> list[Finding]:
     warnings: list[Finding] = []

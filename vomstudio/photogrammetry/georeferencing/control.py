@@ -188,7 +188,11 @@ def place_by_control(
         mark_scatter_px=ground_points.mark_px,
         drift=scatter.drift,
     )
-    warnings = [*findings, *_warnings(report), *([bending.refusal] if bending.refusal else [])]
+    warnings = [
+        *findings,
+        *_control_findings(report),
+        *([bending.refusal] if bending.refusal else []),
+    ]
     return placed_scene, replace(report, warnings=tuple(warnings))
 
 
@@ -374,7 +378,7 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
     return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
 
 
-def _warnings(report: ControlReport) -> Iterator[Finding]:
+def _control_findings(report: ControlReport) -> Iterator[Finding]:
     used_points = [p for p in report.points if p.role == "control"]
     yield from report.findings(_WARN_DEG, "control")
     yield from mark_scatter_findings(report.mark_scatter_px)

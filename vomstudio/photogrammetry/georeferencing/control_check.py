@@ -78,13 +78,13 @@ class ControlCheck(Result):
     problem: Finding | None
     warnings: tuple[Finding, ...]
 
-    def _used(self, use: str) -> list[PointCheck]:
+    def _points_by_use(self, use: str) -> list[PointCheck]:
         return [point for point in self.points if point.use == use and point.usable]
 
     @property
     def summary(self) -> Finding:
         """Number of usable points, and of the photos that show them."""
-        control, check = len(self._used("control")), len(self._used("check"))
+        control, check = len(self._points_by_use("control")), len(self._points_by_use("check"))
         points = tr(
             "{control}, {check}",
             control=tr_n("{count} control point", "{count} control points", control),
@@ -152,7 +152,7 @@ def check_control(
         (
             *crs_findings,
             *labels_on_one_spot(marks),
-            *_warnings(points, unknown_photos, photos_of_unknown_labels),
+            *_table_findings(points, unknown_photos, photos_of_unknown_labels),
         ),
     )
 
@@ -191,7 +191,7 @@ def _problem(
     return None
 
 
-def _warnings(
+def _table_findings(
     points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
 ) -> Iterator[Finding]:
     used_points = [p for p in points if p.usable and p.use == "control"]

@@ -171,7 +171,7 @@ def place_by_gps(
         heights=_heights(placed_photos),
     )
     warnings = [
-        *_warnings(report, scene, placed_photos),
+        *_gps_findings(report, scene, placed_photos),
         *drift_findings({"cameras": scatter.drift}),
     ]
     return adjusted_scene, replace(report, warnings=tuple(warnings))
@@ -297,7 +297,7 @@ def _heights(photos: Sequence[PhotoLike]) -> str:
     return ABOVE_ELLIPSOID if ellipsoid > len(photos) / 2 else ABOVE_SEA_LEVEL
 
 
-def _warnings(
+def _gps_findings(
     report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> Iterator[Finding]:
     yield from report.findings(_WARN_DEG, "gps")

@@ -98,7 +98,7 @@ def bundle_adjust(
         noise = noise_px(scene)
         problem = _Problem(scene, points, centres, free_lenses, noise, threads, LOSS_PX)
         cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or SilentProgress())  # type: ignore[misc]
-        scene, lenses = _updated(scene, problem.reconstruction)
+        scene, lenses = _update_scene(scene, problem.reconstruction)
         free_lenses = [lenses[lens] for lens in free_lenses]
         if abs(math.log(noise_px(scene) / noise)) < _WEIGHT_TOLERANCE:
             break
@@ -239,7 +239,7 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
     return reconstruction, cameras
 
 
-def _updated(
+def _update_scene(
     scene: SparseScene, reconstruction: Any
 ) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
     """Return the adjusted scene, and the adjusted lens of each original lens."""

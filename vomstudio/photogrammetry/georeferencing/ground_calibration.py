@@ -99,7 +99,7 @@ def adjust_to_ground(
         free_order = determined
     new_lenses = _adjusted_lenses(fixed_result, result)
     return result, tuple(
-        _verdict(
+        _lens_verdict(
             fixed_result,
             lens,
             new_lenses[lens],
@@ -168,7 +168,7 @@ def _adjusted_lenses(
     }
 
 
-def _verdict(
+def _lens_verdict(
     scene: SparseScene,
     lens: Intrinsics,
     adjusted_lens: Intrinsics,

@@ -71,7 +71,7 @@ class Response:
         point_shifts = -np.einsum("nij,nj->ni", self._point_inverse, pull)
         number = {lens: k for k, lens in enumerate(self.lenses)}
         new_views = [
-            _turned(view, move, new_lenses[number[view.intrinsics]])
+            _move_view(view, move, new_lenses[number[view.intrinsics]])
             for view, move in zip(self.scene.views, pose_changes, strict=True)
         ]
         point_count = len(self.scene.points)
@@ -290,7 +290,7 @@ def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownC
         normal[np.ix_(position, position)] += prior_information
 
 
-def _turned(view: View, move: FloatArray, lens: Intrinsics) -> View:
+def _move_view(view: View, move: FloatArray, lens: Intrinsics) -> View:
     from scipy.spatial.transform import Rotation
 
     rotation = Rotation.from_rotvec(move[:3]).as_matrix()

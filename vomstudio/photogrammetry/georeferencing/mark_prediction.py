@@ -312,13 +312,13 @@ class PlacedPhotos:
         if point is None:
             return None
         part = self.parts[number]
-        if (frame := self._frame(marking, number)) is not None:
+        if (frame := self._fit_frame(marking, number)) is not None:
             return frame(point.position)
         if part.crs is None and not part.is_scaled:
             return None
         return (np.array(point.position) - part.origin)[None]
 
-    def _frame(self, marking: Marking, number: int) -> Similarity | None:
+    def _fit_frame(self, marking: Marking, number: int) -> Similarity | None:
         """Return the similarity from the World frame to a component, from its marked points."""
         known_positions, positions = [], []
         for point in marking.control:
@@ -362,7 +362,7 @@ def find_usable_points(marking: Marking, photos: Iterable[str] | None = None) ->
     return [
         p.label
         for p in marking.control
-        if not p.check and len(_counted(marking, p.label, allowed_photos)) >= MIN_PHOTOS
+        if not p.check and len(_count_marks(marking, p.label, allowed_photos)) >= MIN_PHOTOS
     ]
 
 
@@ -385,7 +385,7 @@ def missing(marking: Marking, placed_photos: PlacedPhotos | None = None) -> list
                 least=MIN_POINTS,
                 photos=MIN_PHOTOS,
                 reasons=_too_few_marks(
-                    _marks(label, len(_counted(marking, label, allowed_photos)))
+                    _marks(label, len(_count_marks(marking, label, allowed_photos)))
                     for label in lacking_control
                 ),
                 labels=lacking_control,
@@ -396,7 +396,7 @@ def missing(marking: Marking, placed_photos: PlacedPhotos | None = None) -> list
     unseen_labels = [
         p.label
         for p in marking.control
-        if p.check and len(_counted(marking, p.label, allowed_photos)) < MIN_PHOTOS
+        if p.check and len(_count_marks(marking, p.label, allowed_photos)) < MIN_PHOTOS
     ]
     if unseen_labels:
         findings.append(Finding("control.few-marks", "info", labels=unseen_labels))
@@ -415,8 +415,8 @@ def _missing_joins(marking: Marking, placed_photos: PlacedPhotos, model: set[str
         part_names = {view.name for view in part.views}
         counts = {
             label: (
-                len(_counted(marking, label, model)),
-                len(_counted(marking, label, part_names)),
+                len(_count_marks(marking, label, model)),
+                len(_count_marks(marking, label, part_names)),
             )
             for label in marking.labels
         }
@@ -463,7 +463,7 @@ def _too_few_marks(points: Iterable[str]) -> str:
     return names and tr("Too few marks: {points}.", points=names)
 
 
-def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
+def _count_marks(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
     return [name for name in marking.of(label) if photos is None or name in photos]
 
 

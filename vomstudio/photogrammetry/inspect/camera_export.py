@@ -245,7 +245,7 @@ def _write_transforms(
     path: Path, scene: SparseScene, photos: Mapping[str, Path], *, force: bool
 ) -> tuple[tuple[Path, ...], tuple[Finding, ...]]:
     check_target(path, force=force)
-    frames = [_frame(view, photos.get(view.name), path.parent) for view in scene.views]
+    frames = [_frame_entry(view, photos.get(view.name), path.parent) for view in scene.views]
     content: dict[str, Any] = {"camera_model": "OPENCV", "frames": frames}
     files = [path]
     if len(scene.points):
@@ -261,7 +261,7 @@ def _write_transforms(
     return tuple(files), warnings
 
 
-def _frame(view: View, photo: Path | None, folder: Path) -> dict[str, Any]:
+def _frame_entry(view: View, photo: Path | None, folder: Path) -> dict[str, Any]:
     """Return the frame of a photo, with the path of the photo relative to the file if known."""
     matrix = np.eye(4)
     matrix[:3, :3] = view.rotation.T @ _AXES

@@ -159,10 +159,10 @@ class PhotoViews:
         visible_views = self.views[view].contains(pixels)
         rows = np.flatnonzero(visible_views)
         if len(rows):
-            visible_views[rows] = ~self._hidden(self._centres[view], local_points[rows], slack_m)
+            visible_views[rows] = ~self._is_hidden(self._centres[view], local_points[rows], slack_m)
         return visible_views
 
-    def _hidden(
+    def _is_hidden(
         self, centre: FloatArray, local_points: FloatArray, slack_m: float | FloatArray | None
     ) -> BoolArray:
         ways = local_points - centre
@@ -252,7 +252,7 @@ class PhotoViews:
         is_visible = photo.contains(pixels)
         rows = np.flatnonzero(is_visible)
         if len(rows):
-            is_visible[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
+            is_visible[rows] = ~self._is_hidden(self._centres[view], points[rows], slack[rows])
         return pixels, is_visible
 
     def _steps(self, view: int, local_points: FloatArray, step_px: float) -> list[int]:

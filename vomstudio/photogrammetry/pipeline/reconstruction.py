@@ -146,7 +146,7 @@ class _Run:
     def run_all_stages(self) -> dict[str, Any]:
         self.log.log(f"VOM Studio {__version__}, {self.settings.to_dict()}")
         self._remember()
-        photos = self._checked()
+        photos = self._check_photos()
         alignment, aligned = self._align(photos)
         # The alignment takes hours, so write it before anything can fail, and again once it is
         # registered.
@@ -169,7 +169,7 @@ class _Run:
                 stage.pause()
 
     # ------------------------------------------------------------------------------------------
-    def _checked(self) -> PhotoFolder:
+    def _check_photos(self) -> PhotoFolder:
         photo_folder = self.photos
         for name, reason in photo_folder.skipped:
             self.log.note(Finding("photo.left-out", photo=name, reason=reason))

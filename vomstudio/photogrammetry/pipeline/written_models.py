@@ -82,7 +82,7 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
 
     # Convert as readers of the file do.
     names = ("registration", "frame", "scaled")
-    text = json.dumps({name: result[name] for name in names}, default=_plain)
+    text = json.dumps({name: result[name] for name in names}, default=_to_plain_value)
     registration = result_registration(json.loads(text), outputs.folder.name)
     is_known = registration.rotation_covariance() is not None
     for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
@@ -94,10 +94,10 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
     """Write a result; arrays become lists, findings objects."""
-    path.write_text(json.dumps(value, indent=1, default=_plain), encoding="utf-8")
+    path.write_text(json.dumps(value, indent=1, default=_to_plain_value), encoding="utf-8")
 
 
-def _plain(value: Any) -> Any:
+def _to_plain_value(value: Any) -> Any:
     if isinstance(value, Finding):
         return value.to_dict()
     return value.tolist() if hasattr(value, "tolist") else str(value)

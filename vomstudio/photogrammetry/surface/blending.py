@@ -140,7 +140,7 @@ def blend(
     colors = np.concatenate([photo.colors for photo in visibilities])[order]
     detail = np.concatenate([photo.detail for photo in visibilities])[order]
     progress.stage(tr("Balancing exposure"))
-    gains = np.exp(-_balance(vertex_rows, n, count, np.log(colors + 4.0), _unclipped(colors)))
+    gains = np.exp(-_balance(vertex_rows, n, count, np.log(colors + 4.0), _is_unclipped(colors)))
     gains /= np.exp(np.log(gains).mean(axis=0))
     sharpness = np.exp(_balance(vertex_rows, n, count, detail[:, None], None)[:, 0])
     sharpness /= np.median(sharpness)
@@ -239,7 +239,7 @@ class _Links:
         diffuse(self.starts, self.others, vertex_rows, is_counted, values, spread_values, rounds)
 
 
-def _unclipped(colors: Float32Array) -> BoolArray:
+def _is_unclipped(colors: Float32Array) -> BoolArray:
     return np.asarray(((colors > 6) & (colors < 248)).all(axis=1))
 
 

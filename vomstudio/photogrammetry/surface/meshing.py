@@ -136,7 +136,7 @@ def build_surface(
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
     progress.stage(tr("Measuring the point spacing"))
-    tree, spacing = _spacing(points)
+    tree, spacing = _typical_spacing(points)
     depth = options.depth or _depth(points, spacing, options.faces)
     # An open cell of the octree is what Poisson's method resolves; the cut must not fall below it.
     cell = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
@@ -169,7 +169,7 @@ def build_surface(
     )
     faces = _orient_to_normals(vertices, faces, tree, normals)
     _verify(vertices, faces)
-    mesh = Mesh(vertices + shift, faces, colors=_colors(vertices, tree, colors))
+    mesh = Mesh(vertices + shift, faces, colors=_vertex_colors(vertices, tree, colors))
     facts |= {
         "faces": len(faces),
         "islands_left_out": pieces + islands,
@@ -199,7 +199,7 @@ def _check(
         raise GeometryError(Finding("surface.few-points", points=len(points), least=_MIN_POINTS))
     normals = (normals / length[:, None]).astype(np.float32)
     if len(points) > options.max_points:
-        rows = _thin(points, options.max_points)
+        rows = _thin_out(points, options.max_points)
         warnings.append(Finding("surface.thinned", total=len(points), points=len(rows)))
         points, normals = points[rows], normals[rows]
         colors = None if colors is None else colors[rows]
@@ -208,14 +208,14 @@ def _check(
     return points, normals, colors, warnings
 
 
-def _thin(points: FloatArray, count: int) -> IntArray:
+def _thin_out(points: FloatArray, count: int) -> IntArray:
     """Return every k-th point along a space-filling order of cells."""
     cells = np.floor((points - points.min(axis=0)) / (np.ptp(points, axis=0).max() / 1023 + 1e-300))
     order = np.lexsort(cells.T)
     return np.sort(order[np.linspace(0, len(points) - 1, count).astype(np.int64)])
 
 
-def _spacing(points: FloatArray) -> tuple[Any, float]:
+def _typical_spacing(points: FloatArray) -> tuple[Any, float]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points, balanced_tree=False)
@@ -436,7 +436,7 @@ def _orient_to_normals(
     return faces
 
 
-def _colors(vertices: FloatArray, tree: Any, colors: ByteArray | None) -> ByteArray | None:
+def _vertex_colors(vertices: FloatArray, tree: Any, colors: ByteArray | None) -> ByteArray | None:
     if colors is None:
         return None
     nearest_rows = tree.query(vertices, k=min(4, tree.n))[1].reshape(len(vertices), -1)

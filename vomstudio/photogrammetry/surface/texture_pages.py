@@ -267,18 +267,18 @@ def fill_between(page: ByteArray, is_filled: BoolArray) -> None:
         return
     # The page itself stays in bytes, four times smaller than as float.
     page[~is_filled] = 0
-    levels = [_halved(page, is_filled.astype(np.uint8) * np.uint8(255), 255.0)]
+    levels = [_halve_size(page, is_filled.astype(np.uint8) * np.uint8(255), 255.0)]
     while min(levels[-1][1].shape) > 1:
-        levels.append(_halved(*levels[-1], 1.0))
+        levels.append(_halve_size(*levels[-1], 1.0))
     color, weight = levels[-1]
     mean_color = color / np.maximum(weight, 1e-12)[..., None]
     for color, weight in reversed(levels[:-1]):
-        mean_color = color + (1 - weight)[..., None] * _enlarged(mean_color, color.shape)
-    enlarged_page = _enlarged(np.clip(np.rint(mean_color), 0, 255).astype(np.uint8), page.shape)
+        mean_color = color + (1 - weight)[..., None] * _enlarge(mean_color, color.shape)
+    enlarged_page = _enlarge(np.clip(np.rint(mean_color), 0, 255).astype(np.uint8), page.shape)
     np.copyto(page, enlarged_page, where=~is_filled[..., None])
 
 
-def _halved(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
+def _halve_size(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
     """Return weighted means of pixel pairs, and their weights.
 
     full_weight : weight of a complete texel. Colours are multiplied by their weights.
@@ -295,7 +295,7 @@ def _halved(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
     return mean * ratio[..., None], opacity
 
 
-def _enlarged(picture: Any, shape: tuple[int, ...]) -> Any:
+def _enlarge(picture: Any, shape: tuple[int, ...]) -> Any:
     import cv2
 
     enlarged_picture = cv2.resize(

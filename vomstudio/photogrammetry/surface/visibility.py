@@ -158,7 +158,7 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
         quality.astype(np.float32),
         is_well_seen,
         rows,
-        _colors(picture, pixels[rows], span),
+        _sample_colors(picture, pixels[rows], span),
         _detail(picture, pixels[rows]),
     )
 
@@ -238,7 +238,7 @@ def to_level(pixels: FloatArray, level: int) -> FloatArray:
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
-def _colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
+def _sample_colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
     """Return RGB averaged over a third of a vertex's edges, to exclude the area beyond edges."""
     from vomstudio.photogrammetry.surface._visibility_kernels import look_up
 

@@ -107,7 +107,7 @@ def report(
         "before",
         figures,
         tuple(findings),
-        assess(findings, median, hint=_hint(photos)),
+        assess(findings, median, hint=_hint_findings(photos)),
         median,
         None if planes is None else planes.textbook,
         advice_for(findings),
@@ -133,7 +133,7 @@ def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
     return ground_sampling_distance(photo.long_side, photo.focal_px, distance, photo.long_side)
 
 
-def _hint(photos: Sequence[Photo]) -> tuple[Finding, ...]:
+def _hint_findings(photos: Sequence[Photo]) -> tuple[Finding, ...]:
     focal = [p.focal_px for p in photos if p.focal_px is not None]
     if not focal:
         return (Finding("survey.pixel-size-unknown"),)

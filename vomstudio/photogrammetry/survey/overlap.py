@@ -363,7 +363,7 @@ def optical_axes(overlap: SetOverlap, count: int) -> tuple[FloatArray, BoolArray
 
 
 # ------------------------------------------------------------------------------------------------
-def _places(f: NormalizedFeatures) -> FloatArray:
+def _keypoint_positions(f: NormalizedFeatures) -> FloatArray:
     steps = (np.arange(_GRID) + 0.5) / _GRID
     x, y = np.meshgrid(steps * f.width, steps * f.height)
     return np.column_stack([x.ravel(), y.ravel()])
@@ -373,7 +373,7 @@ def _is_in_other_photo(
     plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> BoolArray:
     """Return which grid points of photo `a` the homography maps into photo `b`."""
-    position = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
+    position = np.column_stack([_keypoint_positions(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
     is_in_front = position[:, 2] * np.sign(centre) > 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -388,7 +388,10 @@ def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
 
     hull = cv2.convexHull(points.astype(np.float32))
     return np.array(
-        [cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0 for x, y in _places(f)]
+        [
+            cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0
+            for x, y in _keypoint_positions(f)
+        ]
     )
 
 

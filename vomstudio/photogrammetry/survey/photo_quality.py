@@ -102,11 +102,11 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
         if max(known_sigmas) <= _MAX_BLUR_SIGMA_PX or level == 3:
             return float(max(known_sigmas) * 2**level)
         # Averaging two pixels adds some blur, which is negligible compared with the measured blur.
-        tiles = [_halved(tile) for tile in tiles]
+        tiles = [_halve_size(tile) for tile in tiles]
     return None
 
 
-def _halved(tile: Float32Array) -> Float32Array:
+def _halve_size(tile: Float32Array) -> Float32Array:
     import cv2
 
     half_tile = cv2.resize(tile, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)

@@ -226,7 +226,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     sharp_aperture = depth_of_field(
         camera.focal_mm, aperture, distance_m, _MAX_BLUR_PIXELS * camera.pixel_pitch_mm
     )
-    warnings += _warnings(
+    warnings += _plan_findings(
         manner, stations, distance_m, width_m, height_m, footprint, least_stations
     )
     return SurveyPlan(
@@ -411,7 +411,7 @@ def _control_points(width: float, height: float) -> tuple[PlannedControlPoint, .
     )
 
 
-def _warnings(
+def _plan_findings(
     manner: Manner,
     stations: tuple[CameraStation, ...],
     distance: float,

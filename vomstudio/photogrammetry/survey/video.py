@@ -264,7 +264,7 @@ def _select_frames(
         if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MAX_BLUR_PX):
             _count(report, BLURRED)
             continue
-        reduced_frame = _reduced(frame)
+        reduced_frame = _reduce_size(frame)
         if last_frame is not None:
             shift = _shift(last_frame, reduced_frame)
             if shift is not None and shift < _MIN_SHIFT:
@@ -312,7 +312,7 @@ def _detail(frame: ByteArray) -> float:
     return float(cv2.Laplacian(grey[::2, ::2], cv2.CV_32F).var())
 
 
-def _reduced(frame: ByteArray) -> ByteArray:
+def _reduce_size(frame: ByteArray) -> ByteArray:
     import cv2
 
     scale = _TRACKING_SIZE / max(frame.shape[:2])

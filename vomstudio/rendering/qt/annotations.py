@@ -247,7 +247,7 @@ class Annotations:
             )
         for row in np.flatnonzero(previous_rows < 0).tolist():
             drawing = drawings[row]
-            anchors[row] = _places(drawing)
+            anchors[row] = _label_anchors(drawing)
             sizes[row] = self.labels.size(drawing.label, drawing.verdict)
         self._previous_arrays = None
         return anchors, sizes
@@ -553,7 +553,7 @@ def _flat_pen(color: QColor, width: float) -> QPen:
     return pen
 
 
-def _places(drawing: FeatureDrawing) -> FloatArray:
+def _label_anchors(drawing: FeatureDrawing) -> FloatArray:
     """Return the possible label positions (5, 3) of a drawing in the World frame."""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     anchor = np.asarray(drawing.anchor, float)

@@ -33,7 +33,7 @@ class ModelAppearance(QObject):
         self._mode = "textured"
         models.chunked.connect(self._color)
         models.colored.connect(self._take_field)
-        models.placed.connect(self._placed)
+        models.placed.connect(self._apply_placement)
         models.removed.connect(self._forget_field)
 
     def set_mode(self, mode: str) -> None:
@@ -103,7 +103,7 @@ class ModelAppearance(QObject):
         scene = self._lifetime.scene
         return [] if scene is None else scene.scales()
 
-    def _placed(self, model_id: str) -> None:
+    def _apply_placement(self, model_id: str) -> None:
         if model_id in self._styles and self._styles[model_id].name == ELEVATION:
             self._color(model_id)
 

@@ -42,7 +42,9 @@ class ReadoutBox:
         first_metrics = self._metrics[0]
         header_width = first_metrics.horizontalAdvance(self._lines[0])
         if self._verdict:
-            header_width += self._icon() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
+            header_width += (
+                self._icon_width() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
+            )
         other_lines = zip(self._metrics[1:], self._lines[1:], strict=True)
         width = max([header_width] + [m.horizontalAdvance(text) for m, text in other_lines])
         return width + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
@@ -66,7 +68,7 @@ class ReadoutBox:
     def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
         """Paint the shape, attitude and word of the verdict. Return the end of the line."""
         x, line = box.left() + _SIDE, box.top() + _TOP
-        first_metrics, icon = self._metrics[0], self._icon()
+        first_metrics, icon = self._metrics[0], self._icon_width()
         if self._verdict:
             top = line + (first_metrics.height() - icon) / 2.0
             draw_verdict_shape(painter, QRectF(x, top, icon, icon), self._verdict)
@@ -80,5 +82,5 @@ class ReadoutBox:
             painter.drawText(QPointF(x, line + first_metrics.ascent()), self._verdict)
         return line + first_metrics.height()
 
-    def _icon(self) -> float:
+    def _icon_width(self) -> float:
         return self._metrics[0].height() * 0.82 if self._verdict else 0.0

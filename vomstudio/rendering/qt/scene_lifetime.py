@@ -30,7 +30,7 @@ class SceneLife(QObject):
     ----------
     scene : Scene or None
         Scene, or None before its creation and after its release.
-    closed : bool
+    is_closed : bool
         Whether the scene has been released.
     """
 
@@ -42,7 +42,7 @@ class SceneLife(QObject):
         """Store `fill_scene`, which starts a new scene and passes it its first contents."""
         super().__init__(parent)
         self.scene: Scene | None = None
-        self.closed = False
+        self.is_closed = False
         self._camera, self._fill_scene = camera, fill_scene
         self._waiting: list[Callable[[], None]] = []
         self._has_begun = False
@@ -50,7 +50,7 @@ class SceneLife(QObject):
 
     def begin(self) -> None:
         """Start the import once the window is visible; further calls have no effect."""
-        if not self._has_begun and not self.closed:
+        if not self._has_begun and not self.is_closed:
             self._has_begun = True
             QTimer.singleShot(0, self._import)
 
@@ -82,7 +82,7 @@ class SceneLife(QObject):
 
     def stop(self) -> None:
         """Prevent the creation of the scene."""
-        self.closed = True
+        self.is_closed = True
         self._background.stop(wait_s=_IMPORT_S)
         self._waiting.clear()
 

@@ -93,7 +93,7 @@ class ShownModels(QObject):
         frame_camera : bool
             Whether to frame the model as soon as its bounds are known.
         """
-        if self._lifetime.closed:
+        if self._lifetime.is_closed:
             return
         hidden_element = self._elements.get(model_id)
         self.remove(model_id)

@@ -174,7 +174,7 @@ class Viewport(QWidget):
         The view cannot be used afterwards; further calls have no effect. The window calls this
         method before it closes.
         """
-        if self._lifetime.closed:
+        if self._lifetime.is_closed:
             return
         with ExitStack() as steps:
             steps.callback(self._lifetime.close)

@@ -67,19 +67,19 @@ class _Piece:
         faces = [(a, a.corners, color) for a, color, _ in areas if a.corners.ndim == 3]
         dots = [(a, _shuffled(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
         edges = [(a, a.border, color) for a, _, color in areas]
-        data = _points(faces, origin)
+        data = _create_points(faces, origin)
         data.SetPolys(vtk_data.uniform_cells(0, data.GetNumberOfPoints() // 3, 3))
         vtk_data.show(self.fill, data)
-        data = _points(dots, origin)
+        data = _create_points(dots, origin)
         data.SetVerts(vtk_data.uniform_cells(0, data.GetNumberOfPoints(), 1))
         vtk_data.show(self.dots, data)
-        data = _points(edges, origin)
+        data = _create_points(edges, origin)
         data.SetLines(vtk_data.uniform_cells(0, data.GetNumberOfPoints() // 2, 2))
         vtk_data.show(self.border, data)
         for actor in (self.fill, self.dots, self.border):
             actor.SetVisibility(actor.GetMapper().GetInput().GetNumberOfPoints() > 0)
         self.place = dots[0][0].origin if dots else None
-        self.spacing = _spacing(dots[0][1]) if dots else 0.0
+        self.spacing = _typical_spacing(dots[0][1]) if dots else 0.0
 
     def offset_from_surface(self, offset_steps: float, scale: float, pixel: Pixel | None) -> None:
         self.border.GetProperty().SetLineWidth(self.width * scale)
@@ -232,7 +232,7 @@ def _shuffled(points: Float32Array) -> Float32Array:
     return points[np.random.default_rng(0).permutation(len(points))]
 
 
-def _spacing(points: Float32Array) -> float:
+def _typical_spacing(points: Float32Array) -> float:
     """Return the approximate mean distance between neighbouring points on the surface."""
     if len(points) < 3:
         return 0.0
@@ -242,7 +242,9 @@ def _spacing(points: Float32Array) -> float:
     return float(np.sqrt(area / len(points)))
 
 
-def _points(parts: list[tuple[Area, Float32Array, Color]], origin: FloatArray) -> vtkPolyData:
+def _create_points(
+    parts: list[tuple[Area, Float32Array, Color]], origin: FloatArray
+) -> vtkPolyData:
     data = vtkPolyData()
     runs = [
         corners.reshape(-1, 3) + (area.origin - origin).astype(np.float32)

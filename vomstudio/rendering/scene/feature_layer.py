@@ -55,7 +55,7 @@ class FeatureLayer:
         self._runs = FeatureRuns()
         self._corners: FloatArray = np.zeros((0, 3))
         self.is_thin = False
-        self._stale = True
+        self._is_stale = True
         self._changed: list[FeatureDrawing] = []
         self._is_all_changed = False
         self._is_selection_stale = True
@@ -69,7 +69,7 @@ class FeatureLayer:
         Points are in the World frame. Changes of the selection and the live area are ignored.
         Returns None if anything may have changed.
         """
-        if self._stale or not self.areas.is_emphasis_only:
+        if self._is_stale or not self.areas.is_emphasis_only:
             return None
         return np.concatenate([np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed)])
 
@@ -106,13 +106,13 @@ class FeatureLayer:
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, HIDDEN_LINE_OFFSET)
             self._actors[name] = actor
             (emphasis if is_selected else renderer).AddActor(actor)
-        self._stale = True
+        self._is_stale = True
 
     def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
         self._runs.set_origin(origin)
         self.areas.set_origin(origin)
-        self._stale = True
+        self._is_stale = True
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
         """Clip all features by planes, of which the inner side is drawn."""
@@ -124,11 +124,11 @@ class FeatureLayer:
         """Set the device pixels per logical pixel; line widths are logical."""
         self.scale = scale
         self.areas.scale = scale
-        self._stale = True
+        self._is_stale = True
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
         for key, drawing in changes.items():
-            if not self._stale:
+            if not self._is_stale:
                 self._changed += [d for d in (self.drawings.get(key), drawing) if d is not None]
             if drawing is None:
                 self.drawings.pop(key, None)
@@ -137,7 +137,7 @@ class FeatureLayer:
                 self.drawings[key] = drawing
                 self._numbers.setdefault(key, next(self._next_number))
             self.areas.change(key, drawing)
-        self._stale = self._stale or len(self._changed) > MAX_PARTIAL_CHANGES
+        self._is_stale = self._is_stale or len(self._changed) > MAX_PARTIAL_CHANGES
         self._is_selection_stale = True
         self._runs.change(changes)
         box = self._runs.box()
@@ -188,10 +188,10 @@ class FeatureLayer:
         if is_needed is not None:
             self._fill(*self._runs.runs_of_visible(is_needed))
             self._is_all_changed = False
-        elif self._stale or self._changed or not self._is_all_changed:
+        elif self._is_stale or self._changed or not self._is_all_changed:
             self._fill(self._runs.lines(), self._runs.discs())
             self._is_all_changed = self._is_selection_stale = True
-        self._stale = False
+        self._is_stale = False
         self._changed.clear()
         self.refresh_emphasis(pixel)
 

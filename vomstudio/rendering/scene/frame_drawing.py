@@ -116,7 +116,7 @@ class FramePicture:
             shown_parts = self._proxies()
         else:
             self._levels.choose()
-            shown_parts = self._tinted(self._visibility.parts())
+            shown_parts = self._tint_parts(self._visibility.parts())
         has_new_parts = any(not p.is_uploaded for p in shown_parts)
         start_time = time.perf_counter()
         self._show_parts(shown_parts)
@@ -153,9 +153,9 @@ class FramePicture:
         entries = self._visibility.parts(include_all_nodes=True)
         nodes, self.has_more_nodes = proxies.coarse_nodes(entries, self.pace.moving_sets)
         parts = [part for model in visible for part in model.proxies]
-        return parts + self._tinted(nodes) + proxies.mesh_proxies(visible)
+        return parts + self._tint_parts(nodes) + proxies.mesh_proxies(visible)
 
-    def _tinted(self, entries: Iterable[Entry]) -> list[Part]:
+    def _tint_parts(self, entries: Iterable[Entry]) -> list[Part]:
         parts = []
         for model, part in entries:
             self._contents.look.tint_node(model, part)
@@ -182,7 +182,7 @@ class FramePicture:
         if self.refining and begun_bands:
             self._begin_bands()
             return
-        is_refining = self.refining and not frame.first
+        is_refining = self.refining and not frame.is_first
         if is_refining:
             canvas.buffers.save("frame")
         changed_features = self._contents.features.changed() if canvas.are_features_saved else None
@@ -226,7 +226,7 @@ class FramePicture:
             return self.draw_band() and self._end_rest()
         if self._levels.upload_one():
             return False
-        if not frame.pending_parts and not frame.first and self._shade_band():
+        if not frame.pending_parts and not frame.is_first and self._shade_band():
             return False
         start_time = time.perf_counter()
         is_last = not frame.pending_parts
@@ -237,20 +237,20 @@ class FramePicture:
             count = self.pace.next_batch([part for _, part in frame.pending_parts])
         batch = [part for _, part in frame.pending_parts[:count]]
         frame.pending_parts = frame.pending_parts[count:]
-        if frame.first and not frame.pending_parts and not self.domed:
+        if frame.is_first and not frame.pending_parts and not self.domed:
             # The features, including copying the surface below them, are a separate step unless
             # the whole frame is drawn quickly.
             is_last = is_last or self.pace.expected(batch) <= BATCH_S
         self._show_parts(batch)
         uses_bands = is_last and self._wants_bands
         self._render(
-            with_clear=frame.first,
+            with_clear=frame.is_first,
             with_surface=True,
             with_layer=is_last and not uses_bands,
             keep_picture=is_last,
         )
         canvas.wait()
-        frame.first = False
+        frame.is_first = False
         self.pace.learn(batch, time.perf_counter() - start_time)
         for part in batch:
             part.is_uploaded = True

@@ -16,7 +16,7 @@ class FrameProgress:
     ----------
     pending_parts : list or None
         Parts that remain to be drawn, or None if no frame is being drawn.
-    first : bool
+    is_first : bool
         Whether no part of the frame has been drawn yet.
     bands : list or None
         First and end rows of the bands that remain to be shaded, or None before shading.
@@ -26,14 +26,14 @@ class FrameProgress:
 
     def __init__(self) -> None:
         self.pending_parts: list[Entry] | None = None
-        self.first = False
+        self.is_first = False
         self.bands: list[tuple[int, int]] | None = None
         self.is_complete = False
         self._is_outdated = False
 
     def begin(self, parts: list[Entry]) -> None:
         self.pending_parts, self.bands = parts, None
-        self.first = True
+        self.is_first = True
         self._is_outdated = False
 
     def end(self) -> None:

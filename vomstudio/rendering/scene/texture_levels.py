@@ -21,7 +21,7 @@ class TextureLevels:
         """Whether a finer texture than the uploaded one is required."""
         return any(
             gpu_texture.too_coarse
-            for m in self._textured()
+            for m in self._textured_models()
             for gpu_texture in m.gpu_textures.values()
         )
 
@@ -38,7 +38,7 @@ class TextureLevels:
 
     def upload_one(self) -> bool:
         """Upload a piece of a texture. Return False if no upload is required."""
-        models = self._textured()
+        models = self._textured_models()
         if any(
             gpu_texture.level is None for m in models for gpu_texture in m.gpu_textures.values()
         ):
@@ -57,7 +57,7 @@ class TextureLevels:
                 return True
         return False
 
-    def _textured(self) -> list[ModelScene]:
+    def _textured_models(self) -> list[ModelScene]:
         style = self._contents.look
         return [model for model in self._contents.visible() if style.textured(model)]
 

@@ -25,7 +25,7 @@ class LabelGrid:
 
     def block(self, x: float, y: float, width: float, height: float) -> None:
         """Mark a rectangle as occupied."""
-        first_row, last_row, mask = self._cells(x, y, width, height)
+        first_row, last_row, mask = self._cell_range(x, y, width, height)
         for row in range(first_row, last_row):
             self._rows[row] |= mask
 
@@ -47,7 +47,7 @@ class LabelGrid:
 
     def is_free(self, x: float, y: float, width: float, height: float) -> bool:
         """Return whether the part of a rectangle inside the image is free."""
-        first_row, last_row, mask = self._cells(x, y, width, height)
+        first_row, last_row, mask = self._cell_range(x, y, width, height)
         return not any(row & mask for row in self._rows[first_row:last_row])
 
     def collisions(self, boxes: FloatArray) -> BoolArray:
@@ -78,7 +78,7 @@ class LabelGrid:
         )
         return np.asarray(is_rejected | (occupied_sums > 0))
 
-    def _cells(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
+    def _cell_range(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
         """Return the first row, the end row and the column bits of a rectangle."""
         left = max(int(x) // CELL, 0)
         right = max(min(int(x + width), int(self.width)) // CELL + 1, left)

@@ -113,13 +113,16 @@ class ReadingPosition:
         picked_points : PickedPoints
         """
         for number, size in enumerate(sizes):
-            positions = _places(size, view, picked_points)
+            positions = _candidate_boxes(size, view, picked_points)
             side = self._free_side(positions, picked_points)
             if side is not None:
                 return number, self._use_side(side, positions[side])
         number = len(sizes) - 1
-        positions = [*_places(sizes[number], view, picked_points), *_grid(sizes[number], view)]
-        cost = [_covered(box, picked_points, LINE_CLEARANCE) for box in positions]
+        positions = [
+            *_candidate_boxes(sizes[number], view, picked_points),
+            *_grid_boxes(sizes[number], view),
+        ]
+        cost = [_covered_length(box, picked_points, LINE_CLEARANCE) for box in positions]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
             side = self.side
@@ -138,7 +141,7 @@ class ReadingPosition:
 
         def free(side: int, margin: float, *, include_next: bool = False) -> bool:
             box = positions[side]
-            if _covered(box, picked_points, margin) > 0.0:
+            if _covered_length(box, picked_points, margin) > 0.0:
                 return False
             return not include_next or float(_lengths_in(box, onwards).sum()) == 0.0
 
@@ -158,7 +161,7 @@ class ReadingPosition:
         return next((side for side in range(len(positions)) if free(side, NEW_CLEARANCE)), None)
 
 
-def _places(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBox]:
+def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBox]:
     """Return the candidate positions: six at the cursor, then those along the edges."""
     (total_width, high), (width, height), (x, y) = size, view, picked_points.cursor
     x_right, x_left = (
@@ -195,7 +198,7 @@ def _places(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBo
     ]
 
 
-def _grid(size: Size, view: Size) -> list[PixelBox]:
+def _grid_boxes(size: Size, view: Size) -> list[PixelBox]:
     """Return a grid of positions over the view, used if all preferred positions are covered."""
     (total_width, high), (width, height) = size, view
     columns = np.linspace(EDGE, max(width - EDGE - total_width, EDGE), GRID_SIZE)
@@ -203,7 +206,7 @@ def _grid(size: Size, view: Size) -> list[PixelBox]:
     return [(float(x), float(y), total_width, high) for y in rows for x in columns]
 
 
-def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float:
+def _covered_length(box: PixelBox, picked_points: PickedPoints, margin: float) -> float:
     """Return the cost of a box that covers or is close to the picked points.
 
     The cost is the length of covered lines in pixels; each vertex, and especially the cursor,
@@ -213,10 +216,10 @@ def _covered(box: PixelBox, picked_points: PickedPoints, margin: float) -> float
     widened_box = (x - margin, y - margin, box_width + 2 * margin, high + 2 * margin)
     cost = float(_lengths_in(widened_box, picked_points.segments()).sum())
     points = picked_points.points()
-    cost += VERTEX_COST * int(_inside(widened_box, points, 0.0).sum())
+    cost += VERTEX_COST * int(_is_inside(widened_box, points, 0.0).sum())
     max_distance = max(CURSOR_CLEARANCE, picked_points.clearance)
     cost += CURSOR_COST * int(
-        _inside(box, np.array([picked_points.cursor], float), max_distance).sum()
+        _is_inside(box, np.array([picked_points.cursor], float), max_distance).sum()
     )
     if picked_points.widget is not None and _overlaps(box, picked_points.widget):
         cost += CURSOR_COST
@@ -229,7 +232,7 @@ def _overlaps(box: PixelBox, other_box: PixelBox) -> bool:
     return overlaps_in_x and y < other_y + other_height and other_y < y + height
 
 
-def _inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
+def _is_inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
     x, y, box_width, high = box
     low, top = np.array([x, y]) - margin, np.array([x + box_width, y + high]) + margin
     return np.asarray(((points > low) & (points < top)).all(axis=1))

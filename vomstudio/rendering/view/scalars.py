@@ -243,11 +243,11 @@ def field_unit(name: str) -> str:
     for unit in ("px", "m"):
         if name.endswith(f"_{unit}"):
             return unit
-    plain_name = _plain(name)
+    plain_name = _plain_name(name)
     return next((unit for words, unit in NAME_UNITS if any(w in plain_name for w in words)), "")
 
 
-def _plain(name: str) -> str:
+def _plain_name(name: str) -> str:
     return field_title(name).lower().replace(" ", "_")
 
 
@@ -329,7 +329,7 @@ def make_scale(
 
 
 def _kind(name: str, lowest_number: float, highest_value: float) -> Kind:
-    plain_name = _plain(name)
+    plain_name = _plain_name(name)
     if (
         any(word in plain_name for word in AZIMUTH_NAMES)
         and lowest_number >= -180.0
@@ -368,7 +368,7 @@ def _codes(
     check: Callable[[], None],
 ) -> IntArray | None:
     """Return the codes that occur in a field, or None if its values are not codes."""
-    plain_name = _plain(name)
+    plain_name = _plain_name(name)
     if name == ELEVATION or "intensity" in plain_name:
         return None
     values = data.fields[name]
@@ -395,10 +395,10 @@ def _codes(
 
 
 def _categories(name: str, codes: IntArray) -> Iterator[Category]:
-    is_las = "class" in _plain(name)
-    names = NAMED_CATEGORIES.get(_plain(name).partition(",")[0], ())
+    is_las = "class" in _plain_name(name)
+    names = NAMED_CATEGORIES.get(_plain_name(name).partition(",")[0], ())
     # The other categories keep their colours when one piece is removed.
-    has_labels = "label" in _plain(name)
+    has_labels = "label" in _plain_name(name)
     for place, code in enumerate(int(c) for c in codes):
         if code < len(names):
             title, color = names[code]

@@ -123,9 +123,9 @@ class SymbolSet:
 
     def __init__(self, symbols: Sequence[Symbol]) -> None:
         self.kinds = tuple(s.kind for s in symbols)
-        self.places = _stacked([s.place for s in symbols])
-        self._along = _stacked([s.along for s in symbols])
-        self._across = _stacked([s.across for s in symbols])
+        self.places = _stack([s.place for s in symbols])
+        self._along = _stack([s.along for s in symbols])
+        self._across = _stack([s.across for s in symbols])
         self._lines = np.array([k == "line" for k in self.kinds], np.bool_)
 
     def signs(
@@ -169,7 +169,7 @@ class SymbolSet:
         return Signs(self.kinds, pixels, depth, metres, strike_vectors, cross_ticks)
 
 
-def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
+def _stack(vectors: Sequence[FloatArray]) -> FloatArray:
     # This is ten times faster than NumPy with a list of arrays.
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 

@@ -178,7 +178,7 @@ def collect_lines(
                 is_named=line.name in stated_names,
                 layer=line.layer,
                 pixels=tuple((float(x), float(y)) for x, y in line.pixels),
-                points=tuple(_point(next(positions)) if met else None for met in line.is_met),
+                points=tuple(_to_point(next(positions)) if met else None for met in line.is_met),
                 id=line.words.id,
                 kind=line.words.kind,
                 set=line.words.set,
@@ -189,7 +189,7 @@ def collect_lines(
     )
 
 
-def _point(position: Sequence[float]) -> Point:
+def _to_point(position: Sequence[float]) -> Point:
     x, y, z = position
     return x, y, z
 

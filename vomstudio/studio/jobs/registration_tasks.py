@@ -111,7 +111,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         load_in_world(request.reference, progress), request.reference.path
     )
     initial_similarity = similarity_of(request.model.to_world)
-    evidence = Evidence(pairs=_pairs(request.pairs) if request.pairs else None)
+    evidence = Evidence(pairs=_to_pairs(request.pairs) if request.pairs else None)
     if evidence.pairs is None or evidence.too_few_alone:
         # One or two points support the fit, but give no initial placement.
         start = initial_similarity
@@ -148,7 +148,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     )
 
 
-def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
+def _to_pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     import numpy as np
 
     from vomstudio.io.control.observation_tables import Pairs

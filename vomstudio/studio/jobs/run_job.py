@@ -33,7 +33,7 @@ def run_job(
         number = worker.submit(job, request, events.put)
         try:
             while True:
-                event = _next(events, cancel)
+                event = _next_event(events, cancel)
                 if isinstance(event, Done):
                     result: Result = event.result
                     return result
@@ -52,7 +52,7 @@ def run_job(
         worker.close()
 
 
-def _next(events: queue.SimpleQueue[Event], cancel: CancelToken | None) -> Event:
+def _next_event(events: queue.SimpleQueue[Event], cancel: CancelToken | None) -> Event:
     """Return the next event. Raises Cancelled once the token is set."""
     while cancel is not None:
         cancel.check()

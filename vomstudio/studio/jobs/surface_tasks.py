@@ -258,7 +258,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
     label[part.points], covers[part.points] = result.labels, result.covers
     facets, rings = result.facets, []
     for facet in facets:
-        ring = outline(_corners(part, result.of, facet.rows), facet.fit.normal)
+        ring = outline(_element_corners(part, result.of, facet.rows), facet.fit.normal)
         rings.append(transform.apply(to_file, np.array(ring).reshape(-1, 3)))
     rows = [np.sort(element_ids[facet.rows]) for facet in facets]
     moments = [facet.moments for facet in facets]
@@ -284,7 +284,7 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
     }
 
 
-def _corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
+def _element_corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
     """Return the distinct vertices (k, 3) of some faces, or the given points."""
     import numpy as np
 

@@ -67,7 +67,7 @@ def measure_directions(
         measurement = measurements.get(line.feature_id)
         if not line.is_read or measurement is None:
             continue
-        world = _direction(measurement, line.kind == "plane")
+        world = _direction_vector(measurement, line.kind == "plane")
         if world is not None:
             directions[line.id] = ModelDirection(
                 world @ rotation, _direction_sigma(measurement, line.kind == "plane")
@@ -75,7 +75,7 @@ def measure_directions(
     return directions
 
 
-def _direction(measurement: Measurement, is_plane: bool) -> FloatArray | None:
+def _direction_vector(measurement: Measurement, is_plane: bool) -> FloatArray | None:
     """Return the direction (3,) in the World frame, or None if it is undefined."""
     if not is_plane:
         return (
@@ -267,7 +267,7 @@ def create_reading(
     """Create the record of a reading; `other_names` are the names that are in use."""
     return KnownLine(
         new_id("reading"),
-        _name(feature.name, set(other_names)),
+        _unique_name(feature.name, set(other_names)),
         reading_kind(measurement),
         feature.model_id,
         feature.model_hash,
@@ -284,7 +284,7 @@ def reading_kind(measurement: Measurement) -> ReadKind:
     return "plane" if measurement.line is None else "lineation"
 
 
-def _name(name: str, used_names: set[str]) -> str:
+def _unique_name(name: str, used_names: set[str]) -> str:
     """Return the name of the feature, with a number if the name is already in use."""
     return next(
         unused_name

@@ -97,7 +97,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     unit_m = METRES[options.unit or "m"]
     start = _Start(
         record,
-        up=None if loaded_model is None else _up(loaded_model, options),
+        up=None if loaded_model is None else _known_up(loaded_model, options),
         to_world=transform.matrix(Frame("local", None, unit_m, options.up or "z").to_world()),
     )
     if options.unit is not None:
@@ -194,7 +194,9 @@ def _register(
     from vomstudio.registration.evidence import attitude_misses
 
     unused = list[Finding]()
-    evidence, crs, read_north = _evidence(options, crs, loaded_model, findings, unused, pairs)
+    evidence, crs, read_north = _collect_evidence(
+        options, crs, loaded_model, findings, unused, pairs
+    )
     if start.scale is not None:
         evidence.scale = start.scale
     elif options.keep_scale:
@@ -203,13 +205,13 @@ def _register(
     evidence.photo_up = None if loaded_model is None else photo_up(loaded_model.path)
     if start.is_of_project and loaded_model is not None and evidence.pairs is not None:
         require_on_model(evidence.pairs.model, loaded_model.data.bounds)
-    reference_fit = _fitted(options, evidence, loaded_model, crs, start, progress)
+    reference_fit = _fit_to_reference(options, evidence, loaded_model, crs, start, progress)
     if reference_fit is not None:
         crs = reference_fit.crs
         evidence.reference = reference_fit.fitted.observation
         findings += reference_fit.warnings
     try:
-        placement = _solved(evidence, loaded_model, start)
+        placement = _solve(evidence, loaded_model, start)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(options)
@@ -329,7 +331,7 @@ def _bars_as_checks(evidence: Evidence, placement: Placed) -> list[tuple[str, fl
     ]
 
 
-def _fitted(
+def _fit_to_reference(
     options: Observations,
     evidence: Evidence,
     loaded_model: LoadedModel | None,
@@ -346,7 +348,7 @@ def _fitted(
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
     is_determined = not (evidence.is_empty or evidence.too_few_alone)
-    previous_placement = _solved(evidence, loaded_model, start) if is_determined else None
+    previous_placement = _solve(evidence, loaded_model, start) if is_determined else None
     initial = None
     if start.is_of_project and start.record is not None:
         frame = start.record.frame
@@ -364,11 +366,11 @@ def _fitted(
     )
 
 
-def _solved(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> Placed:
+def _solve(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> Placed:
     """Solve the placement; undetermined parameters are those at the start."""
     from vomstudio.registration.evidence import register
 
-    extent = None if loaded_model is None else _extent(loaded_model)
+    extent = None if loaded_model is None else _model_bounds(loaded_model)
     # Cameras and a reference determine the orientation, and are in the file frame.
     is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
     if is_in_file_frame or np.array_equal(start.to_world, np.eye(4)):
@@ -379,13 +381,13 @@ def _solved(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start)
     return solve_from(evidence, extent, start.to_world)
 
 
-def _extent(loaded_model: LoadedModel) -> FloatArray:
+def _model_bounds(loaded_model: LoadedModel) -> FloatArray:
     from vomstudio.registration.surface_points import sample_points
 
     return sample_points(loaded_model.data)
 
 
-def _up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
+def _known_up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
     """Return the up direction (3,) of a model, or None if neither file nor options define it."""
     from vomstudio.io.models.frames import frame_of_file
 
@@ -408,11 +410,11 @@ def _relocation_findings(
         return []
     if crs is not None and crs != loaded_model.crs:
         return []
-    extent = _extent(loaded_model)
+    extent = _model_bounds(loaded_model)
     return relocation_findings(extent, placement(extent), loaded_model.crs)
 
 
-def _evidence(
+def _collect_evidence(
     options: Observations,
     crs: str | None,
     loaded_model: LoadedModel | None,
@@ -525,7 +527,7 @@ def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
     from vomstudio.registration.photo_evidence import read_photo_positions
 
     if source == BESIDE or Path(source).is_dir():
-        return read_photo_positions(_photos(source, cameras, "--cameras"))
+        return read_photo_positions(_find_photos(source, cameras, "--cameras"))
     return read_positions(source)
 
 
@@ -535,7 +537,7 @@ def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeT
     from vomstudio.registration.photo_evidence import read_photo_attitudes
 
     if source == BESIDE or Path(source).is_dir():
-        return read_photo_attitudes(_photos(source, cameras, "--attitudes"), cameras.views)
+        return read_photo_attitudes(_find_photos(source, cameras, "--attitudes"), cameras.views)
     return read_attitudes(source, north)
 
 
@@ -575,7 +577,7 @@ def _turn_to_grid(
     return correction.read_north(evidence.compass_doubt_deg)
 
 
-def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
+def _find_photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
     """Find the photos of the cameras, in the given folder or beside the model."""
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
 

@@ -65,10 +65,10 @@ def import_control_points(
         sigma = pairs.sigma[row]
         point = replace(
             point_before,
-            position=_point(pairs.world[row]),
-            sigma_m=_point(sigma) if np.isfinite(sigma).all() else None,
+            position=_to_point(pairs.world[row]),
+            sigma_m=_to_point(sigma) if np.isfinite(sigma).all() else None,
             check=bool(pairs.check[row]),
-            vertices=(_point(pairs.model[row]),) if is_picked else point_before.vertices,
+            vertices=(_to_point(pairs.model[row]),) if is_picked else point_before.vertices,
         )
         records_after[point.id] = point
     return change(
@@ -274,7 +274,7 @@ def create_registration(
         scale_error=float(np.sqrt(covariance[3, 3])),
         rms_control_m=placement.rms_control_m,
         rms_check_m=placement.rms_check_m,
-        control=() if pairs is None else _points(placement, pairs),
+        control=() if pairs is None else _registration_points(placement, pairs),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
         centre=placement.centre,
         reach_m=placement.reach_m,
@@ -440,7 +440,7 @@ def _matrix(placement: Placed) -> Matrix:
     return (rows[0], rows[1], rows[2], rows[3])
 
 
-def _points(placement: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
+def _registration_points(placement: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
     """Return the points of a registration in the order of the table."""
     residuals: dict[str, PointResidual] = {
         point.label: point for point in (*placement.control, *placement.check)
@@ -452,16 +452,16 @@ def _points(placement: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
         rows.append(
             RegistrationPoint(
                 label,
-                _point(pairs.model[row]),
-                _point(pairs.world[row]),
+                _to_point(pairs.model[row]),
+                _to_point(pairs.world[row]),
                 (residual.dx, residual.dy, residual.dz),
-                _point(sigma) if np.isfinite(sigma).all() else None,
+                _to_point(sigma) if np.isfinite(sigma).all() else None,
                 bool(pairs.check[row]),
             )
         )
     return tuple(rows)
 
 
-def _point(row: np.ndarray) -> Point:
+def _to_point(row: np.ndarray) -> Point:
     x, y, z = (float(v) for v in row)
     return (x, y, z)

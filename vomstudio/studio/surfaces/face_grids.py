@@ -112,7 +112,7 @@ class FaceGrids:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
         self._exposed: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
-        models.loaded.connect(self._loaded)
+        models.loaded.connect(self._follow_model)
 
     def all(self) -> list[FaceGrid]:
         """Return the grids of the project in order of creation."""
@@ -138,7 +138,7 @@ class FaceGrids:
                 self._exposed.pop(id_, None)
                 self.changed.emit(id_)
 
-    def _loaded(self, model_id: str) -> None:
+    def _follow_model(self, model_id: str) -> None:
         for grid in self.all():
             if grid.model_id == model_id:
                 self._compute(grid)

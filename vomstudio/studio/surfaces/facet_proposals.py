@@ -375,14 +375,14 @@ def assess_facets(
                 "face" if result.element == "face" else "point",
                 ids_to_runs(rows),
                 int(array_by_name["n"][i]),
-                _triple(array_by_name["mean"][i]),
+                _to_tuple(array_by_name["mean"][i]),
                 (
-                    _triple(array_by_name["scatter"][i][0]),
-                    _triple(array_by_name["scatter"][i][1]),
-                    _triple(array_by_name["scatter"][i][2]),
+                    _to_tuple(array_by_name["scatter"][i][0]),
+                    _to_tuple(array_by_name["scatter"][i][1]),
+                    _to_tuple(array_by_name["scatter"][i][2]),
                 ),
                 float(array_by_name["n_effective"][i]),
-                tuple(_triple(p) for p in ring),
+                tuple(_to_tuple(p) for p in ring),
                 float(array_by_name["area"][i]) if result.element == "face" else None,
                 float(array_by_name["resolution"][i]),
                 rule=SURROUNDINGS_RULE,
@@ -417,5 +417,5 @@ def _value(mode: str, row: int, measurement: Measurement) -> float:
     return 90.0 if error is None else error
 
 
-def _triple(x: FloatArray) -> tuple[float, float, float]:
+def _to_tuple(x: FloatArray) -> tuple[float, float, float]:
     return float(x[0]), float(x[1]), float(x[2])

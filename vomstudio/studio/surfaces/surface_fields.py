@@ -139,7 +139,7 @@ class ModelFields(ModelWork):
         self._models, self._derived, self._display = models, derived, display
         self.shown: dict[str, ShownField] = {}
         self._computed_names: dict[str, set[str]] = {}
-        models.loaded.connect(self._loaded)
+        models.loaded.connect(self._follow_model)
 
     # --- availability -------------------------------------------------------------------------
     def why_not(self, model_id: str) -> Finding | None:
@@ -413,7 +413,7 @@ class ModelFields(ModelWork):
             ):
                 self.request_field(model_id, shown_field.request)
 
-    def _loaded(self, model_id: str) -> None:
+    def _follow_model(self, model_id: str) -> None:
         """Request the field that was shown when the project was closed."""
         request = FieldRequest.from_dict(self._display.computed.get(model_id))
         style = self._display.styles.get(model_id)

@@ -347,9 +347,9 @@ def assess_lines(
                 kinds[0].id if kinds else "",
                 model.id,
                 model.content_hash,
-                tuple(_triple(p) for p in lines[row]),
+                tuple(_to_tuple(p) for p in lines[row]),
                 resolution=resolution if np.isfinite(resolution) else None,
-                outcrop_normal=_triple(normal) if np.isfinite(normal).all() else None,
+                outcrop_normal=_to_tuple(normal) if np.isfinite(normal).all() else None,
                 rule=SURROUNDINGS_RULE,
                 axis="auto",
             )
@@ -372,5 +372,5 @@ def assess_lines(
     )
 
 
-def _triple(x: FloatArray) -> Point:
+def _to_tuple(x: FloatArray) -> Point:
     return float(x[0]), float(x[1]), float(x[2])

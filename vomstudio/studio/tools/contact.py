@@ -79,12 +79,12 @@ class ContactTool(FollowingTool[Contact]):
             values["set_name"] = set_name
         self.next_contact = replace(self.next_contact, **values)
         line = self._feature
-        if line is None or self._continued:
+        if line is None or self._has_stored_feature:
             self._context.tool_changed()
             return
         changed_line = replace(line, **values)  # type: ignore[arg-type]
         if changed_line != line:
-            self._keep(changed_line, self._steps, self.current_vertex)
+            self._store_step(changed_line, self._steps, self.current_vertex)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
         return Contact(
@@ -107,7 +107,7 @@ class ContactTool(FollowingTool[Contact]):
     def _edit(self, feature: Contact) -> Edit:
         self._check_dimension("length_m", Finding("points.coincident"))
         records = self._context.session.records
-        if self._continued:
+        if self._has_stored_feature:
             return edits.set_line(records, feature.id, feature.vertices)
         if self.is_path:
             feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
@@ -132,7 +132,7 @@ class ContactTool(FollowingTool[Contact]):
         return contact
 
     # --- preview ------------------------------------------------------------------------------
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if self.is_searching:
             return self._searching_words()

@@ -120,11 +120,11 @@ class ControlTool(StatelessTool):
             )
             return
         try:
-            id_ = self._keep(self._edit(point, model, hit))
+            id_ = self._store_edit(self._edit(point, model, hit))
         except VomError as error:
             self._context.report(error)
             return
-        self._current = "" if point is None else self._next(point)
+        self._current = "" if point is None else self._next_point(point)
         self._context.created(id_)
         self._show_preview()
         self._context.tool_changed()
@@ -138,11 +138,11 @@ class ControlTool(StatelessTool):
         )
         return edits.add_features(records, [point_new])
 
-    def _keep(self, edit: Edit) -> str:
+    def _store_edit(self, edit: Edit) -> str:
         self._context.session.apply(edit)
         return next(iter(edit.ids))
 
-    def _next(self, point: ControlPoint) -> str:
+    def _next_point(self, point: ControlPoint) -> str:
         """Return the id of the next point without a location, or "" if all are located.
 
         Because of "", an additional click does not move a point.

@@ -78,13 +78,13 @@ class ElementChanges:
 
     def wider(self) -> None:
         """Enlarge the selection by one ring of neighbours."""
-        self._ring(with_outer=True)
+        self._change_ring(with_outer=True)
 
     def narrower(self) -> None:
         """Shrink the selection by one ring of elements."""
-        self._ring(with_outer=False)
+        self._change_ring(with_outer=False)
 
-    def _ring(self, *, with_outer: bool) -> None:
+    def _change_ring(self, *, with_outer: bool) -> None:
         selection = self._tool.selection
         if selection is None:
             return

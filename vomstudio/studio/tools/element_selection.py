@@ -81,7 +81,7 @@ class ElementSelection:
 
     def before_last(self) -> BoolArray:
         """Return the selection (n,) before the last step."""
-        return self._unpacked(self._steps[-1][1])
+        return self._unpack(self._steps[-1][1])
 
     def undo(self) -> bool:
         """Undo the last step. Return False if no step can be undone."""
@@ -89,7 +89,7 @@ class ElementSelection:
             return False
         step, mask_before = self._steps.pop()
         self._undone_steps.append((step, np.packbits(self.mask)))
-        self._set_mask(self._unpacked(mask_before))
+        self._set_mask(self._unpack(mask_before))
         return True
 
     def redo(self) -> bool:
@@ -98,7 +98,7 @@ class ElementSelection:
             return False
         step, mask_after = self._undone_steps.pop()
         self._steps.append((step, np.packbits(self.mask)))
-        self._set_mask(self._unpacked(mask_after))
+        self._set_mask(self._unpack(mask_after))
         return True
 
     def settle(self) -> None:
@@ -108,7 +108,7 @@ class ElementSelection:
     def _set_mask(self, mask: BoolArray) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))
 
-    def _unpacked(self, packed_mask: ByteArray) -> BoolArray:
+    def _unpack(self, packed_mask: ByteArray) -> BoolArray:
         return np.unpackbits(packed_mask, count=len(self.mask)).view(np.bool_)
 
     # --- drafts -------------------------------------------------------------------------------

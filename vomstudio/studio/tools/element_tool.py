@@ -246,13 +246,13 @@ class ElementTool:
                 self._shape = None
             self._notify_change()
             return True
-        return self._selection is not None and self._stepped(self._selection.undo())
+        return self._selection is not None and self._finish_step(self._selection.undo())
 
     def redo(self) -> bool:
         """Redo the last undone step."""
-        return self._selection is not None and self._stepped(self._selection.redo())
+        return self._selection is not None and self._finish_step(self._selection.redo())
 
-    def _stepped(self, is_done: bool) -> bool:
+    def _finish_step(self, is_done: bool) -> bool:
         if is_done:
             self._keep_draft()
             self._notify_change()
@@ -265,9 +265,9 @@ class ElementTool:
             self._shape = None
             self._notify_change()
         elif (selection := self.selection) is not None:
-            self._discard(selection, f"Discard the {self.noun}", lambda: None)
+            self._discard_selection(selection, f"Discard the {self.noun}", lambda: None)
 
-    def _discard(
+    def _discard_selection(
         self,
         selection: ElementSelection,
         label: str,

@@ -176,9 +176,10 @@ class FollowedLine:
             self._update_best_cost(model_id, tuple(way_points))
         cost_name = self.by(model_id)
         legs = [
-            self._leg(model_id, a, b, cost_name, is_live=is_live) for a, b in pairwise(way_points)
+            self._find_leg(model_id, a, b, cost_name, is_live=is_live)
+            for a, b in pairwise(way_points)
         ]
-        return _joined(way_points, legs)
+        return _join_legs(way_points, legs)
 
     def doubtful(
         self, model_id: str, way_points: Sequence[Point], resolution: float, cost: str = ""
@@ -225,13 +226,15 @@ class FollowedLine:
 
     def _update_best_cost(self, model_id: str, way_points: tuple[Point, ...]) -> None:
         """Determine the best cost, once the line is known for every candidate."""
-        costs = self._candidates(model_id, way_points)
+        costs = self._candidate_costs(model_id, way_points)
         if self._best is not None and self._best[0] == (model_id, way_points, costs):
             return
         ranks: list[tuple[Rank, int]] = []
         is_waiting = False
         for number, cost in enumerate(costs):
-            legs = [self._leg(model_id, a, b, cost, is_live=False) for a, b in pairwise(way_points)]
+            legs = [
+                self._find_leg(model_id, a, b, cost, is_live=False) for a, b in pairwise(way_points)
+            ]
             is_known = [
                 self._has(self._key(model_id, a, b, cost))
                 for a, b in pairwise(way_points)
@@ -239,13 +242,13 @@ class FollowedLine:
             ]
             is_waiting = is_waiting or not all(is_known)
             if any(leg is not None for leg in legs):
-                rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
+                rank = self._rank(model_id, _join_legs(way_points, legs), way_points, cost)
                 ranks.append((rank, number))
         if not is_waiting:
             best_cost = costs[min(ranks)[1]] if ranks else costs[0]
             self._best = (model_id, way_points, costs), best_cost
 
-    def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
+    def _candidate_costs(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
         """Return the candidate costs for AUTO; legs in photos permit only photo costs."""
         costs = self._finder.costs(model_id)
         uses_photos = self.follows_photos and any(
@@ -258,9 +261,9 @@ class FollowedLine:
         """Return the path between two points, or None while it is not available."""
         if self.cost is None:
             return None
-        return self._leg(model_id, start, end, self.by(model_id), is_live=is_live)
+        return self._find_leg(model_id, start, end, self.by(model_id), is_live=is_live)
 
-    def _leg(
+    def _find_leg(
         self, model_id: str, start: Point, end: Point, cost: str, *, is_live: bool
     ) -> FloatArray | None:
         if start == end:
@@ -280,7 +283,7 @@ class FollowedLine:
             (start, end),
             photo=key[4],
             is_live=is_live,
-            answer=lambda result: self._keep(key, result),
+            answer=lambda result: self._store_leg(key, result),
         )
         return points
 
@@ -299,7 +302,7 @@ class FollowedLine:
             return False
         costs = [self.by(model_id)]
         if self.cost == AUTO:
-            costs = list(self._candidates(model_id, way_points))
+            costs = list(self._candidate_costs(model_id, way_points))
         keys = (
             self._key(model_id, a, b, cost)
             for cost in costs
@@ -313,7 +316,7 @@ class FollowedLine:
         self._requested.clear()
         self._live_key = None
 
-    def _keep(self, key: Key, result: FollowedPath | Finding) -> None:
+    def _store_leg(self, key: Key, result: FollowedPath | Finding) -> None:
         is_awaited = key in self._requested
         self._requested.discard(key)
         if len(self._legs) > MAX_CACHED_LEGS:
@@ -338,7 +341,7 @@ class FollowedLine:
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
 
-def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> FloatArray:
+def _join_legs(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> FloatArray:
     """Join legs to a line (n, 3), which is straight where a leg is missing."""
     parts = [
         np.array(ends) if leg is None else leg

@@ -74,7 +74,7 @@ class FollowingTool(PolylineTool[F]):
             return
         self._line.cost = cost
         if self._feature is not None:
-            self._keep(self._feature, self._steps, self.current_vertex)
+            self._store_step(self._feature, self._steps, self.current_vertex)
         else:
             self._context.tool_changed()
 
@@ -108,7 +108,7 @@ class FollowingTool(PolylineTool[F]):
             transform.apply(to_world, points), lambda _: resolution, lambda _: face, doubtful
         )[0]
 
-    def _doubtful(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
+    def _doubtful_ranges(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
         """Find path stretches that may follow another contact (first and last rows).
 
         `resolution` is that of the model around the feature, in file units.
@@ -126,7 +126,7 @@ class FollowingTool(PolylineTool[F]):
             return
         self._line.follows_photos = is_enabled
         if self._feature is not None:
-            self._keep(self._feature, self._steps, self.current_vertex)
+            self._store_step(self._feature, self._steps, self.current_vertex)
         else:
             self._context.tool_changed()
 
@@ -163,7 +163,7 @@ class FollowingTool(PolylineTool[F]):
     @property
     def is_path(self) -> bool:
         """Whether the open feature is a path between its way-points."""
-        return self._line.cost is not None and not self._continued and self.is_open
+        return self._line.cost is not None and not self._has_stored_feature and self.is_open
 
     @property
     def is_searching(self) -> bool:
@@ -174,9 +174,9 @@ class FollowingTool(PolylineTool[F]):
             and self._line.is_searching(self._feature.model_id, self._way(self.vertices))
         )
 
-    def _verdict(self) -> str | None:
+    def _verdict_code(self) -> str | None:
         """Assess only complete paths, because straight pieces are provisional."""
-        return None if self.is_searching else super()._verdict()
+        return None if self.is_searching else super()._verdict_code()
 
     @property
     def is_finishing(self) -> bool:
@@ -332,8 +332,8 @@ class FollowingTool(PolylineTool[F]):
         """Return the entries of a draft about the cost; they are empty if no cost is followed."""
         return {"cost": self._line.cost} if self.is_path or self._line.cost else {}
 
-    def _state(self, feature: F) -> dict[str, Any]:
-        state = super()._state(feature)
+    def _draft_state(self, feature: F) -> dict[str, Any]:
+        state = super()._draft_state(feature)
         photos = [self._line.photo_of(position) for position in feature.vertices]
         return {**state, "photos": photos} if any(photos) else state
 
@@ -355,7 +355,7 @@ class FollowingTool(PolylineTool[F]):
         return super().restore(state)
 
     # --- preview ------------------------------------------------------------------------------
-    def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
+    def _drawn_lines(self) -> tuple[FloatArray | None, FloatArray | None]:
         feature, model = self._feature, self._model()
         if feature is None or model is None or not self.is_path:
             return None, None

@@ -66,8 +66,13 @@ class KnownLineTool(PolylineTool[KnownLine]):
         self.next_kind = kind
         open_one = self._feature
         is_clicked = any(kind == item for item, _ in CLICKED)
-        if open_one is not None and not self._continued and is_clicked and open_one.kind != kind:
-            self._keep(open_one.but(kind=kind), self._steps, None)
+        if (
+            open_one is not None
+            and not self._has_stored_feature
+            and is_clicked
+            and open_one.kind != kind
+        ):
+            self._store_step(open_one.but(kind=kind), self._steps, None)
         self._context.tool_changed()
 
     def continue_feature(self, feature_id: str) -> None:
@@ -94,7 +99,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
 
     def _append(self, position: Point) -> None:
         self._set_vertices((*self.vertices[:1], position))
-        if len(self.vertices) == 2 and not self._continued:
+        if len(self.vertices) == 2 and not self._has_stored_feature:
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
@@ -106,7 +111,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         if feature.vertices[0] == feature.vertices[1]:
             raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
-        if not self._continued:
+        if not self._has_stored_feature:
             return edits.add_features(records, [feature])
         return edits.set_line(records, feature.id, feature.vertices)
 
@@ -134,7 +139,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
     def _color(self) -> str:
         return KIND.color
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         return (points_text(len(self.vertices)),)
 
 

@@ -92,7 +92,7 @@ class LineTool(PolylineTool[Lineation]):
             values["set_name"] = set_name
         self.next_line = _drop_orphan_slip(replace(self.next_line, **values))  # type: ignore[arg-type]
         line = self._feature
-        if line is None or self._continued:
+        if line is None or self._has_stored_feature:
             self._context.tool_changed()
             return
         attributes = _drop_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
@@ -104,7 +104,7 @@ class LineTool(PolylineTool[Lineation]):
                 plane_id=attributes.plane_id,
                 slip=attributes.slip,
             )
-            self._keep(changed_line, self._steps, self.current_vertex)
+            self._store_step(changed_line, self._steps, self.current_vertex)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
         return Lineation(
@@ -124,7 +124,7 @@ class LineTool(PolylineTool[Lineation]):
             problem = self.measurement.problem if self.measurement else None
             raise GeometryError(problem or Finding("tool.no-points"))
         records = self._context.session.records
-        if not self._continued:
+        if not self._has_stored_feature:
             return edits.add_features(records, [feature])
         return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
 
@@ -173,7 +173,7 @@ class LineTool(PolylineTool[Lineation]):
             self._feature = replace(self._feature, resolution=resolution)
         super()._measure_live()
 
-    def _patch(self) -> FloatArray | None:
+    def _surrounding_patch(self) -> FloatArray | None:
         """Return a part of the plane that contains the line."""
         plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
         fit = self.measurement.line_fit if self.measurement else None
@@ -181,7 +181,7 @@ class LineTool(PolylineTool[Lineation]):
             return None
         return disc(fit.centroid, plane.plane.normal(), 0.5 * fit.length)
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         measurement, count = self.measurement, len(self.vertices)
         position = self._hovered_point()
         is_live = count == 1 and position is not None and position != self.vertices[0]

@@ -76,11 +76,11 @@ class LithologyTool(FollowingTool[Lithology]):
         """Set the rock of the next area, and of the open area if it is new."""
         self.next_lithology = lithology
         feature = self._feature
-        if feature is None or self._continued or feature.lithology == lithology:
+        if feature is None or self._has_stored_feature or feature.lithology == lithology:
             self._context.tool_changed()
             return
         changed_feature = replace(feature, lithology=lithology)
-        self._keep(changed_feature, self._steps, self.current_vertex)
+        self._store_step(changed_feature, self._steps, self.current_vertex)
 
     @property
     def _is_closed(self) -> bool:
@@ -102,14 +102,14 @@ class LithologyTool(FollowingTool[Lithology]):
         complete_feature = self._whole_path(self._feature)
         area, self._next_outline = None, None
         if self._drag_start is None and not super().is_searching:
-            area = self._area((complete_feature.model_id, complete_feature.vertices))
+            area = self._measured_area((complete_feature.model_id, complete_feature.vertices))
         self._feature = replace(self._feature, area=area)
         complete_feature = replace(complete_feature, area=area)
         self.measurement = (
             self._context.measure(complete_feature) if complete_feature.vertices else None
         )
 
-    def _area(self, outline: _Outline) -> float | None:
+    def _measured_area(self, outline: _Outline) -> float | None:
         """Return the area inside an outline, or request it and return None if it is unknown."""
         if self._cached_area is None or self._cached_area[0] != outline:
             if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
@@ -149,7 +149,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _edit(self, feature: Lithology) -> Edit:
         self._check_dimension("outline_m2", Finding("tool.no-area"))
         records = self._context.session.records
-        if self._continued:
+        if self._has_stored_feature:
             return edits.change_feature(records, feature)
         if self.is_path:
             feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
@@ -176,7 +176,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _color(self) -> str:
         return color_of_rock(self.lithology) or KIND.color
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         name = (self.lithology,) if self.lithology else ()
         if super().is_searching:

@@ -103,14 +103,14 @@ class MeasureTool(PolylineTool[Dimension]):
         new_kind = open_one.kind if kind is None else kind
         new_plane_id = self.next_plane_id if new_kind == "thickness" else ""
         changed_measure = replace(open_one, kind=new_kind, plane_id=new_plane_id)
-        if self._continued:
+        if self._has_stored_feature:
             return
         steps, points = self._steps, self.vertices
         if changed_measure.kind in TWO_ENDS and len(points) > 2:
             changed_measure = replace(changed_measure, vertices=(points[0], points[-1]))
             steps = [*steps, points]
         if changed_measure != open_one:
-            self._keep(changed_measure, steps, None)
+            self._store_step(changed_measure, steps, None)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
         return Dimension(
@@ -128,7 +128,11 @@ class MeasureTool(PolylineTool[Dimension]):
             super()._append(position)
             return
         self._set_vertices((*self.vertices[:1], position))
-        if len(self.vertices) == 2 and not self._continued and self.why_not_finish() is None:
+        if (
+            len(self.vertices) == 2
+            and not self._has_stored_feature
+            and self.why_not_finish() is None
+        ):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
@@ -146,7 +150,7 @@ class MeasureTool(PolylineTool[Dimension]):
         if max((measurement.dimension or {}).values(), default=0.0) <= 0.0:
             raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
-        if not self._continued:
+        if not self._has_stored_feature:
             return edits.add_features(records, [feature])
         return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
 
@@ -192,7 +196,7 @@ class MeasureTool(PolylineTool[Dimension]):
     def _is_closed(self) -> bool:
         return self.kind == "area" and len(self.vertices) > 2
 
-    def _patch(self) -> FloatArray | None:
+    def _surrounding_patch(self) -> FloatArray | None:
         """Return an outline of the plane of a thickness, through the base of the measurement."""
         plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
         measurement = self._live()
@@ -219,7 +223,7 @@ class MeasureTool(PolylineTool[Dimension]):
             return self.measurement
         return self._context.measure(replace(self._feature, vertices=(*points, position)))
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         measurement = self._live()
         if measurement is None or not measurement.dimension:
             return (points_text(len(self.vertices)),)

@@ -33,7 +33,7 @@ class SteppedFeature(Generic[F]):
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self._feature: F | None = None
-        self._continued = False
+        self._has_stored_feature = False
         self._steps: list[tuple[Point, ...]] = []
         self._undone_steps: list[tuple[F, list[tuple[Point, ...]]]] = []
         self._hover_hit: Hit | None = None
@@ -50,7 +50,7 @@ class SteppedFeature(Generic[F]):
         """Draw the open feature, or remove the drawing if no feature is open."""
         raise NotImplementedError
 
-    def _state(self, feature: F) -> dict[str, Any]:
+    def _draft_state(self, feature: F) -> dict[str, Any]:
         """Return the draft of a feature."""
         raise NotImplementedError
 
@@ -81,7 +81,7 @@ class SteppedFeature(Generic[F]):
     @property
     def is_continued(self) -> bool:
         """Whether the open feature is a feature of the document that is being continued."""
-        return self._continued
+        return self._has_stored_feature
 
     @property
     def vertices(self) -> tuple[Point, ...]:
@@ -106,7 +106,7 @@ class SteppedFeature(Generic[F]):
             self._context.session.records.get(self._feature.id) if self._feature else None
         )
         return (
-            self._continued
+            self._has_stored_feature
             and isinstance(stored_record, Picked)
             and stored_record.vertices == self.vertices
         )
@@ -136,7 +136,7 @@ class SteppedFeature(Generic[F]):
         if self._feature is None or row_index is None or not 0 <= row_index < len(self.vertices):
             return
         remaining = (*self.vertices[:row_index], *self.vertices[row_index + 1 :])
-        if remaining or self._continued:
+        if remaining or self._has_stored_feature:
             self._set_vertices(remaining)
         else:
             self.cancel()
@@ -147,10 +147,10 @@ class SteppedFeature(Generic[F]):
             return False
         undone_steps = [*self._undone_steps, (self._feature, self._steps)]
         vertices = self._steps[-1] if self._steps else ()
-        if not self._steps or not (vertices or self._continued):
+        if not self._steps or not (vertices or self._has_stored_feature):
             self._close()
         else:
-            self._keep(self._feature.but(vertices=vertices), self._steps[:-1], None)
+            self._store_step(self._feature.but(vertices=vertices), self._steps[:-1], None)
         self._undone_steps = undone_steps
         self._context.tool_changed()
         return True
@@ -164,9 +164,9 @@ class SteppedFeature(Generic[F]):
             # The type of the feature may have been changed in the meantime.
             feature = self._feature.but(vertices=feature.vertices)
         stored_record = self._context.session.records.get(feature.id)
-        self._continued = isinstance(stored_record, self.record)
-        self._keep(feature, steps, None)
-        self._continued = self._continued and self.is_open
+        self._has_stored_feature = isinstance(stored_record, self.record)
+        self._store_step(feature, steps, None)
+        self._has_stored_feature = self._has_stored_feature and self.is_open
         if not self.is_open:
             return False
         self._undone_steps = remaining
@@ -177,12 +177,12 @@ class SteppedFeature(Generic[F]):
         assert self._feature is not None
         feature = self._feature.but(vertices=vertices)
         self._undone_steps = []
-        self._keep(feature, [*self._steps, self.vertices], mark)
+        self._store_step(feature, [*self._steps, self.vertices], mark)
 
-    def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
+    def _store_step(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
         """Write the draft, then store and show the feature. Change nothing if writing fails."""
         try:
-            self._context.session.set_draft(self._state(feature))
+            self._context.session.set_draft(self._draft_state(feature))
         except VomError as error:
             self._context.report(error)
         else:

@@ -107,12 +107,12 @@ def selection_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
     if surface.element == "face" and len(ids) <= MAX_FILLED_FACES:
         corners = surface.corners(ids)
     elif surface.element == "face":
-        corners = surface.corners(_thin(ids)).mean(axis=1)
+        corners = surface.corners(_thin_out(ids)).mean(axis=1)
     else:
-        corners = surface.corners(_thin(ids))
+        corners = surface.corners(_thin_out(ids))
     origin = transform.apply(model.to_world, corners.reshape(-1, 3)[:1])[0]
     return Area(origin, local_corners(corners, model, origin), local_corners(border, model, origin))
 
 
-def _thin(ids: IntArray) -> IntArray:
+def _thin_out(ids: IntArray) -> IntArray:
     return ids[:: max(1, len(ids) // MAX_DOTS)]

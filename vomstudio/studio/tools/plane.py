@@ -82,7 +82,7 @@ class PlaneTool(ElementTool):
         self.mode: ElementMode = "pick"
         self.growth = Growth(context)
         self._radius: float | None = None
-        self._continued: Patch | None = None
+        self._continued_patch: Patch | None = None
         # Clicks that wait for the neighbour graph; None marks the end of the plane.
         self._waiting: list[Seed | None] = []
         self._stroke: Stroke | None = None
@@ -106,12 +106,12 @@ class PlaneTool(ElementTool):
     @property
     def is_continued(self) -> bool:
         """Whether a plane of the document is being changed."""
-        return self._continued is not None and self.is_open
+        return self._continued_patch is not None and self.is_open
 
     @property
     def continued_plane(self) -> Patch | None:
         """Plane of the document that is being changed, or None."""
-        return self._continued if self.is_open else None
+        return self._continued_patch if self.is_open else None
 
     @property
     def is_finishing(self) -> bool:
@@ -208,12 +208,12 @@ class PlaneTool(ElementTool):
         if self.mode != "pick":
             self._draw(event)
         elif event.button is Button.LEFT:
-            self._pick(event)
+            self._handle_pick(event)
 
     def _erases(self, event: PointerEvent) -> bool:
         return combination(event, self.combine) == "subtract"
 
-    def _pick(self, event: PointerEvent) -> None:
+    def _handle_pick(self, event: PointerEvent) -> None:
         if event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
             self._grow(event)
         elif event.kind is Pointer.DRAG_START:
@@ -345,7 +345,9 @@ class PlaneTool(ElementTool):
         if not len(ids):
             self._live_measurement, stroke.measured_count = None, stroke.count
             return
-        patch = self._continued or new_patch(self._context, stroke.model, stroke.surface.element)
+        patch = self._continued_patch or new_patch(
+            self._context, stroke.model, stroke.surface.element
+        )
         self._live_measurement = self._context.measure(
             patch.but(**stroke.figures(ids, is_whole=False))
         )
@@ -353,7 +355,7 @@ class PlaneTool(ElementTool):
 
     def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
         self.growth.seed = None
-        if self._continued is not None and self._continued.model_id != model_id:
+        if self._continued_patch is not None and self._continued_patch.model_id != model_id:
             self._context.hint(Finding("tool.other-model"))
             return
         super().take(model_id, mask, combination, step)
@@ -374,7 +376,7 @@ class PlaneTool(ElementTool):
         mask = np.zeros(surface.count, np.bool_)
         mask[ids[ids < surface.count]] = True
         selection.start(mask)
-        self._continued, self._hover_hit, self.growth.seed = patch, None, None
+        self._continued_patch, self._hover_hit, self.growth.seed = patch, None, None
         self.adopt(selection)
 
     def undo(self) -> bool:
@@ -414,7 +416,7 @@ class PlaneTool(ElementTool):
                 Finding("selection.too-many", count=selection.count, maximum=MAX_PLANE_ELEMENTS)
             )
             return None
-        patch = self._patch(selection)
+        patch = self._surrounding_patch(selection)
         if patch is None:
             self._context.report(Finding("model.not-open", model=selection.model_id))
             return None
@@ -428,14 +430,14 @@ class PlaneTool(ElementTool):
         self._context.created(patch.id)
         return patch.id
 
-    def _patch(self, selection: ElementSelection) -> Patch | None:
-        if self._continued is None:
+    def _surrounding_patch(self, selection: ElementSelection) -> Patch | None:
+        if self._continued_patch is None:
             return self._preview.patch(selection)
         surface = self._context.surface(selection.model_id)
-        stored = get(self._context.session.records, self._continued.id, Patch)
+        stored = get(self._context.session.records, self._continued_patch.id, Patch)
         if surface is None or surface.count != len(selection.mask):
             return None
-        return replace(stored or self._continued, **record_figures(surface, selection.ids()))
+        return replace(stored or self._continued_patch, **record_figures(surface, selection.ids()))
 
     def _edit(self, patch: Patch) -> Edit:
         records = self._context.session.records
@@ -444,7 +446,7 @@ class PlaneTool(ElementTool):
         return edits.add_features(records, [patch])
 
     def _set_continued(self, patch: Patch | None) -> None:
-        self._continued = patch
+        self._continued_patch = patch
 
     def cancel(self) -> None:
         """Discard the stroke, shape or waiting clicks, or else the plane; undo restores it."""
@@ -453,16 +455,16 @@ class PlaneTool(ElementTool):
         elif self._waiting:
             self._waiting.clear()
             self._notify_change()
-        elif self._shape is not None or self._continued is None:
+        elif self._shape is not None or self._continued_patch is None:
             super().cancel()
         elif (selection := self.selection) is not None:
             if selection.last_step is None:
                 self._drop()
                 self._keep_draft()
                 return
-            restore_continued = partial(self._set_continued, self._continued)
-            self._discard(
-                selection, f"Discard the changes of {self._continued.name}", restore_continued
+            restore_continued = partial(self._set_continued, self._continued_patch)
+            self._discard_selection(
+                selection, f"Discard the changes of {self._continued_patch.name}", restore_continued
             )
 
     def _cancel_stroke(self) -> None:
@@ -476,7 +478,7 @@ class PlaneTool(ElementTool):
         if had_stroke:
             self.undo()
         elif (selection := self.selection) is not None:
-            self._discard(selection, "Discard the stroke", lambda: None)
+            self._discard_selection(selection, "Discard the stroke", lambda: None)
 
     def release(self) -> ElementSelection | None:
         self._waiting.clear()
@@ -484,7 +486,7 @@ class PlaneTool(ElementTool):
 
     def _drop(self) -> None:
         self._stop_stroke()
-        self._continued, self.growth.seed = None, None
+        self._continued_patch, self.growth.seed = None, None
         super()._drop()
 
     def leave(self) -> None:
@@ -493,13 +495,13 @@ class PlaneTool(ElementTool):
             self._release()
         self._hover_hit = None
         if not self.is_open:
-            self._continued = None
+            self._continued_patch = None
         super().leave()
 
     def forget(self) -> None:
         self._waiting.clear()
         self._stop_stroke()
-        self._continued, self.growth.seed, self._hover_hit = None, None, None
+        self._continued_patch, self.growth.seed, self._hover_hit = None, None, None
         super().forget()
 
     def document_changed(self) -> None:
@@ -516,14 +518,14 @@ class PlaneTool(ElementTool):
         return {
             "type_id": self._context.next_type_id,
             "set_name": self._context.next_set,
-            "continued": "" if self._continued is None else self._continued.id,
+            "continued": "" if self._continued_patch is None else self._continued_patch.id,
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         records = self._context.session.records
-        self._continued = get(records, str(state.get("continued", "")), Patch)
+        self._continued_patch = get(records, str(state.get("continued", "")), Patch)
         if not super().restore(state):
-            self._continued = None
+            self._continued_patch = None
             return False
         type_id = str(state.get("type_id", ""))
         if get(records, type_id, FeatureType) is not None:
@@ -543,7 +545,9 @@ class PlaneTool(ElementTool):
             self._context.show(None)
             return
         measurement = None if self._shape is not None else self.measurement
-        type_id = self._continued.type_id if self._continued else self._context.next_type_id
+        type_id = (
+            self._continued_patch.type_id if self._continued_patch else self._context.next_type_id
+        )
         feature_type = get(self._context.session.records, type_id, FeatureType)
         verdict = measurement.verdict if measurement else None
         is_replaced = self._is_pressed and self._stroke_how == "new"
@@ -551,7 +555,7 @@ class PlaneTool(ElementTool):
             Preview(
                 line=np.zeros((0, 3)),
                 color=rgb(feature_type.color if feature_type is not None else BLANK_COLOR),
-                reading=self._reading(measurement),
+                reading=self._reading_lines(measurement),
                 verdict=verdict.quality if verdict else None,
                 brush=brush,
                 area=None if is_replaced else self._preview.area(self.selection),
@@ -562,7 +566,7 @@ class PlaneTool(ElementTool):
             )
         )
 
-    def _reading(self, measurement: Measurement | None) -> tuple[str, ...]:
+    def _reading_lines(self, measurement: Measurement | None) -> tuple[str, ...]:
         if self._waiting:
             return (tr("Waiting for the neighbour graph"),)
         if measurement is None and self.count and self._shape is None and not self._is_pressed:

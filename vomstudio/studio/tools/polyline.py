@@ -79,14 +79,14 @@ class PolylineTool(SteppedFeature[F]):
         assert self._feature is not None
         self.measurement = self._context.measure(self._feature) if self.vertices else None
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         """Return the lines of text beside the cursor."""
         raise NotImplementedError
 
-    def _patch(self) -> FloatArray | None:
+    def _surrounding_patch(self) -> FloatArray | None:
         return None
 
-    def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
+    def _drawn_lines(self) -> tuple[FloatArray | None, FloatArray | None]:
         """Return World lines that replace the straight pieces and the rubber band, or None."""
         return None, None
 
@@ -171,7 +171,7 @@ class PolylineTool(SteppedFeature[F]):
             self._context.report(Finding("model.removed"))
             return
         self._undone_steps = []
-        self._keep(self._new(model, (hit.position,)), [()], None)
+        self._store_step(self._new(model, (hit.position,)), [()], None)
 
     def _drag(self, hit: Hit | None) -> None:
         index = self.current_vertex
@@ -201,11 +201,11 @@ class PolylineTool(SteppedFeature[F]):
         feature = self._context.session.records.get(feature_id)
         if not isinstance(feature, self.record):
             raise DocumentError(Finding("tool.other-kind"))
-        self._continued = True
+        self._has_stored_feature = True
         # Avoids a rubber band to the last position of the cursor.
         self._hover_hit, self._undone_steps = None, []
-        self._keep(feature, [], None)
-        self._continued = self._feature is not None
+        self._store_step(feature, [], None)
+        self._has_stored_feature = self._feature is not None
 
     def finish(self) -> str | None:
         """Finish the open feature and return its id, or show a message and return None."""
@@ -229,15 +229,15 @@ class PolylineTool(SteppedFeature[F]):
         While the journal cannot be written, the feature remains open, because the next start
         would restore it.
         """
-        feature, steps, continued = self._feature, self._steps, self._continued
+        feature, steps, continued = self._feature, self._steps, self._has_stored_feature
         is_changed = not self._unchanged()
         if feature is None or not (self._close() and is_changed):
             return
 
         def bring_back() -> bool:
-            self._continued = continued
-            self._keep(feature, steps, None)
-            self._continued = continued and self.is_open
+            self._has_stored_feature = continued
+            self._store_step(feature, steps, None)
+            self._has_stored_feature = continued and self.is_open
             return self.is_open
 
         def untouched() -> bool:
@@ -262,7 +262,12 @@ class PolylineTool(SteppedFeature[F]):
             self._reset()
 
     def _reset(self) -> None:
-        self._feature, self._continued, self._steps, self._undone_steps = None, False, [], []
+        self._feature, self._has_stored_feature, self._steps, self._undone_steps = (
+            None,
+            False,
+            [],
+            [],
+        )
         self._drag_start, self.current_vertex, self.measurement = None, None, None
         # The cursor may be anywhere when the next feature starts.
         self._hover_hit = None
@@ -270,11 +275,11 @@ class PolylineTool(SteppedFeature[F]):
         self._context.tool_changed()
 
     # --- drafts ------------------------------------------------------------------------------
-    def _state(self, feature: F) -> dict[str, Any]:
+    def _draft_state(self, feature: F) -> dict[str, Any]:
         return {
             "tool": self.name,
             f"{self.name}_id": feature.id,
-            "continued": self._continued,
+            "continued": self._has_stored_feature,
             "model_id": feature.model_id,
             "model_hash": feature.model_hash,
             "vertices": [list(v) for v in feature.vertices],
@@ -297,9 +302,9 @@ class PolylineTool(SteppedFeature[F]):
             return False
         if is_continued:
             feature = replace(stored_record, vertices=vertices)
-        self._feature, self._continued, self.current_vertex = feature, is_continued, None
+        self._feature, self._has_stored_feature, self.current_vertex = feature, is_continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
-        if self._continued:
+        if self._has_stored_feature:
             self._steps = []
         self._measure_live()
         self._show_preview()
@@ -327,7 +332,7 @@ class PolylineTool(SteppedFeature[F]):
         cursor = None if position is None or model is None else (model.to_world, [position])
         rubber = None if cursor is None else transform.apply(*cursor)[0]
         line, marked_current_vertex = world_points(self._feature, model), self.current_vertex
-        path, ahead = self._drawn()
+        path, ahead = self._drawn_lines()
         if self._is_closed:
             # Close the ring at the last vertex, where the rubber band starts.
             line = np.vstack([line[-1:], line])
@@ -341,11 +346,11 @@ class PolylineTool(SteppedFeature[F]):
                 path=path,
                 ahead=ahead,
                 doubtful=self._marked_stretches(path),
-                patch=self._patch(),
+                patch=self._surrounding_patch(),
                 marked=marked_current_vertex,
                 color=rgb(self._color()),
-                reading=self._reading(),
-                verdict=self._verdict(),
+                reading=self._reading_lines(),
+                verdict=self._verdict_code(),
                 pending_places=self._pending_places(),
             )
         )
@@ -354,7 +359,7 @@ class PolylineTool(SteppedFeature[F]):
         """Return the World places (k, 3) of clicks that have not taken effect, or None."""
         return None
 
-    def _verdict(self) -> str | None:
+    def _verdict_code(self) -> str | None:
         """Return the verdict on the feature so far, or None if it cannot be assessed yet."""
         measurement = self.measurement
         return measurement.verdict.quality if measurement and measurement.verdict else None

@@ -104,7 +104,7 @@ class SelectTool(ElementTool):
         elements.hide(
             model_id, selection.mask if hidden_before is None else selection.mask | hidden_before
         )
-        self._discard(
+        self._discard_selection(
             selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, hidden_before)
         )
 

@@ -86,7 +86,7 @@ class StationTool(PolylineTool[Station]):
 
     def _edit(self, feature: Station) -> Edit:
         records = self._context.session.records
-        if not self._continued:
+        if not self._has_stored_feature:
             return edits.add_features(records, [feature])
         return edits.set_line(records, feature.id, feature.vertices)
 
@@ -116,7 +116,7 @@ class StationTool(PolylineTool[Station]):
     def _color(self) -> str:
         return KIND.color
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         feature = self._feature
         return () if feature is None else (feature.number or feature.name,)
 

@@ -94,12 +94,12 @@ class TraceTool(FollowingTool[Trace]):
         self._line.cost = cost
         # Avoids a rubber band to the last position of the cursor.
         self._hover_hit, self._undone_steps = None, []
-        self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
+        self._store_step(replace(self._new(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
 
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
-        if not self._continued:
+        if not self._has_stored_feature:
             if self.is_path:
                 notes = f"{feature.notes} {self._followed_words(feature)}".strip()
                 feature = replace(self._whole_path(feature), notes=notes, doubtful=self._stretches)
@@ -116,7 +116,7 @@ class TraceTool(FollowingTool[Trace]):
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self, feature: Trace) -> dict[str, Any]:
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
-        if feature.notes and not self._continued:
+        if feature.notes and not self._has_stored_feature:
             state["notes"] = feature.notes
         return {**state, **self._cost_state()}
 
@@ -142,11 +142,11 @@ class TraceTool(FollowingTool[Trace]):
 
     def set_type(self, type_id: str, set_name: str) -> None:
         """Set the feature type and set of the open trace."""
-        if self._feature is not None and not self._continued:
+        if self._feature is not None and not self._has_stored_feature:
             if (self._feature.type_id, self._feature.set_name) == (type_id, set_name):
                 return
             trace = replace(self._feature, type_id=type_id, set_name=set_name)
-            self._keep(trace, self._steps, self.current_vertex)
+            self._store_step(trace, self._steps, self.current_vertex)
 
     # --- preview ------------------------------------------------------------------------------
     def _measure_live(self) -> None:
@@ -158,7 +158,7 @@ class TraceTool(FollowingTool[Trace]):
         if surface is not None and self.vertices:
             resolution, normal = measure_surroundings(surface, complete_feature.vertices)
             if self.is_path and resolution is not None and self._drag_start is None:
-                self._stretches = self._doubtful(self._feature, resolution)
+                self._stretches = self._doubtful_ranges(self._feature, resolution)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
@@ -181,7 +181,7 @@ class TraceTool(FollowingTool[Trace]):
             return ()
         return tuple(path[a : b + 1] for a, b in self._stretches)
 
-    def _patch(self) -> np.ndarray | None:
+    def _surrounding_patch(self) -> np.ndarray | None:
         fit = self.measurement.fit if self.measurement else None
         if fit is None or fit.extent is None:
             return None
@@ -191,7 +191,7 @@ class TraceTool(FollowingTool[Trace]):
             return None
         return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 
-    def _reading(self) -> tuple[str, ...]:
+    def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if self.is_searching:
             return self._searching_words()

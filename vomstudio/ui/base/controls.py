@@ -112,7 +112,7 @@ class SpinBox(QSpinBox):
         _prepare(self)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        return _state(_parse_box_text(self, text)), text, position
+        return _validator_state(_parse_box_text(self, text)), text, position
 
     def valueFromText(self, text: str) -> int:  # noqa: N802
         number = _parse_box_text(self, text)
@@ -134,7 +134,7 @@ class DoubleSpinBox(QDoubleSpinBox):
         _prepare(self)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        return _state(_parse_box_text(self, text)), text, position
+        return _validator_state(_parse_box_text(self, text)), text, position
 
     def valueFromText(self, text: str) -> float:  # noqa: N802
         number = _parse_box_text(self, text)
@@ -154,7 +154,7 @@ def _prepare(box: QAbstractSpinBox) -> None:
     box.setLocale(QLocale.c())
 
 
-def _state(number: float | None) -> QValidator.State:
+def _validator_state(number: float | None) -> QValidator.State:
     # Qt would drop a refused character without a word: "1e3" would become 13.
     return QValidator.State.Intermediate if number is None else QValidator.State.Acceptable
 

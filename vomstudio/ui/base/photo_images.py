@@ -169,7 +169,7 @@ def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
     width, height = image.width(), image.height()
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
-        levels.append(_halved(levels[-1]))
+        levels.append(_halve_size(levels[-1]))
     return PhotoPyramid(
         tuple(levels), width, height, orientation_transform(orientation, width, height)
     )
@@ -208,7 +208,7 @@ _KINDS = {b"\xff\xd8": b"jpeg", b"\x89PNG": b"png", b"II*\0": b"tiff", b"MM\0*":
 _KEEP = Qt.AspectRatioMode.KeepAspectRatio
 
 
-def _halved(image: QImage) -> QImage:
+def _halve_size(image: QImage) -> QImage:
     """Halve the size of an image in bands, because each call of Qt blocks the window."""
     half_size = (image.size() / 2).expandedTo(QSize(1, 1))
     result = QImage(half_size, QImage.Format.Format_RGB32)

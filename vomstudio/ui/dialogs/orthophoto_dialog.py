@@ -197,7 +197,7 @@ class OrthoDialog(QDialog):
         )
         return view.frame.to_view(corners, np.asarray(self._visible_region.centre))
 
-    def _extent(self) -> tuple[float, float]:
+    def _picture_extent(self) -> tuple[float, float]:
         """Return the maximum width and height of the area in metres."""
         corners = self._view_corners()
         minimum, maximum = corners.min(axis=0), corners.max(axis=0)
@@ -213,7 +213,7 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._selected_model()
         data = self._studio.models[model.id].data
-        gsd, code = planning.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, code = planning.default_gsd(data, model.to_world, max(self._picture_extent()))
         unit = "m" if model.frame.has_metres else tr("units")
         self._proposal = Finding(code, gsd=gsd, unit=unit)
         self.gsd.setText(f"{gsd:g}")
@@ -232,7 +232,7 @@ class OrthoDialog(QDialog):
     def _check(self, *_: object) -> None:
         text = self.gsd.text().strip()
         gsd = parse_number(text)
-        width, height = self._extent()
+        width, height = self._picture_extent()
         problem = None
         if gsd is None or gsd <= 0:
             problem = Finding("number.not-a-length", text=text)

@@ -50,7 +50,7 @@ class ExtendedPlaneDrawings(LineDrawings):
         self._lines = lines
         self._redraw()
 
-    def _drawings(self) -> Iterator[FeatureDrawing]:
+    def _create_drawings(self) -> Iterator[FeatureDrawing]:
         lines = self._lines
         if lines is None or not isinstance(self._studio.records.get(lines.model_id), Model):
             return

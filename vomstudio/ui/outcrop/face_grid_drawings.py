@@ -72,12 +72,12 @@ class FaceGridDrawings:
         if grid is None or model is None or exposure is None:
             self._remove(grid_id)
             return
-        drawings = {drawing.id: drawing for drawing in self._drawings(grid, model, exposure)}
+        drawings = {drawing.id: drawing for drawing in self._create_drawings(grid, model, exposure)}
         removed_drawn_key = self._drawn_keys.get(grid_id, set()) - drawings.keys()
         self._drawn_keys[grid_id] = set(drawings)
         self._layer.change({**dict.fromkeys(removed_drawn_key), **drawings})
 
-    def _drawings(
+    def _create_drawings(
         self, grid: FaceGrid, model: Model, exposed_area: ExposedArea
     ) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)

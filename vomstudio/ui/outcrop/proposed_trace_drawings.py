@@ -22,7 +22,7 @@ _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
 class LineDrawings:
     """Drawings of computed lines on the surface, which cannot be picked.
 
-    Subclasses implement `_drawings`.
+    Subclasses implement `_create_drawings`.
     """
 
     def __init__(self, studio: Studio, viewport: Viewport) -> None:
@@ -31,13 +31,13 @@ class LineDrawings:
         studio.visibility_changed.connect(lambda _: self._redraw())
 
     def _redraw(self) -> None:
-        drawings = {drawing.id: drawing for drawing in self._drawings()}
+        drawings = {drawing.id: drawing for drawing in self._create_drawings()}
         removed_keys = self._drawn_keys - drawings.keys()
         self._drawn_keys = set(drawings)
         if removed_keys or drawings:
             self._layer.change({**dict.fromkeys(removed_keys), **drawings})
 
-    def _drawings(self) -> Iterator[FeatureDrawing]:
+    def _create_drawings(self) -> Iterator[FeatureDrawing]:
         """Yield the drawings of the current lines."""
         raise NotImplementedError
 
@@ -59,7 +59,7 @@ class ProposedTraceDrawings(LineDrawings):
         studio.proposed_traces.changed.connect(self._redraw)
         self._redraw()
 
-    def _drawings(self) -> Iterator[FeatureDrawing]:
+    def _create_drawings(self) -> Iterator[FeatureDrawing]:
         traces = self._studio.proposed_traces
         proposals, open_indices = traces.proposals, sorted(traces.open_rows)
         if proposals is None or not isinstance(self._studio.records.get(proposals.model_id), Model):

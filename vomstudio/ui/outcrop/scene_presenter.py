@@ -90,9 +90,9 @@ class ScenePresenter:
         studio.model_loaded.connect(self._model_loaded)
         studio.visibility_changed.connect(self._visibility)
         studio.selection_changed.connect(viewport.features.select)
-        studio.preview.connect(self._preview)
+        studio.preview.connect(self._show_tool_preview)
         studio.settings_changed.connect(self._settings_changed)
-        studio.display.changed.connect(self._displayed)
+        studio.display.changed.connect(self._follow_display)
         viewport.clip_changed.connect(studio.display.set_clip)
         self._stages: dict[str, set[str]] = {}
         self._previews: set[str] = set()
@@ -113,11 +113,11 @@ class ScenePresenter:
         self._pieces.clear()
         self._is_placed = self._restore_camera()
         for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
-            self._displayed(setting)
+            self._follow_display(setting)
         for model_id in self._studio.models:
             self._model_loaded(model_id)
         self._all_features()
-        self._frame()
+        self._frame_once()
 
     def _restore_camera(self) -> bool:
         """Restore the saved camera of a project.
@@ -153,7 +153,7 @@ class ScenePresenter:
         self._models.set_visible(model_id, self._model_visible(model_id))
         self._drawn_models.add(model_id)
         self._show_field(model_id)
-        self._frame()
+        self._frame_once()
         painted = [
             feature.id
             for feature in self._studio.session.features()
@@ -164,7 +164,7 @@ class ScenePresenter:
             self._draw(painted)
 
     # --- display -----------------------------------------------------------------------------
-    def _displayed(self, setting: str) -> None:
+    def _follow_display(self, setting: str) -> None:
         display, viewport = self._studio.display, self._viewport
         if setting == "mode":
             viewport.display.set_mode(display.mode)
@@ -196,7 +196,7 @@ class ScenePresenter:
         ids = [i for i in self._drawn_models if self._model_visible(i) and i in self._studio.models]
         if not ids:
             return None
-        return ClipBox.around(np.concatenate([self._corners(i) for i in ids]))
+        return ClipBox.around(np.concatenate([self._model_corners(i) for i in ids]))
 
     # --- preview of a cloud while it is read -------------------------------------------------
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
@@ -245,7 +245,7 @@ class ScenePresenter:
             return
         self._face(ids[0])
         extra_bounds = [] if besides is None else [besides]
-        self._moves.frame(np.concatenate([*(self._corners(i) for i in ids), *extra_bounds]))
+        self._moves.frame(np.concatenate([*(self._model_corners(i) for i in ids), *extra_bounds]))
 
     def _face(self, model_id: str) -> None:
         model = self._studio.records[model_id]
@@ -254,7 +254,7 @@ class ScenePresenter:
             *first_view(self._studio.models[model_id].data, transform.matrix(model.to_world))
         )
 
-    def _corners(self, model_id: str) -> FloatArray:
+    def _model_corners(self, model_id: str) -> FloatArray:
         """Return the corners (8, 3) of a model's bounding box in the World frame."""
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
@@ -267,8 +267,8 @@ class ScenePresenter:
         if model_id not in self._drawn_models or not other_models:
             return
         corners, other_corners = (
-            self._corners(model_id),
-            np.concatenate([self._corners(i) for i in other_models]),
+            self._model_corners(model_id),
+            np.concatenate([self._model_corners(i) for i in other_models]),
         )
         gap = max(
             float((corners.min(axis=0) - other_corners.max(axis=0)).max()),
@@ -291,7 +291,7 @@ class ScenePresenter:
     def _model_visible(self, model_id: str) -> bool:
         return self._studio.visible(model_id) and self._studio.visible("models")
 
-    def _frame(self) -> None:
+    def _frame_once(self) -> None:
         self._viewport.set_frame(
             is_north_known=self._studio.is_north_known(),
             is_unit_known=self._studio.are_metres_known(),
@@ -310,7 +310,7 @@ class ScenePresenter:
                     if isinstance(previous, Model) and previous.to_world != record.to_world:
                         # Another unit or axis moves the model out of the view.
                         self.frame_all()
-                    self._frame()
+                    self._frame_once()
                 else:
                     self._model_loaded(id_)
                     self._warn_if_far(id_)
@@ -357,7 +357,7 @@ class ScenePresenter:
     def _draw(self, ids: Iterable[str]) -> None:
         """Draw these features and the pending ones."""
         self._drawing_work.finish()
-        self._change(self._drawings(list(ids)))
+        self._change(self._create_drawings(list(ids)))
 
     def _draw_in_steps(self, ids: list[str]) -> Iterator[None]:
         """Prepare the drawings of many features in steps, and draw them together."""
@@ -372,13 +372,13 @@ class ScenePresenter:
             batch.append(id_)
             size += 0 if patch is None else patch.n
             if len(batch) >= _STEP_FEATURES or size > _STEP_POINTS:
-                changes.update(self._drawings(batch))
+                changes.update(self._create_drawings(batch))
                 batch, size = [], 0
                 yield
-        changes.update(self._drawings(batch))
+        changes.update(self._create_drawings(batch))
         self._change(changes)
 
-    def _drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
+    def _create_drawings(self, ids: list[str]) -> dict[str, FeatureDrawing | None]:
         """Return the drawings by id, with None for features that are deleted or lack a position."""
         records, measurements = self._studio.records, self._studio.measured(ids)
         return {
@@ -510,7 +510,7 @@ class ScenePresenter:
         self._layer.hover(id_, event.x, event.y)
 
     # --- tool and pointer --------------------------------------------------------------------
-    def _preview(self, preview: Preview | None) -> None:
+    def _show_tool_preview(self, preview: Preview | None) -> None:
         self._viewport.set_preview(preview)
 
     def feature_at(self, view: FeatureView, x: float, y: float) -> str | None:

@@ -64,7 +64,7 @@ class SurfacePieces:
         if open_model is None:
             return None
         model, surface = open_model
-        cached_area = self._cached(patch.id, patch.runs, model)
+        cached_area = self._cached_area(patch.id, patch.runs, model)
         if cached_area is None:
             area = patch_area(patch, model, surface)
             cached_area = self._cache[patch.id] = _CachedArea(
@@ -81,7 +81,7 @@ class SurfacePieces:
         if open_model is None:
             return None
         model, surface = open_model
-        cached_area = self._cached(feature.id, feature.vertices, model)
+        cached_area = self._cached_area(feature.id, feature.vertices, model)
         if cached_area is None:
             cached_area = _CachedArea(feature.vertices, model.to_world, None, True)
             self._cache[feature.id] = cached_area
@@ -108,7 +108,7 @@ class SurfacePieces:
             return None
         return model, open_model.surface
 
-    def _cached(self, id_: str, source: object, model: Model) -> _CachedArea | None:
+    def _cached_area(self, id_: str, source: object, model: Model) -> _CachedArea | None:
         cached_area = self._cache.get(id_)
         return (
             cached_area

@@ -74,7 +74,7 @@ class ViewHistory(QObject):
         """Record the views of a viewport."""
         self._viewport = viewport
         viewport.camera_changed.connect(self._settle_timer.start)
-        self._studio.display.changed.connect(self._displayed)
+        self._studio.display.changed.connect(self._follow_display)
         self._studio.hidden_elements_changed.connect(self._follow_hiding)
         self._studio.project_opened.connect(self._clear)
         self._studio.model_loaded.connect(self._settle_timer.start)
@@ -89,7 +89,7 @@ class ViewHistory(QObject):
         self._next_views.clear()
         self._settle_timer.start()
 
-    def _displayed(self, setting: str) -> None:
+    def _follow_display(self, setting: str) -> None:
         if setting in ("clip", "box"):
             self._settle_timer.start()
 

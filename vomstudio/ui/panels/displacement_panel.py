@@ -196,7 +196,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         traces = tuple((measurements[a], measurements[b]) for a, b in self.pairs)
         bed, bed95 = _find_bed(measurements[self.bed.id] if self.bed.id else None, traces)
         return DisplacementQuestion(
-            names=tuple(self._names()),
+            names=tuple(self._trace_names()),
             traces=traces,
             fault=fault,
             fault_point=fault_measurement.points.mean(axis=0),
@@ -239,7 +239,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             displacements=result,
         )
 
-    def _names(self) -> list[str]:
+    def _trace_names(self) -> list[str]:
         """Return a unique name for each pair of traces."""
         records = self._studio.records
 
@@ -276,8 +276,8 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         result = self.result
         pairs = {} if result is None else {pair.name: pair for pair in result.displacements.pairs}
         self.table.setRowCount(len(self.pairs))
-        for row, name in enumerate(self._names()):
-            cells = _cells(pairs.get(name))
+        for row, name in enumerate(self._trace_names()):
+            cells = _cell_texts(pairs.get(name))
             for column, text in enumerate((name, *cells)):
                 item = QTableWidgetItem(text)
                 if column:
@@ -404,7 +404,7 @@ def _vector(pair: Pair) -> Displacement | None:
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 
-def _cells(pair: Pair | None) -> list[str]:
+def _cell_texts(pair: Pair | None) -> list[str]:
     displacement = None if pair is None else _vector(pair)
     if displacement is None:
         return [""] * (len(_COLUMNS) + 1)

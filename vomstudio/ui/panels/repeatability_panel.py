@@ -77,7 +77,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         studio = self._studio
         for button, run in (
             (self.begin, self._begin_round),
-            (self.name, self._name),
+            (self.name, self._store_interpreter),
             (self.look, self._show_place),
             (self.skip, self._blind_repeats.skip),
             (self.stop, self._blind_repeats.stop),
@@ -86,7 +86,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.share.textChanged.connect(lambda _: self._refresh())
         studio.edited.connect(self._schedule_refresh)
         studio.selection_changed.connect(self._refresh_name)
-        self._blind_repeats.changed.connect(self._offer)
+        self._blind_repeats.changed.connect(self._show_next)
 
     def _run(self, run: Callable[[], object]) -> None:
         try:
@@ -106,18 +106,18 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         value = parse_number(self.share.text())
         return value / 100.0 if value is not None and 0.0 < value <= 100.0 else None
 
-    def _name(self) -> None:
+    def _store_interpreter(self) -> None:
         studio = self._studio
         ids, interpreter = selected_features(studio), self.interpreter.text().strip()
         studio.attempt(set_interpreter, ids, interpreter)
 
-    def _offer(self) -> None:
+    def _show_next(self) -> None:
         """Show which feature is to be picked again, and where it is."""
         records, id_ = self._studio.records, self._blind_repeats.current
         feature = get(records, id_, Repeatable)
         if feature is None:
             self.prompt.clear()
-            self._mark(None)
+            self._show_mark(None)
         else:
             type_ = (
                 get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
@@ -160,9 +160,9 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
         ring = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
         viewport.moves.frame(centre + 2.5 * radius * ring)
-        self._mark((centre - 0.5 * radius * direction, radius * ring))
+        self._show_mark((centre - 0.5 * radius * direction, radius * ring))
 
-    def _mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
+    def _show_mark(self, ring: tuple[np.ndarray, np.ndarray] | None) -> None:
         """Draw the ring, which cannot be selected, or remove it if `ring` is not given."""
         viewport = self._view.viewport
         if viewport is None:

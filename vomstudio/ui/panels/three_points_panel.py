@@ -131,7 +131,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _connect_signals(self) -> None:
         studio = self._studio
-        self.pick.clicked.connect(lambda _=False: self._pick())
+        self.pick.clicked.connect(lambda _=False: self._pick_points())
         self.take.clicked.connect(
             lambda _=False: self._take_feature(current_line(studio, Picked, _MIN_POINTS))
         )
@@ -155,7 +155,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
             header_item.setToolTip(tooltip if axes.north else "")
 
     # --- points ------------------------------------------------------------------------------
-    def _pick(self) -> None:
+    def _pick_points(self) -> None:
         """Pick the points with the trace tool, which stores them as a trace."""
         self._studio.activate("trace")
         self._is_picking = True
@@ -214,7 +214,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.table.setRowCount(len(rows))
         for i, row in enumerate(rows):
             for j, text in enumerate(row):
-                self.table.setItem(i, j, _cell(text))
+                self.table.setItem(i, j, _create_item(text))
         self.table.blockSignals(was_blocked)
         self._schedule_refresh()
 
@@ -228,7 +228,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         row = self.table.rowCount()
         self.table.setRowCount(row + 1)
         for column in range(3):
-            self.table.setItem(row, column, _cell(""))
+            self.table.setItem(row, column, _create_item(""))
         self.table.setCurrentCell(row, 0)
         self._schedule_refresh()
 
@@ -358,7 +358,7 @@ def _read_boundaries(path: Path) -> Boundaries:
     return read_boundaries(path)
 
 
-def _cell(text: str) -> QTableWidgetItem:
+def _create_item(text: str) -> QTableWidgetItem:
     item = QTableWidgetItem(text)
     item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     return item

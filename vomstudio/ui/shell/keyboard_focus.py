@@ -243,7 +243,9 @@ class KeyboardFocus(QObject):
             return False
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
-            allowed_characters = _IN_NUMBERS + widget.locale().decimalPoint() + _around(widget)
+            allowed_characters = (
+                _IN_NUMBERS + widget.locale().decimalPoint() + _text_around_number(widget)
+            )
             if isinstance(widget, SpinBox | DoubleSpinBox) and continues_unit(widget, letter):
                 return False
             return bool(letter) and letter not in allowed_characters
@@ -348,7 +350,7 @@ def _put_back(widget: QWidget, text: str) -> None:
         widget.setPlainText(text)
 
 
-def _around(widget: QAbstractSpinBox) -> str:
+def _text_around_number(widget: QAbstractSpinBox) -> str:
     """Return the letters that a number field shows beside its number."""
     parts = (getattr(widget, name, None) for name in ("prefix", "suffix"))
     return "".join(part() for part in parts if part is not None) + widget.specialValueText()

@@ -84,9 +84,11 @@ class PhotoTab(QObject):
 
     def over(self, commands: Iterable[Command]) -> list[Command]:
         """Adapt commands of the main window to act on the photo while it is visible."""
-        return [self._over(photo_command(command, self._table)) for command in commands]
+        return [
+            self._command_over_photo(photo_command(command, self._table)) for command in commands
+        ]
 
-    def _over(self, command: Command) -> Command:
+    def _command_over_photo(self, command: Command) -> Command:
         is_checked = command.is_checked
         if command.name not in _TOOLS or is_checked is None:
             return command
@@ -170,26 +172,26 @@ class PhotoTab(QObject):
         self._docks.fold_inspector(self.visible_page is not None)
         self.visible_page_changed.emit()
         self.changed.emit()
-        self._hint()
+        self._show_hint()
 
     # --- coming and going --------------------------------------------------------------------
     def _show_page(self, page: PhotoPage) -> None:
         if self._place is not None and page.parentWidget() is None:
-            page.windowTitleChanged.connect(self._titled)
+            page.windowTitleChanged.connect(self._set_title)
             page.changed.connect(self.changed)
-            page.hint_changed.connect(self._hint)
+            page.hint_changed.connect(self._show_hint)
             page.attention_requested.connect(self.show_photo)
             page.window_toggle_requested.connect(self._change_place)
             page.closed.connect(self._handle_close)
             self._place.set_photo(page, page.toolbar)
         self.show_photo()
 
-    def _titled(self, title: str) -> None:
+    def _set_title(self, title: str) -> None:
         page, place = self._opening.page, self._place
         if page is not None and place is not None:
             place.name_photo(page.photo.rpartition("/")[2], title)
 
-    def _hint(self, *_: object) -> None:
+    def _show_hint(self, *_: object) -> None:
         page = self.visible_page
         self.hinted.emit("" if page is None else page.hint)
 

@@ -42,12 +42,12 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
         (
             "section",
             to_translate("Section"),
-            position("panels.sections.section_panel.SectionPanel", _direction),
+            position("panels.sections.section_panel.SectionPanel", _view_state),
         ),
         (
             "fractures",
             to_translate("Fractures"),
-            position("panels.fractures.fractures_panel.FracturesPanel", _direction),
+            position("panels.fractures.fractures_panel.FracturesPanel", _view_state),
         ),
         (
             "repeats",
@@ -57,7 +57,7 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
         (
             "looked_at",
             to_translate("Coverage"),
-            position("panels.coverage.coverage_panel.CoveragePanel", _direction),
+            position("panels.coverage.coverage_panel.CoveragePanel", _view_state),
         ),
         (
             "displacement",
@@ -73,7 +73,7 @@ def work_panels() -> tuple[tuple[str, str, Make], ...]:
         (
             "elevation",
             to_translate("Elevation model"),
-            position("panels.sections.elevation_panel.ElevationPanel", _direction),
+            position("panels.sections.elevation_panel.ElevationPanel", _view_state),
         ),
         ("surface", to_translate("Surface"), position("panels.surface.surface_panel.SurfacePanel")),
         (
@@ -93,7 +93,7 @@ def _nothing(_: OutcropView) -> tuple[object, ...]:
     return ()
 
 
-def _direction(view: OutcropView) -> tuple[object, ...]:
+def _view_state(view: OutcropView) -> tuple[object, ...]:
     return (view.view_direction,)
 
 

@@ -59,20 +59,20 @@ def format_command_line(arguments: CommandArguments) -> str:
     parts: list[str] = []
     for argument in arguments:
         if isinstance(argument, tuple):
-            option, value = argument[0], _text(argument[1])
+            option, value = argument[0], _argument_text(argument[1])
             # A value with a leading dash would be parsed as an option.
             parts += [f"{option}={value}"] if value.startswith("-") else [option, value]
         else:
-            parts.append(_text(argument))
+            parts.append(_argument_text(argument))
     return subprocess.list2cmdline(parts) if sys.platform == "win32" else shlex.join(parts)
 
 
 def format_numbers(values: Iterable[float]) -> str:
     """Return numbers with full precision, separated by commas."""
-    return ",".join(_text(float(value)) for value in values)
+    return ",".join(_argument_text(float(value)) for value in values)
 
 
-def _text(argument: CommandArgument) -> str:
+def _argument_text(argument: CommandArgument) -> str:
     return repr(argument).removesuffix(".0") if isinstance(argument, float) else str(argument)
 
 

@@ -60,7 +60,7 @@ class DrawingView(QWidget):
     def __init__(self, empty_text: str) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self._empty = empty_text
+        self._empty_text = empty_text
         self.drawing: Drawing | None = None
         self.mark: DrawingMark | None = None
         self._is_marking = False
@@ -94,7 +94,7 @@ class DrawingView(QWidget):
             max(self.height() - 3 * line_height - 20, 20.0),
         )
 
-    def _extent(self) -> tuple[FloatArray, FloatArray, float]:
+    def _drawing_extent(self) -> tuple[FloatArray, FloatArray, float]:
         """Return the minimum and maximum corners of the frame, and the pixels per metre."""
         assert self.drawing is not None
         box = self._frame_box()
@@ -109,7 +109,7 @@ class DrawingView(QWidget):
     def to_widget(self, points: FloatArray) -> FloatArray:
         """Convert points (n, 2) of the drawing to widget pixels (n, 2)."""
         frame = self._frame_box()
-        low, _, scale = self._extent()
+        low, _, scale = self._drawing_extent()
         return np.stack(
             [
                 frame.left() + (points[:, 0] - low[0]) * scale,
@@ -120,7 +120,7 @@ class DrawingView(QWidget):
 
     def _to_plane(self, position: QPointF) -> FloatArray:
         frame = self._frame_box()
-        low, _, scale = self._extent()
+        low, _, scale = self._drawing_extent()
         return low + np.array([position.x() - frame.left(), frame.bottom() - position.y()]) / scale
 
     # --- marking -----------------------------------------------------------------------------
@@ -153,7 +153,7 @@ class DrawingView(QWidget):
             painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, self._empty)
+            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, self._empty_text)
             return
         painter.fillRect(self.rect(), _PAPER)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -174,7 +174,7 @@ class DrawingView(QWidget):
             painter.setPen(QPen(color, 1.4))
             if len(vertices) == 1:
                 centre = QPointF(*vertices[0].tolist())
-                for line in shape.marks(_DIP_TICK / self._extent()[2]):
+                for line in shape.marks(_DIP_TICK / self._drawing_extent()[2]):
                     pixels = self.to_widget(line).tolist()
                     painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pixels]))
                 painter.setBrush(color)
@@ -229,7 +229,7 @@ class DrawingView(QWidget):
         painter.drawRect(frame)
         metrics = painter.fontMetrics()
         line_height = metrics.height()
-        low, top, scale = self._extent()
+        low, top, scale = self._drawing_extent()
         label_width = metrics.horizontalAdvance("-0000")
         for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), label_width / scale):
             x = frame.left() + (value - float(low[0])) * scale

@@ -132,7 +132,7 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
         return all(question() for question in questions)
     except Exception as error:  # noqa: BLE001 - or Qt would close the window without a word
         ERRORS.report(error, "before the window was closed")
-        box = _box(
+        box = _create_box(
             host,
             parent,
             tr(
@@ -162,7 +162,7 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
             failures.append(error)
     if not failures:
         return
-    box = _box(
+    box = _create_box(
         host,
         parent,
         tr(
@@ -179,7 +179,7 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
     unanswered.stop()
 
 
-def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
+def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     """Create a message box that also states whether the work is saved."""
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Critical)

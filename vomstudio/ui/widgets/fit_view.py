@@ -281,7 +281,7 @@ class FitView(QWidget):
 
     def _show_details(self, measurement: Measurement | None) -> None:
         fit = measurement.fit if measurement else None
-        texts = ["–" if measurement is None else _text(line, measurement) for line in _LINES]
+        texts = ["–" if measurement is None else _line_text(line, measurement) for line in _LINES]
         for line, value, title, text in zip(_LINES, self._values, self._titles, texts, strict=True):
             value.setText(text)
             # An unfinished trace keeps all rows, so that the layout does not jump.
@@ -321,7 +321,7 @@ def _figure_at(value: Label, line: _Line, position: QPoint) -> Figure:
     )
 
 
-def _text(line: _Line, measurement: Measurement) -> str:
+def _line_text(line: _Line, measurement: Measurement) -> str:
     """Return the text of both figures in a row; lines have only errors and a size."""
     subject = Subject(None, measurement)
     if line is _AREA:

@@ -65,8 +65,8 @@ class GroupBox(ComboBox):
             self.addItem(title, choice)
         first_choice = 0 if ALL in choices else min(1, len(groups) - 1)
         # If it was the only entry, it was not selected by the user.
-        keeps_previous = previous in choices and len(entries) > 1
-        self.setCurrentIndex(choices.index(previous) if keeps_previous else first_choice)
+        keep_previous = previous in choices and len(entries) > 1
+        self.setCurrentIndex(choices.index(previous) if keep_previous else first_choice)
 
     def features(self) -> list[Typed]:
         """Return the features of the group that can be plotted on a net, without repeats."""

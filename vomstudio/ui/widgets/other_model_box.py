@@ -173,7 +173,7 @@ class OtherModelBox(QWidget):
 
         def read(cached_model: CachedModel) -> None:
             self._background.run(
-                lambda: _fetched(path, cached_model), arrived, lambda error: refuse(str(error))
+                lambda: _fetch_model(path, cached_model), arrived, lambda error: refuse(str(error))
             )
 
         def arrived(other_model: OtherModel) -> None:
@@ -211,7 +211,7 @@ class OtherModelBox(QWidget):
         self.models.setCurrentIndex(self.models.findData(key))
 
 
-def _fetched(path: Path, cached_model: CachedModel) -> OtherModel:
+def _fetch_model(path: Path, cached_model: CachedModel) -> OtherModel:
     """Read the model from the cache. Runs in a worker thread."""
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.frames import establish_frame

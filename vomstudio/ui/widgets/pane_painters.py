@@ -33,7 +33,7 @@ def paint_nothing(
     return
 
 
-def _premultiplied(color: QColor) -> int:
+def _premultiply(color: QColor) -> int:
     """Return a colour as a pixel of Format_ARGB32_Premultiplied."""
     alpha = color.alpha()
     red, green, blue = (round(v * alpha / 255) for v in (color.red(), color.green(), color.blue()))
@@ -55,7 +55,7 @@ def dot_painter(positions: FloatArray, color: QColor, size: float) -> Painter:
         radius = max(1, round(size * ratio / 2))
         columns, rows = pixels.astype(np.intp).T
         for ring, tint in ((radius + 1, QColor(0, 0, 0, 120)), (radius, color)):
-            value = _premultiplied(tint)
+            value = _premultiply(tint)
             for dx in range(-ring, ring + 1):
                 for dy in range(-ring, ring + 1):
                     if dx * dx + dy * dy <= ring * ring:

@@ -115,23 +115,23 @@ class PlaneBox(ComboBox):
             if self._empty_text is not None:
                 self.addItem(self._empty_text, "")
             last_request = (
-                self._text(self._last_plane_id) if self._last_plane_id else tr("none yet")
+                self._plane_text(self._last_plane_id) if self._last_plane_id else tr("none yet")
             )
             self.addItem(tr("selected: {plane}", plane=last_request), SELECTED)
             for id_ in ids:
-                self.addItem(self._mark(id_), self._text(id_), id_)
+                self.addItem(self._type_icon(id_), self._plane_text(id_), id_)
             if self._is_following and (not self._plane_id or self._plane_id == self._last_plane_id):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._plane_id))
         self.setToolTip(escape_markup(self.currentText()))
 
-    def _mark(self, id_: str) -> QIcon:
+    def _type_icon(self, id_: str) -> QIcon:
         measurement = self._studio.measured([id_]).get(id_)
         verdict = None if measurement is None else measurement.verdict
         return theme.verdict_icon(verdict.quality if verdict else None)
 
-    def _text(self, id_: str) -> str:
+    def _plane_text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
         if not has_plane(record) or record is None:
             return tr("a deleted plane")

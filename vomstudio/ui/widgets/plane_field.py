@@ -47,7 +47,7 @@ class PlaneField(QWidget):
         self, studio: Studio, name: str, empty_text: str = "", view: ViewDirection | None = None
     ) -> None:
         super().__init__()
-        self._studio, self._empty, self._view = studio, empty_text, view
+        self._studio, self._empty_text, self._view = studio, empty_text, view
         self._notation = ""
         self.line = QLineEdit()
         self.line.setObjectName(name)
@@ -83,7 +83,7 @@ class PlaneField(QWidget):
         previous_notation, notation = self._notation, self._studio.settings.notation
         self._notation = notation
         example = tr("such as {example}", example=format_plane(Plane(135.0, 70.0), notation))
-        self.line.setPlaceholderText(self._empty or example)
+        self.line.setPlaceholderText(self._empty_text or example)
         if previous_notation and previous_notation != notation:
             with suppress(VomError):
                 plane = parse_plane(self.line.text(), previous_notation)

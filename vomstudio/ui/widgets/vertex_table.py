@@ -33,7 +33,7 @@ class VertexTable(QTableWidget):
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setMinimumHeight(76)
-        self.itemSelectionChanged.connect(self._marked)
+        self.itemSelectionChanged.connect(self._select_vertex)
         self.itemChanged.connect(self._cell_edited)
         delete = QShortcut(QKeySequence.StandardKey.Delete, self)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
@@ -75,7 +75,7 @@ class VertexTable(QTableWidget):
                 self.scrollToBottom()
         self.setVisible(tool.is_open)
 
-    def _marked(self) -> None:
+    def _select_vertex(self) -> None:
         rows = {index.row() for index in self.selectedIndexes()}
         if rows and self._tool.is_open:
             self._tool.mark(rows.pop())

@@ -98,12 +98,12 @@ class CellsTool(StatelessTool):
         return "" if grid is None else grid_edits.marks_of(grid)
 
     def _move(self, hit: Hit | None) -> None:
-        cell = None if hit is None else self._cell(hit)
+        cell = None if hit is None else self._cell_at(hit)
         if cell != self.hovered_cell:
             self.hovered_cell = cell
             self._show_preview()
 
-    def _cell(self, hit: Hit) -> tuple[str, int] | None:
+    def _cell_at(self, hit: Hit) -> tuple[str, int] | None:
         """Return the newest grid that has a cell at a hit, and the cell, or None."""
         position = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):

@@ -82,7 +82,7 @@ class PairMatrix(QWidget):
         cell_size = min(max(cell_size, _MIN_CELL_PX), _MAX_CELL_PX)
         return label_width, metrics.height() + 2.0, cell_size
 
-    def _cell(self, i: int, j: int) -> QRectF:
+    def _cell_rect(self, i: int, j: int) -> QRectF:
         x0, y0, cell_size = self._cell_layout()
         gap = 1.0 if cell_size > 6 else 0.0
         return QRectF(x0 + j * cell_size, y0 + i * cell_size, cell_size - gap, cell_size - gap)
@@ -114,7 +114,7 @@ class PairMatrix(QWidget):
                 painter.drawText(QPointF(x0 - width - 5, y), label)
                 painter.drawText(QPointF(x0 + (row + 0.5) * cell_size - width / 2, y0 - 5), label)
         for (i, j), (_, inliers) in self._pairs.items():
-            for cell in (self._cell(i, j), self._cell(j, i)):
+            for cell in (self._cell_rect(i, j), self._cell_rect(j, i)):
                 if inliers:
                     painter.fillRect(cell, self._color(inliers))
                 else:
@@ -126,7 +126,7 @@ class PairMatrix(QWidget):
         if self._current_pair is not None:
             i, j = self._current_pair
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            for cell in (self._cell(i, j), self._cell(j, i)):
+            for cell in (self._cell_rect(i, j), self._cell_rect(j, i)):
                 for tint, width in ((QColor(0, 0, 0), 3.4), (QColor(255, 255, 255), 1.6)):
                     painter.setPen(QPen(tint, width))
                     painter.drawRect(cell.adjusted(-1, -1, 1, 1))

@@ -273,11 +273,11 @@ class ComparePanel(QWidget):
         path = None if model is None else self._studio.project.find_model(model)
         if model is None or path is None or other_model is None:
             return
-        options = option_words(self._options(model))
+        options = option_words(self._create_options(model))
         place = ("--project", self._studio.project.folder)
         copy_command(self._studio, ["compare", path, other_model.path, place, *options])
 
-    def _options(self, model: Model) -> CompareOptions:
+    def _create_options(self, model: Model) -> CompareOptions:
         """Return the options; the registration error of the model is the default error."""
         if self.method.currentIndex() != 1:
             return CompareOptions()
@@ -300,7 +300,7 @@ class ComparePanel(QWidget):
         request = ComparisonRequest(
             entry.to_placed_model(cache),
             other_model.to_placed_model(cache),
-            self._options(model),
+            self._create_options(model),
             out,
         )
         self.message.setText(tr("Comparing…"))

@@ -38,7 +38,7 @@ class Histogram(QWidget):
         self._limit_m = self._median_m = 0.0
 
     @cached_property
-    def _colors(self) -> ByteArray:
+    def _bar_colors(self) -> ByteArray:
         """Colour table; reading it loads Matplotlib on first use."""
         return map_table(PALETTES["diverging"][0])
 
@@ -62,7 +62,7 @@ class Histogram(QWidget):
         bar_width = plot.width() / _BINS
         max_count = max(int(self.counts.max()), 1)
         for number, count in enumerate(self.counts.tolist()):
-            red, green, blue = self._colors[int((number + 0.5) / _BINS * len(self._colors))]
+            red, green, blue = self._bar_colors[int((number + 0.5) / _BINS * len(self._bar_colors))]
             bar_height = plot.height() * count / max_count
             bar = QRectF(
                 plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
@@ -71,8 +71,8 @@ class Histogram(QWidget):
         # A base line is drawn because pale bars are barely visible.
         painter.setPen(QPen(text, 1.0))
         painter.drawLine(plot.bottomLeft(), plot.bottomRight())
-        self._line(painter, plot, 0.0, QPen(text, 1.0))
-        self._line(painter, plot, self._median_m, QPen(text, 1.4, Qt.PenStyle.DashLine))
+        self._draw_line(painter, plot, 0.0, QPen(text, 1.0))
+        self._draw_line(painter, plot, self._median_m, QPen(text, 1.4, Qt.PenStyle.DashLine))
         line = QRectF(plot.left(), plot.bottom() + 2.0, plot.width(), label_height)
         for align, label in (
             (Qt.AlignmentFlag.AlignLeft, f"−{self._limit_m:.3g} m"),
@@ -81,7 +81,7 @@ class Histogram(QWidget):
         ):
             painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), label)
 
-    def _line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
+    def _draw_line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
         position = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))
         x = plot.left() + position * plot.width()
         painter.setPen(pen)

@@ -90,7 +90,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         studio = self._studio
         self.create_button.clicked.connect(lambda _=False: self._create_grid())
         self.grids.activated.connect(self._schedule_refresh)
-        self.mark.clicked.connect(self._mark)
+        self.mark.clicked.connect(self._set_marking)
         self.remove.clicked.connect(lambda _=False: self._remove())
         self.extent.activated.connect(lambda _: self._refresh())
         self.plane.changed.connect(self._refresh)
@@ -234,7 +234,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self._schedule_refresh()
         self._refresh()
 
-    def _mark(self, is_on: bool) -> None:
+    def _set_marking(self, is_on: bool) -> None:
         self._studio.activate(CellsTool.name if is_on else "navigate")
 
     def _remove(self) -> None:

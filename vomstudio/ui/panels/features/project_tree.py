@@ -276,7 +276,7 @@ class ProjectTree(QWidget):
         return unsorted
 
     # --- content of the visible rows ---------------------------------------------------------
-    def _row(self, feature: Feature) -> Row:
+    def _row_of(self, feature: Feature) -> Row:
         """Return the row of a feature, which caches its texts until the filter changes."""
         measurement = self._studio.measured([feature.id])[feature.id]
         row = self._rows.get(feature.id)
@@ -296,28 +296,28 @@ class ProjectTree(QWidget):
     def _check_state(self, feature: Feature) -> Qt.CheckState:
         return _check_state(self._studio.visible(feature.id))
 
-    def _icon(self, feature: Feature) -> QIcon:
+    def _feature_icon(self, feature: Feature) -> QIcon:
         return self._icons[kind_of(feature).name]
 
     def _orientation(self, feature: Feature) -> str:
-        row = self._row(feature)
+        row = self._row_of(feature)
         text = orientation_text(row.measured, self._studio.settings.notation)
         return f"{text} {_OVERTURNED}" if row.overturned else text
 
     def _verdict_icon(self, feature: Feature) -> QIcon:
-        row = self._row(feature)
+        row = self._row_of(feature)
         is_judged = row.measured.verdict is not None or row.measured.problem is not None
         return theme.verdict_icon(row.quality) if is_judged else QIcon()
 
     def _orientation_tip(self, feature: Feature) -> str:
-        row = self._row(feature)
+        row = self._row_of(feature)
         verdict = row.measured.verdict
         findings = (*verdict.reasons, *verdict.notes) if verdict else (row.measured.problem or "",)
         remarks = [tr("Overturned")] if row.overturned else []
         return escape_markup("\n".join([*remarks, *map(str, findings)]))
 
     def _name_tip(self, feature: Feature) -> str:
-        row = self._row(feature)
+        row = self._row_of(feature)
         lines = [f"{feature.name}: {row.class_name}"]
         if row.overturned:
             lines.append(tr("Overturned"))
@@ -569,7 +569,7 @@ _CONTENT: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
     (NAME, Qt.ItemDataRole.DisplayRole): lambda _, feature: feature.name,
     (NAME, Qt.ItemDataRole.EditRole): lambda _, feature: feature.name,
     (NAME, Qt.ItemDataRole.CheckStateRole): ProjectTree._check_state,
-    (NAME, Qt.ItemDataRole.DecorationRole): ProjectTree._icon,
+    (NAME, Qt.ItemDataRole.DecorationRole): ProjectTree._feature_icon,
     (NAME, Qt.ItemDataRole.ToolTipRole): ProjectTree._name_tip,
     (ORIENTATION, Qt.ItemDataRole.DisplayRole): ProjectTree._orientation,
     (ORIENTATION, Qt.ItemDataRole.DecorationRole): ProjectTree._verdict_icon,

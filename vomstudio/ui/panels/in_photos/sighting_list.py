@@ -73,7 +73,7 @@ class SightingList(QListWidget):
                 self.addItem(item)
                 file = files.get(name)
                 if file is not None and (image := self._images.thumbnail(Path(file))) is not None:
-                    item.setIcon(_icon(image))
+                    item.setIcon(_photo_icon(image))
         self.list_changed.emit()
 
     def select_photo(self, name: str | None) -> None:
@@ -100,7 +100,7 @@ class SightingList(QListWidget):
         if name is not None and not image.isNull():
             for i, listed_name in enumerate(self.names):
                 if listed_name == name:
-                    self.item(i).setIcon(_icon(image))
+                    self.item(i).setIcon(_photo_icon(image))
 
 
 def sighting_text(sighting: Sighting, is_metric: bool) -> str:
@@ -116,5 +116,5 @@ def sighting_text(sighting: Sighting, is_metric: bool) -> str:
     return "\n".join([" · ".join(parts[:2]), *parts[2:]])
 
 
-def _icon(image: QImage) -> QIcon:
+def _photo_icon(image: QImage) -> QIcon:
     return QIcon(QPixmap.fromImage(image))

@@ -128,7 +128,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
     def _connect_signals(self) -> None:
         studio, soon = self._studio, self._schedule_refresh
         self.take.clicked.connect(lambda _=False: self._take_feature(current_line(studio, Logged)))
-        self.pick.clicked.connect(lambda _=False: self._pick())
+        self.pick.clicked.connect(lambda _=False: self._pick_line())
         self.group.activated.connect(soon)
         self.line_options.changed.connect(soon)
         self.options.changed.connect(soon)
@@ -147,7 +147,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             self.line_id = feature.id
             self._schedule_refresh()
 
-    def _pick(self) -> None:
+    def _pick_line(self) -> None:
         self._line.begin()
         self.message.setText(tr("Click one point on each boundary, then press Enter."))
 

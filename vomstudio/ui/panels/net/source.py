@@ -297,7 +297,7 @@ class NetSource:
             return ()
         measurements = self._studio.measured(ids)
         ellipses = (error_ellipse(measurements[id_]) for id_ in ids)
-        return self._rotate(e for e in ellipses if e is not None)
+        return self._rotate_ellipses(e for e in ellipses if e is not None)
 
     def current_ellipses(self) -> tuple[AnyEllipse, ...]:
         """Return the error ellipse of the current plane or line, or an empty tuple if unknown."""
@@ -305,9 +305,9 @@ class NetSource:
         if current is None or get_feature(self._studio.records, current) is None:
             return ()
         ellipse = error_ellipse(self._studio.measured([current])[current])
-        return () if ellipse is None else self._rotate([ellipse])
+        return () if ellipse is None else self._rotate_ellipses([ellipse])
 
-    def _rotate(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
+    def _rotate_ellipses(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
         turning = self._view_settings.turning
         return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
 

@@ -277,7 +277,7 @@ class PhotoPage(QWidget):
         self.list.set_label(label)
         if label and self.canvas.tool != MARK:
             self.tools.set_tool(MARK)
-        self._set_status(self._hint())
+        self._set_status(self._current_hint())
         self._show_marks()
         self._editing.look_at_point()
 
@@ -305,7 +305,7 @@ class PhotoPage(QWidget):
     # --- tools and keys ----------------------------------------------------------------------
     def _tool_changed(self) -> None:
         self._refresh()
-        self._set_status(self._hint())
+        self._set_status(self._current_hint())
 
     def undo(self, is_redo: bool = False) -> None:
         """Undo the last edit or the last polygon vertex; redo if `is_redo` is True."""
@@ -363,7 +363,7 @@ class PhotoPage(QWidget):
         """Text of the status line."""
         return self._status.text()
 
-    def _hint(self) -> str:
+    def _current_hint(self) -> str:
         return {
             "look": tr("Drag to pan, use the wheel to zoom."),
             "mark": tr(

@@ -76,14 +76,14 @@ class PhotoTools(QObject):
     def _handle_pointer(self, event: PhotoPointer) -> None:
         tool = self._canvas.tool
         if tool == MARK:
-            self._mark(event)
+            self._handle_mark(event)
         elif tool == POLYGON:
             self._polygon(event)
         elif tool == BRUSH:
             self._brush(event)
 
     # --- marks -------------------------------------------------------------------------------
-    def _mark(self, event: PhotoPointer) -> None:
+    def _handle_mark(self, event: PhotoPointer) -> None:
         if event.button is not Button.LEFT:
             return
         marks, handle = self._canvas.marks, event.handle

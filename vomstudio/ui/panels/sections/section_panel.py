@@ -210,7 +210,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         if len(points):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
-    def _point(self, model: Model) -> FloatArray:
+    def _passing_point(self, model: Model) -> FloatArray:
         """Return the point (3,) on the plane in the World frame. Raises InputError if invalid."""
         text = self.through.text().strip()
         if not text:
@@ -252,7 +252,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         plane, direction = self.plane.plane(), self.direction.direction()
         if not is_line and plane is None:
             raise InputError(Finding("field.plane-missing"))
-        passing_point = None if is_line else self._point(model)
+        passing_point = None if is_line else self._passing_point(model)
         curtain = build_curtain(plane, passing_point, self.line if is_line else None)
         # The switch mirrors the side that faces the view of the outcrop.
         flip = self._is_seen_from_behind(curtain) != self.section_options.options().flip

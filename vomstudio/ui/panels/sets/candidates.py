@@ -165,7 +165,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         code = "sets.replaced" if include_assigned else "sets.left-out"
         warnings.append(Finding(code, count=len(assigned_planes)))
     titles = {type_.id: type_.name for type_ in studio.session.of(FeatureType)}
-    positions, findings = _places(studio, selected_planes)
+    positions, findings = _positions_of(studio, selected_planes)
     warnings += findings
     selected_ids = {f.id for f in selected_planes}
     reserved_names = {
@@ -188,7 +188,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     )
 
 
-def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
+def _positions_of(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
     """Return the mid-points of features, and warnings about missing positions.
 
     Returns

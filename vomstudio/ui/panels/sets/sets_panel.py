@@ -136,7 +136,7 @@ class SetsPanel(QWidget):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self.table.setMinimumHeight(_MIN_TABLE_HEIGHT_PX)
-        self.table.itemChanged.connect(lambda _: self._preview())
+        self.table.itemChanged.connect(lambda _: self._show_preview())
 
     def _arrange_widgets(self) -> None:
         form = narrow_form()
@@ -182,7 +182,7 @@ class SetsPanel(QWidget):
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
         self._list_groups()
-        self._preview()
+        self._show_preview()
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
         super().hideEvent(event)
@@ -217,7 +217,7 @@ class SetsPanel(QWidget):
         self.result = result
         self._fill(result)
         self._show_state("\n".join(map(str, proposal_warnings(result, self._options))))
-        self._preview()
+        self._show_preview()
 
     def _show_error(self, error: VomError) -> None:
         self.drop(cause_of(error))
@@ -229,13 +229,13 @@ class SetsPanel(QWidget):
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
         self._show_state("" if reason is None else reason.message)
-        self._preview()
+        self._show_preview()
 
     def _accept(self) -> None:
         result = self.result
         if result is None:
             return
-        names = self._names()
+        names = self._set_names()
         assignment = result.set_names(names)
         # Otherwise `_follow_edit` would discard the proposal on its own edit.
         self.result = None
@@ -260,7 +260,7 @@ class SetsPanel(QWidget):
             self._list_groups()
 
     # --- display -----------------------------------------------------------------------------
-    def _names(self) -> list[str]:
+    def _set_names(self) -> list[str]:
         """Return the set names as typed by the user."""
         count = 0 if self.result is None else len(self.result.sets)
         items = [self.table.item(row, 0) for row in range(count)]
@@ -322,11 +322,11 @@ class SetsPanel(QWidget):
     def _show_count(self) -> None:
         self.count.setEnabled(not self.seeds.text().strip())
 
-    def _preview(self) -> None:
+    def _show_preview(self) -> None:
         """Show the proposal on the net while this panel is visible."""
         result = self.result
         is_shown = result is not None and self.isVisible()
-        names = self._names()
+        names = self._set_names()
         groups = result.groups(names) if result is not None and is_shown else None
         self._studio.sets_proposed.emit(groups)
 

@@ -114,7 +114,7 @@ class SlopeResults(QWidget):
         """Show a result; None clears the table."""
         self._answer, self._notation = result, notation
         for row, (name, _, _) in enumerate(_MODES):
-            cells = [""] * 4 if result is None else _cells(_mode(result, name))
+            cells = [""] * 4 if result is None else _cell_texts(_mode(result, name))
             for column, text in enumerate(cells, 1):
                 item = self.table.item(row, column)
                 assert item is not None
@@ -228,7 +228,7 @@ def _mode(result: SlopeAnswer, name: str) -> Mode:
     return modes[name]
 
 
-def _cells(mode: Mode) -> list[str]:
+def _cell_texts(mode: Mode) -> list[str]:
     share_texts = [
         "–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)
     ]

@@ -109,9 +109,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(4)
         form.addRow(
-            tr("Planes"), _row(self.group_box, self.copy, self.figure, wide_part=self.group_box)
+            tr("Planes"),
+            _create_row(self.group_box, self.copy, self.figure, wide_part=self.group_box),
         )
-        form.addRow(tr("Slope"), _row(self.slope_kind, self.face, self.take, wide_part=self.face))
+        form.addRow(
+            tr("Slope"), _create_row(self.slope_kind, self.face, self.take, wide_part=self.face)
+        )
         label, angles = self.angles.place_row("friction_deg", "lateral_deg")
         angles.addWidget(self.angles.place("limits"), 1)
         form.addRow(label, angles)
@@ -201,10 +204,10 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         text = self.face.text().strip()
         if not text:
             raise InputError(Finding("slope.no-face"))
-        face = SlopeFace(parse_plane(text, self._notation), self._options())
+        face = SlopeFace(parse_plane(text, self._notation), self._create_options())
         return SlopeQuestion(dict(self._studio.records), *planes, face)
 
-    def _options(self) -> SlopeOptions:
+    def _create_options(self) -> SlopeOptions:
         return self.angles.options()
 
     def _facets_question(self) -> FacetsQuestion:
@@ -223,7 +226,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             rows=rows,
             data=loaded_model.data,
             to_world=model.to_world,
-            options=self._options(),
+            options=self._create_options(),
         )
 
     def _follow_slope_kind(self, *_: object) -> None:
@@ -378,7 +381,7 @@ def _facet_count_text(result: FacetsAnswer) -> str:
     )
 
 
-def _row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
+def _create_row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
     row = QHBoxLayout()
     for part in parts:
         row.addWidget(part, 1 if part is wide_part else 0)

@@ -97,7 +97,9 @@ class StatisticsPanel(LazyPanel):
             self.figures.setPlainText(Finding(code).message)
         else:
             notes = self.group_box.exclusion_messages()
-            self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *notes])
+            self._plain = "\n\n".join(
+                [*(_plain_text(title, rows) for title, rows in pages), *notes]
+            )
             note_html = "".join(f"<p>{escape(sentence)}</p>" for sentence in notes)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + note_html)
         reason = None if pages else Finding("action.no-result")
@@ -222,5 +224,5 @@ def _html(title: str, rows: Rows) -> str:
     return f"<p style='margin:4px'><b>{escape(title)}</b></p><table width='100%'>{cells}</table>"
 
 
-def _plain(title: str, rows: Rows) -> str:
+def _plain_text(title: str, rows: Rows) -> str:
     return "\n".join([title, *(f"{name}\t{value}" for name, value in rows)])

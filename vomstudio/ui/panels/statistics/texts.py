@@ -120,7 +120,7 @@ def _kent(statistics: SetStatistics) -> Rows:
         "{largest:.1f} × {smallest:.1f}° about the mean (joint 95 %), longest toward {major}",
         largest=kent.max_confidence95_deg,
         smallest=kent.min_confidence95_deg,
-        major=_line(kent.major),
+        major=_line_text(kent.major),
     )
     return [(tr("Elongated (Kent)"), text + _fit_text(kent.fit_p))]
 
@@ -130,7 +130,7 @@ def _tensor(statistics: SetStatistics) -> Rows:
     rows = [(tr("Tensor"), f"S1 {s1:.3f}, S2 {s2:.3f}, S3 {s3:.3f}")]
     axes = zip(("1", "2", "3"), statistics.tensor.axes, statistics.tensor.confidence95, strict=True)
     rows += [
-        (tr("Axis {number}", number=k), _line(axis) + _confidence_text(confidence))
+        (tr("Axis {number}", number=k), _line_text(axis) + _confidence_text(confidence))
         for k, axis, confidence in axes
     ]
     point, girdle, random = statistics.vollmer.P, statistics.vollmer.G, statistics.vollmer.R
@@ -170,7 +170,7 @@ def _confidence_text(confidence: AxisConfidence | None) -> str:
     )
 
 
-def _line(figures: LineFigures) -> str:
+def _line_text(figures: LineFigures) -> str:
     return format_line(Line(figures.trend_deg, figures.plunge_deg), 0)
 
 

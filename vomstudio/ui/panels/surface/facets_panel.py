@@ -304,7 +304,7 @@ class FacetsPanel(ProposalsPanel):
             return ""
         return " ".join(item.message for item in verdict.reasons)
 
-    def _area(self, indices: Sequence[int]) -> Area | None:
+    def _highlight_area(self, indices: Sequence[int]) -> Area | None:
         proposals = self._facets.proposals
         open_model = None if proposals is None else self._studio.models.get(proposals.model_id)
         if proposals is None or open_model is None:

@@ -175,8 +175,8 @@ class ProposalsPanel(ModelPanel):
         self.accept.clicked.connect(lambda _: self._decide(self._accept, self._selection()))
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
         self.reject.clicked.connect(lambda _: self._decide(self._reject, self._selection()))
-        self._studio.surface_clicked.connect(self._clicked)
-        self._studio.proposals_picked.connect(self._picked)
+        self._studio.surface_clicked.connect(self._handle_click)
+        self._studio.proposals_picked.connect(self._select_picked)
 
     def _follow_type(self) -> None:
         """Propose the active type."""
@@ -232,7 +232,7 @@ class ProposalsPanel(ModelPanel):
             selection=frozenset(self._selection()),
         )
 
-    def _picked(self, ids: Iterable[str], is_adding: bool) -> None:
+    def _select_picked(self, ids: Iterable[str], is_adding: bool) -> None:
         """Select the proposals that were picked on the net."""
         if self.isVisible() and self._queue.proposals is not None:
             picked_indices = set(proposal_indices(self._prefix, ids))
@@ -275,7 +275,7 @@ class ProposalsPanel(ModelPanel):
         self.reason.setVisible(bool(reason))
         if self._studio.open_tool is not None:
             return
-        area = self._area(self._selection()[:_MAX_HIGHLIGHTED])
+        area = self._highlight_area(self._selection()[:_MAX_HIGHLIGHTED])
         self._studio.preview.emit(
             None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
         )
@@ -284,11 +284,11 @@ class ProposalsPanel(ModelPanel):
         """Return why a proposal is doubtful, or an empty text."""
         raise NotImplementedError
 
-    def _area(self, indices: Sequence[int]) -> Area | None:
+    def _highlight_area(self, indices: Sequence[int]) -> Area | None:
         """Return the area that is highlighted for proposals, or None."""
         raise NotImplementedError
 
-    def _clicked(self, hit: Hit) -> None:
+    def _handle_click(self, hit: Hit) -> None:
         """Select the table row of the proposal that was clicked on the outcrop."""
         proposals = self._queue.proposals
         if proposals is None or self.visibleRegion().isEmpty():

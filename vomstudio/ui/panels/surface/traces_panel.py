@@ -219,7 +219,7 @@ class TracesPanel(ProposalsPanel):
         )
 
     # --- state -------------------------------------------------------------------------------
-    def _options(self) -> ProposalOptions:
+    def _create_options(self) -> ProposalOptions:
         is_onnx = self.cost.currentData() == ONNX
         return self.limits.options(onnx_model=self.network.text().strip() if is_onnx else None)
 
@@ -231,7 +231,7 @@ class TracesPanel(ProposalsPanel):
             self.network.setText(name)
 
     def _start(self, model: Model) -> None:
-        self._traces.find(model.id, self._options())
+        self._traces.find(model.id, self._create_options())
 
     def _copy_command(self) -> None:
         studio = self._studio
@@ -239,7 +239,7 @@ class TracesPanel(ProposalsPanel):
         if model_arguments is None:
             return
         target = results_folder(studio) / "proposed_traces.csv"
-        arguments = ["trace", *model_arguments, "--propose", *option_words(self._options())]
+        arguments = ["trace", *model_arguments, "--propose", *option_words(self._create_options())]
         copy_command(studio, [*arguments, ("-o", target), "--force"])
 
     # --- proposals ---------------------------------------------------------------------------
@@ -275,7 +275,7 @@ class TracesPanel(ProposalsPanel):
         line = proposals.lines[index]
         return line.trace, line.measured
 
-    def _area(self, indices: Sequence[int]) -> Area | None:
+    def _highlight_area(self, indices: Sequence[int]) -> Area | None:
         proposals = self._traces.proposals
         if proposals is None:
             return None

@@ -178,7 +178,7 @@ class ViewPanel(QWidget):
 
     def face(self) -> None:
         """Look perpendicular to the selected plane."""
-        plane = self._plane()
+        plane = self._selected_plane()
         if plane is not None:
             # The view is against the upward normal. A vertical plane is viewed along its dip
             # direction plus 180 degrees (CLI.md, ortho --plane).
@@ -186,7 +186,7 @@ class ViewPanel(QWidget):
 
     def look_along_line(self) -> None:
         """Look along the selected lineation or intersection."""
-        line = self._line()
+        line = self._selected_line()
         if line is not None:
             self._turn_axis(line)
 
@@ -211,12 +211,12 @@ class ViewPanel(QWidget):
             self._turn(Line.from_vector(view, is_directed=True))
 
     def _look_along_strike(self) -> None:
-        plane = self._plane()
+        plane = self._selected_plane()
         if plane is not None:
             self._turn(Line(plane.strike_rhr_deg, 0.0))
 
     def _look_down_dip(self) -> None:
-        plane = self._plane()
+        plane = self._selected_plane()
         if plane is not None:
             self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
 
@@ -258,7 +258,7 @@ class ViewPanel(QWidget):
 
     def why_no_plane(self) -> Finding | None:
         """Return a finding if no plane is selected, otherwise None."""
-        return Finding("selection.no-plane") if self._plane() is None else None
+        return Finding("selection.no-plane") if self._selected_plane() is None else None
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
         """Return the measurement that defines a direction, and its 95 % error in degrees.
@@ -287,7 +287,7 @@ class ViewPanel(QWidget):
 
     def why_no_line(self) -> Finding | None:
         """Return a finding if no line is selected, otherwise None."""
-        return Finding("selection.no-line") if self._line() is None else None
+        return Finding("selection.no-line") if self._selected_line() is None else None
 
     # --- measurements ------------------------------------------------------------------------
     def _selected_measurements(self) -> list[Measurement]:
@@ -316,13 +316,13 @@ class ViewPanel(QWidget):
             return Finding("selection.no-slip")
         return direction_across_slip(measurements[current])
 
-    def _plane(self) -> Plane | None:
+    def _selected_plane(self) -> Plane | None:
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return None
         return self._studio.measured([current])[current].plane
 
-    def _line(self) -> Line | None:
+    def _selected_line(self) -> Line | None:
         current = self._studio.selection.current
         if current is None or get_feature(self._studio.records, current) is None:
             return None
@@ -381,19 +381,23 @@ class ViewPanel(QWidget):
             self.refresh()
 
     def _show_directions(self) -> None:
-        axis, plane = self._bedding.axis_or_reason(), self._plane()
+        axis, plane = self._bedding.axis_or_reason(), self._selected_plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
         intersection, slip = self._intersection(), self._slip_normal()
         beta = axis if isinstance(axis, Finding) else AxialDirection(axis.beta, axis.error95_deg)
-        self._offer("beta", beta)
-        self._offer("meeting", intersection)
-        self._offer("slip", slip)
+        self._offer_direction("beta", beta)
+        self._offer_direction("meeting", intersection)
+        self._offer_direction("slip", slip)
         error = self._error_of_current()
-        self._offer("facing", no_plane if plane is None else AxialDirection(plane.pole(), error))
+        self._offer_direction(
+            "facing", no_plane if plane is None else AxialDirection(plane.pole(), error)
+        )
         for name in ("strike", "dip"):
             allow(self._buttons[name], no_plane)
-        line = self._line()
-        self._offer("line", self.why_no_line() if line is None else AxialDirection(line, error))
+        line = self._selected_line()
+        self._offer_direction(
+            "line", self.why_no_line() if line is None else AxialDirection(line, error)
+        )
         no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
         allow(self._buttons["rock"], no_surface)
         self._show_cost()
@@ -407,7 +411,7 @@ class ViewPanel(QWidget):
             self._verdict.setText(escape(axis.message))
             self._verdict.setToolTip("")
 
-    def _offer(self, name: str, direction: AxialDirection | Finding | None) -> None:
+    def _offer_direction(self, name: str, direction: AxialDirection | Finding | None) -> None:
         """Enable a button, and show its direction and the cost of the error in the tooltip."""
         button = self._buttons[name]
         if not isinstance(direction, AxialDirection):
