@@ -28,7 +28,13 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import FeatureType, Typed
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow, limit_width, narrow_form
+from vomstudio.ui.base.controls import (
+    MAX_FORM_WIDTH_PX,
+    ComboBox,
+    allow,
+    limit_width,
+    narrow_form,
+)
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import length, number
 from vomstudio.ui.base.qt_background import NewestResult
@@ -150,7 +156,12 @@ class SetsPanel(QWidget):
         column = narrow_column(self)
         column.addLayout(limit_width(form))
         column.addWidget(self.message)
-        column.addWidget(self.table, 1)
+        # Figures far to the right of their sets could not be read.
+        self.table.setMaximumWidth(MAX_FORM_WIDTH_PX)
+        row = QHBoxLayout()
+        row.addWidget(self.table, 1)
+        row.addStretch()
+        column.addLayout(row, 1)
         column.addStretch()
 
     # --- candidates --------------------------------------------------------------------------
