@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QLineEdit, QToolTip
 
 from tests.benchmarks.window_journey import MESSAGE_S, MIDDLE, Journey
 
@@ -32,6 +32,7 @@ class Pictures(Journey):
 
     def take(self, name: str, part: Any = None, quiet: float = 1.5) -> None:
         """The window as it is, or a part of it, once it is at rest."""
+        QToolTip.hideText()
         self.stable(quiet)
         widget = self.window if part is None else part
         place = widget.mapToGlobal(widget.rect().topLeft())
