@@ -71,7 +71,10 @@ class Pictures(Journey):
     def photos(self) -> None:
         verdict = self.named("survey_verdict")
         self.wait(lambda: verdict.text() and "…" not in verdict.text(), "the survey check")
-        self.run("workspace_model")
+        survey = self.window.survey
+        self.wait(lambda: not survey.is_reading and not survey.is_forecasting, "the forecast")
+        if self.window.docks.center_page != "photos":
+            self.window.docks.toggle_center("photos")
         self.take("photos", None, MESSAGE_S)
 
     def pick(self, name: str, count: int) -> None:
