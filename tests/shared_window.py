@@ -220,8 +220,8 @@ def _release_mouse(window: MainWindow) -> None:
     """Release a button that a test left pressed: `QTest.mouseDClick` sends no release."""
     assert window.viewport is not None
     gestures = window.viewport.gestures
-    if gestures._press is not None:
-        QTest.mouseRelease(window.viewport, gestures._button, pos=gestures._press.toPoint())
+    if gestures._press_position is not None:
+        QTest.mouseRelease(window.viewport, gestures._button, pos=gestures._press_position.toPoint())
 
 
 def _close_dialogs(window: MainWindow) -> None:

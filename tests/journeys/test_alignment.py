@@ -236,7 +236,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
         panes._links.right, np.column_stack([240 - stored[:, 1], stored[:, 0]]), atol=1e-3
     )
     # The cell of the first pair in the matrix brings it back.
-    driver.click(page.matrix, page.matrix._cell(1, 0).center().toPoint())
+    driver.click(page.matrix, page.matrix._cell_rect(1, 0).center().toPoint())
     wait(lambda: page._pair == ("a.jpg", "b.jpg") and page._arrays is not None, "the first")
     wait(lambda: len(page._photos) == 2, "its photos")
     # The wheel keeps what is under the cursor; a drag takes it along.
