@@ -221,7 +221,9 @@ def _release_mouse(window: MainWindow) -> None:
     assert window.viewport is not None
     gestures = window.viewport.gestures
     if gestures._press_position is not None:
-        QTest.mouseRelease(window.viewport, gestures._button, pos=gestures._press_position.toPoint())
+        QTest.mouseRelease(
+            window.viewport, gestures._button, pos=gestures._press_position.toPoint()
+        )
 
 
 def _close_dialogs(window: MainWindow) -> None:

@@ -213,11 +213,11 @@ def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging
     key(window, Qt.Key.Key_Escape)
     QTest.mouseRelease(window.viewport, driver.LEFT, driver.NONE, start + QPoint(30, 0))
     key(window, Qt.Key.Key_Escape)
-    assert not patch._down
+    assert not patch._is_pressed
     key(window, Qt.Key.Key_N)
     drag(window.viewport, start, start + QPoint(30, 5))
     assert studio.tool_name == "navigate"
-    assert not patch._down
+    assert not patch._is_pressed
 
 
 # --- clicks that come too fast ----------------------------------------------------------------

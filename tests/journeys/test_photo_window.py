@@ -445,7 +445,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     assert shown_values(photo._status.text(), "mask.repeated") == {"count": "3"}, "it stays"
     press(photo, Qt.Key.Key_V)
     assert "mask.repeated" not in shown_codes(photo._status.text())
-    assert photo._status.text().endswith(photo._hint())
+    assert photo._status.text().endswith(photo._current_hint())
     assert photo.close()
 
 
