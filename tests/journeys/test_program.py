@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from tests import driver
 from tests.journeys.test_kills import ROOT, alive, descendants
 from vomstudio.core.paths import resource
 from vomstudio.project.folder import untitled_folder
@@ -89,3 +90,12 @@ def test_a_path_that_is_not_there_is_said_in_the_window_and_the_window_lives(own
         assert process.poll() is None
         os.kill(process.pid, signal.SIGINT)
         assert process.wait(20) == 0
+
+
+@pytest.mark.full
+def test_photos_of_the_command_line_take_the_centre(own_folders, tmp_path, qtbot) -> None:
+    (tmp_path / "photos").mkdir()
+    window = driver.make_window([tmp_path / "photos"])
+    driver.pause(300)
+    assert window.docks.center_page == "photos"
+    driver.dismiss(window)

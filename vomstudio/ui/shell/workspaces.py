@@ -78,6 +78,8 @@ class Workspaces(QObject):
         QTimer.singleShot(0, self._restore_state)
 
     def _restore_state(self) -> None:
+        # Photos of the command line have taken the centre before.
+        center_page = self._docks.center_page
         is_restored = self._state is not None and self._docks.restore(self._state)
         if not is_restored:
             self._docks.arrange()
@@ -88,6 +90,8 @@ class Workspaces(QObject):
         self._show_pages()
         if not is_restored:
             self._give_sizes()
+        if center_page:
+            self._docks.take_center(center_page)
         self._has_begun = True
         self._window.installEventFilter(self)
         self._docks.rearranged.connect(self._change)
