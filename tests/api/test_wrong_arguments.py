@@ -205,6 +205,10 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         ),
         "propose_traces": Case(vs.propose_traces, {"model": mesh, "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
+        "export_cameras": Case(
+            vs.export_cameras,
+            {"source": resource("sample") / "cameras.json", "target": folder / "transforms.json"},
+        ),
         "sample": Case(lambda parts: vs.sample(parts), {"parts": "picks.csv"}),
         "Mesh.from_arrays": Case(vs.Mesh.from_arrays, {"points": GROUND, "faces": [[0, 1, 2]]}),
         "Mesh.from_pyvista": Case(vs.Mesh.from_pyvista, {"mesh": mesh.to_pyvista()}),

@@ -85,7 +85,7 @@ def ours(images: Path, work: Path, size: int, threads: int) -> dict[str, Any]:
         "from vomstudio.io.photos.reading import read_photos\n"
         "from vomstudio.studio.jobs.executors import Threads\n"
         "from vomstudio.photogrammetry.align.alignment import AlignmentOptions, align\n"
-        "from vomstudio.core.progress import Silent\n"
+        "from vomstudio.core.progress import SilentProgress\n"
         "photos = read_photos(Path(sys.argv[1])).photos\n"
         "size, threads = int(sys.argv[3]), int(sys.argv[4])\n"
         "align(photos, Path(sys.argv[2]),\n"

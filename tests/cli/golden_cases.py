@@ -322,6 +322,8 @@ CASES = (
         " --marks {work}/gone.csv",
         code=2,
     ),
+    Case("completion", "completion bash"),
+    Case("completion-refused", "completion tcsh", code=2),
     Case("no-command", "", code=2),
     Case("unknown-command", "dance", code=2),
     Case("wrong-option", "fit {work}/three.csv --wrong", code=2),

@@ -178,7 +178,7 @@ def test_a_turned_world_gives_the_same_piece():
     mesh = fold()
     turn = rotation(np.array([0.3, 0.2, np.sqrt(0.87)]), 30.0)
     turned = Mesh((mesh.vertices - UTM) @ turn.T + UTM, mesh.faces)
-    expected = {"angle_deg": 15.0, "distance": 0.05, "left_out": None}
+    expected = {"angle_deg": 15.0, "distance": 0.05, "is_excluded": None}
     one = build_neighbours(mesh, 0.0).piece(300, **expected)
     other = build_neighbours(turned, 0.0).piece(300, **expected)
     assert np.array_equal(one.mask, other.mask)

@@ -133,7 +133,7 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
     assert first == [
         ("", ["parameter", "value", "standard error"]),
         ("", ["f", "4123.46", "± 1.2"]),
-        ("", ["cx", "3000", "held"]),
+        ("", ["cx", "3000", "fixed"]),
         ("", ["k1", "-0.0123457", "unknown"]),
     ]
     assert [cells for _, cells in correlation] == [

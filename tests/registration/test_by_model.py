@@ -41,7 +41,7 @@ def test_a_turned_and_shifted_model_comes_back() -> None:
     # What two samples with 1 cm of noise each leave between means of some fifty points.
     assert 0.001 < found.fitted.rms_m < 0.02
     assert found.fitted.overlap > 0.9
-    assert found.fitted.free_parameters == ()
+    assert found.fitted.free == ()
     assert found.placed.known.all
 
 
@@ -72,7 +72,7 @@ def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
     assert not found.placed.known.vertical
     assert found.placed.known.north
     assert not found.placed.known.position
-    assert found.fitted.free_parameters == (FREE["slide"], FREE["turn"])
+    assert found.fitted.free == (FREE["slide"], FREE["turn"])
     assert with_code(found.fitted.warnings, "reference.little-relief")
     weakest = found.placed.rotation_error_95_deg.weakest
     assert weakest.error_deg is None

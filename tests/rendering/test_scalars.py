@@ -39,12 +39,12 @@ def test_the_range_is_that_of_the_percentiles_2_and_98() -> None:
     values = np.random.default_rng(1).gamma(2.0, 100.0, 50_001)
     made = scale("intensity", values)
     assert [made.low, made.high] == pytest.approx(np.percentile(values, [2, 98]))
-    assert made.below
-    assert made.above
+    assert made.has_lower_values
+    assert made.has_higher_values
     whole = scale("intensity", values, percentiles=(0.0, 100.0))
     assert [whole.low, whole.high] == pytest.approx([values.min(), values.max()])
-    assert not whole.below
-    assert not whole.above
+    assert not whole.has_lower_values
+    assert not whole.has_higher_values
 
 
 def test_a_signed_field_has_zero_in_the_middle_of_a_diverging_map() -> None:

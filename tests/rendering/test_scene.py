@@ -112,7 +112,7 @@ def test_the_frame_in_pieces_is_the_frame_in_one(scene: Scene, tmp_path: Path) -
     assert len(scene.models["w"].parts) == 16
     scene.camera.fit(scene.corners(), SIZE)
     pieces = rest(scene)
-    assert not scene.picture.slow
+    assert not scene.picture.is_slow
     scene.picture.draw(is_moving=False)
     whole = scene.canvas.pixels()[::-1, :, :3].astype(int)
     assert scene.picture.is_complete

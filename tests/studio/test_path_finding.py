@@ -30,7 +30,7 @@ def paths(loop: Loop) -> PathFinding:
         np.concatenate([flat.vertices, flat.vertices + [100.0, 0.0, 0.0]]),
         np.concatenate([flat.faces, flat.faces + len(flat.vertices)]),
     )
-    models: Any = SimpleNamespace(open={"m": SimpleNamespace(data=apart)})
+    models: Any = SimpleNamespace(open_models={"m": SimpleNamespace(data=apart)})
     return PathFinding(models, Background(loop.post, "path finding", threads=1))
 
 

@@ -126,10 +126,10 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     planes.finish_tool()
     (made,) = planes.session.of(Lineation)
     panel = window.properties
-    assert not panel._form.isRowVisible(panel.fields["slip"])
+    assert not panel.form.isRowVisible(panel.fields["slip"])
     choose(panel.fields["plane_id"], "f1")
     assert planes.records[made.id].plane_id == "f1"
-    assert panel._form.isRowVisible(panel.fields["slip"])
+    assert panel.form.isRowVisible(panel.fields["slip"])
     choose(panel.fields["slip"], "reverse")
     assert planes.records[made.id].slip == "reverse"
     choose(panel.fields["plane_id"], "")
@@ -137,7 +137,7 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     planes.undo()
     assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("f1", "reverse")
     planes.selection.set(["b1"])
-    assert not panel._form.isRowVisible(panel.fields["plane_id"])
+    assert not panel.form.isRowVisible(panel.fields["plane_id"])
 
 
 # --- measure -----------------------------------------------------------------------------------
@@ -161,9 +161,9 @@ def test_measurements_stand_in_the_tree_with_their_value(window, planes):
 
 def test_a_thickness_is_measured_across_the_selected_plane(window, planes):
     panel = driver.tool_panel(window, MeasurePanel)
-    assert not panel._form.isRowVisible(panel.plane_box)
+    assert not panel.form.isRowVisible(panel.plane_box)
     choose(panel.kind_box, "thickness")
-    assert panel._form.isRowVisible(panel.plane_box)
+    assert panel.form.isRowVisible(panel.plane_box)
     planes.selection.set(["b1"])
     planes.activate("measure")
     click(planes, (0, 0, 0), (0, 0, 2))

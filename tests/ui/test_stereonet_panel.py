@@ -362,7 +362,7 @@ def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, stud
     def contoured() -> tuple[str | None, bool]:
         drawn(window)
         words = [t.get_text() for t in net.artists.axes.texts]
-        only = net.artists.contents.contouring.only
+        only = net.artists.contents.contouring.set_name
         return only, any(str(only or "all") in w for w in words if w.startswith("Contours"))
 
     # Ten joints and six beds.
@@ -370,7 +370,7 @@ def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, stud
     assert list(choices())[1:-1] == ["Bedding", "Joint"]
     choices()["Bedding"].trigger()
     assert contoured() == ("Bedding", True)
-    assert net.print_contents().contouring.only == "Bedding"
+    assert net.print_contents().contouring.set_name == "Bedding"
     choices()["All sets"].trigger()
     assert contoured() == (None, True)
     studio.workspace.projects.new()

@@ -53,7 +53,7 @@ def resize(window, width: int, height: int) -> None:
 
 
 def share_of_outcrop(window) -> float:
-    area = window.centralWidget().room
+    area = window.centralWidget().available_area
     return area.width() * area.height() / (window.width() * window.height())
 
 

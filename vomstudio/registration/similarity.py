@@ -263,7 +263,7 @@ def is_nearly_collinear(points: FloatArray) -> bool:
     if len(points) < 3:
         return True
     axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(axes[1] <= _NEARLY_COLLINEAR_RATIO * axes[0])
+    return bool(axes[1] < _NEARLY_COLLINEAR_RATIO * axes[0])
 
 
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:

@@ -39,7 +39,6 @@ from vomstudio.io.settings import Settings, read_settings
 from vomstudio.project import edits
 from vomstudio.project.edit import change
 from vomstudio.project.folder import MODELS, ProjectFolder
-from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.station import Station, StationKind
 from vomstudio.project.measurement_cache import measure_all, measure_one
 from vomstudio.project.records import Feature, FeatureType, Model, Record
@@ -470,9 +469,9 @@ class HeadlessProject:
         line = create_line(
             self._points_on(model, points), model, kind, self._surface_for_planes(model)[0]
         )
-        if isinstance(line, Lineation):
+        if kind.geometry != "plane":
             plane_id = "" if plane is None else self.find_features([plane])[0].id
-            line = replace(line, plane_id=plane_id, slip=slip)
+            labels |= {"plane_id": plane_id, "slip": slip}
         elif plane is not None or slip:
             names = [each.name for each in self.session.of(FeatureType) if each.geometry == "line"]
             raise UsageError(
@@ -684,7 +683,7 @@ class HeadlessProject:
         loaded_model = replace(self.read_model(model), path=path)
         result = register_model_of_project(loaded_model, model, options, self._progress, pairs)
         if result.reference is not None and not result.placed.known.all:
-            free = result.reference.fitted.free_parameters
+            free = result.reference.fitted.free
             raise GeometryError(Finding("registration.undetermined", parameters=free))
         assert result.registration is not None
         self.session.apply(

@@ -330,11 +330,11 @@ def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
         "[sys.executable, '-m', 'tests.studio.jobs.odd_jobs'], **more)\n"
         "subprocess.Popen = start\n"
         "from tests.studio.jobs.odd_jobs import DEAFEST\n"
-        "from vomstudio.studio.jobs.job import Nothing\n"
+        "from vomstudio.studio.jobs.job import NoArguments\n"
         "from vomstudio.studio.jobs.supervisor import Worker\n"
         "worker = Worker()\n"
         "say = lambda event: print(worker._process.pid, flush=True)\n"
-        "worker.submit(DEAFEST, Nothing(), say)\n"
+        "worker.submit(DEAFEST, NoArguments(), say)\n"
         "time.sleep(60)\n"
     )
     with subprocess.Popen(

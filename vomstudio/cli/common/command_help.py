@@ -338,7 +338,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     "project compact": (f"{_PROJECT} compact --dry-run", f"{_PROJECT} compact"),
     "project report": (
         f"{_PROJECT} report -o report.html",
-        f"{_PROJECT} report -o report.html --json",
+        f"{_PROJECT} report -o figures.html --json",
     ),
 }
 """Two examples of each command; they run in the folder of the program with the sample."""

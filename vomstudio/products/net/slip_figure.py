@@ -169,7 +169,7 @@ def _legend(ax: Any, slip: TableSlip) -> None:
         dot(_P, "*", tr("shortening {axis}", axis=format_axis(mean.shortening)), 8),
         dot(_T, "*", tr("extension {axis}", axis=format_axis(mean.extension)), 8),
         dot(PRINT.ink, "D", tr("intermediate {axis}", axis=format_axis(mean.intermediate))),
-        Patch(facecolor=_SHADES[-1], label=tr("in compression for over 80 % of faults")),
+        Patch(facecolor=_SHADES[-1], label=tr("compressed by over 80 % of faults")),
     ]
     ax.legend(
         handles=entries,

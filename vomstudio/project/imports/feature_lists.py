@@ -247,7 +247,8 @@ def _feature(
         # The model is not loaded, so use the stored area if it is plausible.
         scale = transform.scale_factor(transform.matrix(model.to_world))
         try:
-            value = float(area_text)
+            # Balloons of KML have the unit behind the value.
+            value = float(area_text.split()[0])
         except ValueError:
             value = 0.0
         is_plausible = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0

@@ -54,7 +54,7 @@ class FittedToReference:
         Robust RMS of their residuals, metres.
     blocks, block_m : int, float
         Number and size of the blocks of the jackknife.
-    free_parameters : tuple of str
+    free : tuple of str
         Names of the parameters that the surfaces do not determine.
     """
 
@@ -65,7 +65,7 @@ class FittedToReference:
     rms_m: float
     blocks: int
     block_m: float
-    free_parameters: tuple[str, ...]
+    free: tuple[str, ...]
     warnings: tuple[Finding, ...] = field(metadata=HIDDEN_IN_JSON)
 
 

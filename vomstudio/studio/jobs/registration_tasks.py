@@ -136,7 +136,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     placed = prepend_warnings(register(evidence), (*about_stable, *reference_fit.warnings))
     if not placed.known.all:
         raise GeometryError(
-            Finding("registration.undetermined", parameters=reference_fit.free_parameters)
+            Finding("registration.undetermined", parameters=reference_fit.free)
         )
     return FittedModel(
         placed,

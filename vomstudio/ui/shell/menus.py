@@ -128,7 +128,6 @@ MENUS = (
             "looked_at",
             "repeats",
             "|",
-            "type_on_net",
             "verdict_profile",
         ),
     ),
