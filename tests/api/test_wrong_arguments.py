@@ -207,7 +207,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "reconstruct": Case(vs.reconstruct, photos),
         "export_cameras": Case(
             vs.export_cameras,
-            {"source": resource("sample") / "cameras.json", "target": folder / "transforms.json"},
+            {"source": vs.sample("cameras.json"), "target": folder / "transforms.json"},
         ),
         "sample": Case(lambda parts: vs.sample(parts), {"parts": "picks.csv"}),
         "Mesh.from_arrays": Case(vs.Mesh.from_arrays, {"points": GROUND, "faces": [[0, 1, 2]]}),

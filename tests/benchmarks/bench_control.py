@@ -243,7 +243,7 @@ def by_reconstruct(
         ControlPoint(f"P{row}", tuple(place), sigma)  # type: ignore[arg-type]
         for row, place in enumerate(world.tolist())
     ]
-    placed, report = place_by_control(scene, control, marks, with_adjustment=False)
+    placed, report = place_by_control(scene, control, marks, includes_adjustment=False)
     found = fit_similarity(FACE, placed.points + placed.origin)
     return found, report.covariance, np.array(report.centre)
 

@@ -126,7 +126,7 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     planes.finish_tool()
     (made,) = planes.session.of(Lineation)
     panel = window.properties
-    assert not panel.form.isRowVisible(panel.fields["slip"])
+    assert not panel._form.isRowVisible(panel.fields["slip"])
     choose(panel.fields["plane_id"], "f1")
     assert planes.records[made.id].plane_id == "f1"
     assert panel.form.isRowVisible(panel.fields["slip"])

@@ -284,8 +284,8 @@ def _table_findings(table: OrientationTable) -> list[Finding]:
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
     )
-    with_radians = any(looks_like_radians(azimuth, angle) for azimuth, angle in angles)
-    return [*table.warnings, *([Finding("compass.radians")] if with_radians else [])]
+    includes_radians = any(looks_like_radians(azimuth, angle) for azimuth, angle in angles)
+    return [*table.warnings, *([Finding("compass.radians")] if includes_radians else [])]
 
 
 def _arrays(value: Any, name: str) -> Any:

@@ -144,9 +144,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 class _Placement(NamedTuple):
-    """Placement of the model in World; `is_placed` and `is_metric` if north and unit are known.
+    """Placement of the model in World.
 
-    `has_metric_unit` is the same as for `WorldModel`.
+    `is_placed` and `is_metric` state whether north and unit are known. `has_metric_unit` is the
+    same as for `WorldModel`.
     """
 
     to_world: Matrix

@@ -215,7 +215,7 @@ def _coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import coverage_rows
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
-    with _edited_project(args, out, with_save=False) as project:
+    with _edited_project(args, out, includes_save=False) as project:
         shares, findings = grid_shares(project)
     grids = [item.to_dict() for item in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
@@ -427,7 +427,7 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = parse_options(args, CompactOptions).dry_run
-    with _edited_project(args, out, with_save=not dry_run) as project:
+    with _edited_project(args, out, includes_save=not dry_run) as project:
         if not dry_run and project.session.dirty:
             project.session.save()
         plan = project.project.compaction()
@@ -455,17 +455,17 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 
 @contextmanager
 def _edited_project(
-    args: argparse.Namespace, out: Output, *, with_save: bool = True
+    args: argparse.Namespace, out: Output, *, includes_save: bool = True
 ) -> Iterator[HeadlessProject]:
     """Yield the open project; afterwards save the changes and update its layers."""
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_reporter(args)) as project:
         out.warn(project.warnings)
-        if project.recovered and with_save:
+        if project.recovered and includes_save:
             out.warn([Finding("project.recovered-and-saved")])
         yield project
-        if with_save:
+        if includes_save:
             out.warn(project.save())
 
 

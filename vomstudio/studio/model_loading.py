@@ -137,13 +137,13 @@ class ModelLoader:
         """Whether a model is being loaded."""
         return bool(self._running)
 
-    def load(self, key: str, path: Path, cache: Path, on_finished: Then) -> None:
-        """Read a file, unless it is being read, and call `on_finished` in the owner's thread."""
+    def load(self, key: str, path: Path, cache: Path, finished_callback: Then) -> None:
+        """Read a file unless it is being read; call `finished_callback` in the owner's thread."""
         if key in self._running:
             return
 
         if copc.point_count(path) > self._budget():
-            self._stream(key, path, on_finished)
+            self._stream(key, path, finished_callback)
             return
 
         def failed(event: Failed) -> None:
@@ -161,7 +161,7 @@ class ModelLoader:
             LOAD_MODEL,
             ModelFile(path, cache),
             title=tr("Opening {file}", file=path.name),
-            on_done=lambda result: self._fetch(key, path, result, on_finished),
+            on_done=lambda result: self._fetch(key, path, result, finished_callback),
             on_failed=failed,
         )
 

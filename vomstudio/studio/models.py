@@ -107,7 +107,7 @@ class Models:
         path: Path,
         name: str | None = None,
         reference_id: str | None = None,
-        on_finished: Callable[[str], None] = lambda _: None,
+        finished_callback: Callable[[str], None] = lambda _: None,
         label: str = "",
     ) -> None:
         """Open a model and add it to the project.
@@ -119,7 +119,7 @@ class Models:
             Name of the record, by default the name of the file.
         reference_id : str, optional
             Id of a model whose frame the new model shares.
-        on_finished : callable
+        finished_callback : callable
             Called with the id of the model after it has been added.
         label : str
             Label of the edit; "" selects the default label.
@@ -130,7 +130,7 @@ class Models:
             path,
             self._projects.project.cache,
             lambda opened: self._add(
-                path, opened, name or name_of(path), reference_id, on_finished, label
+                path, opened, name or name_of(path), reference_id, finished_callback, label
             ),
         )
 
@@ -169,7 +169,7 @@ class Models:
         model_id: str,
         cameras: Path | None = None,
         photos: bool = False,
-        on_finished: Callable[[], None] = lambda: None,
+        finished_callback: Callable[[], None] = lambda: None,
     ) -> None:
         """Copy a model's files into the project's folder.
 
@@ -180,7 +180,7 @@ class Models:
             File of the model's cameras, by default the one beside the model.
         photos : bool
             Whether to copy the photos.
-        on_finished : callable
+        finished_callback : callable
             Called before the record refers to the copy.
         """
         project = self._projects.project
@@ -192,7 +192,7 @@ class Models:
         def add_read_model(copied_model: CopiedModel) -> None:
             if self._projects.project is not project:
                 return
-            on_finished()
+            finished_callback()
             stored_model_path = project.model_path(copied_model.path)
             if self._editing.attempt(
                 edits.relocate_model, model_id, stored_model_path, model.content_hash
@@ -226,7 +226,7 @@ class Models:
                 self.open_model(
                     converted_model.path,
                     path.stem,
-                    on_finished=lambda _: self._notices.info(finding),
+                    finished_callback=lambda _: self._notices.info(finding),
                 )
 
         self._jobs.submit(
@@ -243,7 +243,7 @@ class Models:
         opened_model: OpenModel,
         name: str,
         reference_id: str | None,
-        on_finished: Callable[[str], None],
+        finished_callback: Callable[[str], None],
         label: str,
     ) -> None:
         models = self._projects.of(Model)
@@ -286,7 +286,7 @@ class Models:
         self._attach(model.id, path, opened_model)
         if not is_frame_known and not isinstance(similar, Model):
             self.frame_wanted.emit(model.id)
-        on_finished(model.id)
+        finished_callback(model.id)
 
     def _placement(
         self, path: Path, stored_text: str, opened_model: OpenModel

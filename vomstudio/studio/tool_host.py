@@ -304,9 +304,9 @@ class ToolHost:
         return self._models.surface(model_id)
 
     def run_in_background(
-        self, work: Callable[[], T], on_finished: Callable[[T | None], object]
+        self, work: Callable[[], T], finished_callback: Callable[[T | None], object]
     ) -> None:
-        self._background.run(work, on_finished, lambda _: on_finished(None))
+        self._background.run(work, finished_callback, lambda _: finished_callback(None))
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)

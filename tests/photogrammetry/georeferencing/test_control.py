@@ -83,7 +83,7 @@ def test_the_adjustment_mends_a_bent_scene(
         centre = view.centre + rng.normal(0, 0.004, 3)
         pushed.append(replace(view, translation=-view.rotation @ centre))
     bent = replace(scene, views=tuple(pushed))
-    loose, _ = place_by_control(bent, control, marks, with_adjustment=False)
+    loose, _ = place_by_control(bent, control, marks, includes_adjustment=False)
     tied, report = place_by_control(bent, control, marks)
     truth = np.array([view.centre for view in views]) + ORIGIN
 
@@ -123,7 +123,7 @@ def test_marks_of_nothing_are_told_and_do_no_harm(
     control, marks = marked(views)
     marks += [Mark("Z", views[0].name, 1, 2), Mark("A", "unknown.jpg", 1, 2)]
     control.append(ControlPoint("G", (0.0, 0.0, 0.0)))
-    _, report = place_by_control(scene, control, marks, with_adjustment=False)
+    _, report = place_by_control(scene, control, marks, includes_adjustment=False)
     assert report.points[-1].role == "unseen"
     (photos,) = with_code(report.warnings, "control.photos-without-pose")
     assert photos.values["photos"] == ("unknown.jpg",)
@@ -176,7 +176,7 @@ def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
             ControlPoint(str(i), (float(x), float(y), float(z)))
             for i, (x, y, z) in enumerate(places + ORIGIN + errors)
         ]
-        placed, report = place_by_control(scene, control, marks, with_adjustment=False)
+        placed, report = place_by_control(scene, control, marks, includes_adjustment=False)
         turn = placed.views[0].rotation.T @ views[0].rotation
         about = np.degrees(Rotation.from_matrix(turn).as_rotvec())
         true.append(about)
@@ -255,7 +255,9 @@ def test_photos_may_be_named_without_their_folder(
     views, _, scene = wall
     named = tuple(replace(v, name=f"images/{v.name}") for v in scene.views)
     control, marks = marked(views)
-    _, report = place_by_control(replace(scene, views=named), control, marks, with_adjustment=False)
+    _, report = place_by_control(
+        replace(scene, views=named), control, marks, includes_adjustment=False
+    )
     assert report.control_rms_m is not None
 
 
@@ -308,7 +310,7 @@ def test_marks_that_agree_are_as_good_as_marks_set_by_hand(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
-    _, report = place_by_control(scene, *marked(views), with_adjustment=False)
+    _, report = place_by_control(scene, *marked(views), includes_adjustment=False)
     assert report.mark_scatter_px == pytest.approx(0.3, rel=0.3)
     assert not any(each.code == "mark-scatter" for each in report.warnings)
 
@@ -318,7 +320,7 @@ def test_both_commands_find_the_same_scatter_and_errors_of_marks(
 ) -> None:
     views, _, scene = wall
     control, marks = marked(views, 12.0)
-    _, report = place_by_control(scene, control, marks, with_adjustment=False)
+    _, report = place_by_control(scene, control, marks, includes_adjustment=False)
     evidence = Evidence(views={view.name: view for view in scene.views})
     places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
     assert evidence.mark_scatter_px == pytest.approx(report.mark_scatter_px)
@@ -444,7 +446,7 @@ def test_a_good_block_is_not_bent_to_bad_control_that_is_said_to_be_good(
     ]
     placed, report = place_by_control(scene, control, marks)
     # Whichever of the two it is, it is not worse than the one that is not bent.
-    stiff, _ = place_by_control(scene, control, marks, with_adjustment=False)
+    stiff, _ = place_by_control(scene, control, marks, includes_adjustment=False)
 
     def off(s: SparseScene) -> float:
         return float(np.median(np.linalg.norm(s.points + s.origin - points - ORIGIN, axis=1)))

@@ -157,7 +157,7 @@ def build_parser(arguments: Sequence[str]) -> Parser:
 
     Parameters
     ----------
-    words : sequence of str
+    arguments : sequence of str
         Words of the command line.
 
     Returns

@@ -271,10 +271,10 @@ class CloudNeighbours:
         return GrownPiece(mask, count, count == len(queue) < n)
 
     def wider(self, selection: BoolArray) -> BoolArray:
-        return self._change_ring(selection, with_outer=True)
+        return self._change_ring(selection, includes_outer=True)
 
     def narrower(self, selection: BoolArray) -> BoolArray:
-        return self._change_ring(selection, with_outer=False)
+        return self._change_ring(selection, includes_outer=False)
 
     def _sort_selection(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:
         """Sort a selection, and return the cells that contain selected points."""
@@ -293,7 +293,7 @@ class CloudNeighbours:
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
 
-    def _change_ring(self, selection: BoolArray, *, with_outer: bool) -> BoolArray:
+    def _change_ring(self, selection: BoolArray, *, includes_outer: bool) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import mark_ring
 
         sorted_selection, cells = self._sort_selection(selection)
@@ -316,7 +316,7 @@ class CloudNeighbours:
 
         run_in_blocks(work, len(cells), SilentProgress(), _BLOCK // 4)
         result = selection.copy()
-        result[self._rows[is_gained if with_outer else is_lost]] = with_outer
+        result[self._rows[is_gained if includes_outer else is_lost]] = includes_outer
         return result
 
 

@@ -29,7 +29,7 @@ def adjust(
     *,
     threads: int = -1,
     rounds: int = 2,
-    with_covariance: bool = True,
+    includes_covariance: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, FloatArray]:
     """Refine poses, points and free camera parameters in place, and drop outliers.
@@ -45,7 +45,7 @@ def adjust(
         Number of threads; -1 uses all cores.
     rounds : int
         Number of times the adjustment and the outlier filter are repeated.
-    with_covariance : bool
+    includes_covariance : bool
         Whether to estimate the covariances of the camera parameters.
     progress : Progress, optional
         Raises Cancelled.
@@ -61,7 +61,7 @@ def adjust(
     for remaining in range(rounds, 0, -1):
         adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
-        if with_covariance and remaining == 1:
+        if includes_covariance and remaining == 1:
             # With equal weights, like the RMS by which the covariance is multiplied.
             unweighted_problem = create_adjuster(reconstruction, freedoms, threads)
             covariances = estimate_covariances(reconstruction, unweighted_problem, freedoms)
@@ -107,7 +107,7 @@ def cross_validation_error(
     for image in validation_reconstruction.reg_image_ids():
         pose = fitted_reconstruction.image(image).frame.rig_from_world
         validation_reconstruction.image(image).frame.rig_from_world = pose
-    points = create_adjuster(validation_reconstruction, {}, threads, with_poses=False)
+    points = create_adjuster(validation_reconstruction, {}, threads, includes_poses=False)
     cancellable(lambda _token: points.solve(), progress or SilentProgress())
     validation_reconstruction.update_point_3d_errors()
     return float(validation_reconstruction.compute_mean_reprojection_error())
@@ -154,8 +154,8 @@ def create_adjuster(
     freedoms: Mapping[int, Freedom],
     threads: int,
     *,
-    with_poses: bool = True,
-    with_gauge: bool = True,
+    includes_poses: bool = True,
+    fixes_gauge: bool = True,
     loss_px: float | None = None,
 ) -> Any:
     """Create a bundle adjuster in which each camera has its own free parameters.
@@ -169,9 +169,9 @@ def create_adjuster(
     reconstruction : pycolmap.Reconstruction
     freedoms : mapping
     threads : int
-    with_poses : bool
+    includes_poses : bool
         Whether the poses are free.
-    with_gauge : bool
+    fixes_gauge : bool
         Whether two cameras fix the coordinate frame; False if other observations fix it.
     loss_px : float, optional
         Scale of the robust loss. If None, all observations have equal weights.
@@ -195,9 +195,9 @@ def create_adjuster(
     images = sorted(reconstruction.reg_image_ids())
     for image in images:
         config.add_image(image)
-        if not with_poses:
+        if not includes_poses:
             config.set_constant_rig_from_world_pose(reconstruction.image(image).frame_id)
-    if with_poses and with_gauge:
+    if includes_poses and fixes_gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
     free_numbers = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]

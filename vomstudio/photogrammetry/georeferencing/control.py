@@ -118,7 +118,7 @@ def place_by_control(
     marks: Sequence[Mark],
     crs: str | None = None,
     *,
-    with_adjustment: bool = True,
+    includes_adjustment: bool = True,
     cameras: Sequence[Calibration] = (),
     threads: int = -1,
     progress: Progress | None = None,
@@ -132,7 +132,7 @@ def place_by_control(
     marks : sequence of Mark
     crs : str, optional
         CRS of the points, "EPSG:n". If None, they are in a local frame in metres.
-    with_adjustment : bool
+    includes_adjustment : bool
         Whether to adjust the scene with the control points if this improves it.
     cameras : sequence of Calibration
         Calibrated cameras. If given, their errors are included in the stated errors.
@@ -149,7 +149,7 @@ def place_by_control(
     fit = control_fit.fit
     placed_scene = place_in_world(scene, fit, ground_points.origin, crs)
     bending = BendingResult(None, control_fit, (), (), None)
-    if with_adjustment:
+    if includes_adjustment:
         bending = bend_to_control(ground_points, placed_scene, control_fit, threads, progress)
     if bending.scene is not None:
         placed_scene, control_fit = bending.scene, bending.fit

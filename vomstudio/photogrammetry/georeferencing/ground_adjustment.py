@@ -173,7 +173,11 @@ class _Problem:
         }
         is_grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
         self.adjuster = create_adjuster(
-            self.reconstruction, self.freedoms, threads, with_gauge=not is_grounded, loss_px=loss_px
+            self.reconstruction,
+            self.freedoms,
+            threads,
+            fixes_gauge=not is_grounded,
+            loss_px=loss_px,
         )
         add = self.adjuster.problem.add_residual_block
         for point in points:

@@ -85,20 +85,20 @@ def memory_needed(width: int, height: int, faces: int) -> int:
     return int(width * height * 18 + faces * 170) + 20_000_000
 
 
-def decode(content: bytes, view: View, *, as_grey: bool = False) -> Any:
+def decode(content: bytes, view: View, *, is_grey: bool = False) -> Any:
     """Decode a picture to (h, w, 3) uint8 BGR, or (h, w) for a mask.
 
     Raises InputError if it is not a picture of the camera's shape.
     """
     import cv2
 
-    flags = cv2.IMREAD_GRAYSCALE if as_grey else cv2.IMREAD_COLOR
-    pixel_bytes = MASK_BYTES if as_grey else COLOR_BYTES
+    flags = cv2.IMREAD_GRAYSCALE if is_grey else cv2.IMREAD_COLOR
+    pixel_bytes = MASK_BYTES if is_grey else COLOR_BYTES
     picture = decode_picture(content, flags, view.name, min_pixel_bytes=pixel_bytes)
     if picture is None:
         raise InputError(Finding("photo.unreadable"), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
-    if as_grey and picture.shape != (height, width):
+    if is_grey and picture.shape != (height, width):
         return cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST)
     if picture.shape[:2] != (height, width):
         raise InputError(
@@ -186,7 +186,7 @@ def _visible_shares(
     usable_mask = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
         mask = cv2.resize(
-            decode(task.mask, task.view, as_grey=True), size, interpolation=cv2.INTER_AREA
+            decode(task.mask, task.view, is_grey=True), size, interpolation=cv2.INTER_AREA
         )
         usable_mask = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
     visible_share = np.zeros(len(selection), np.float32)

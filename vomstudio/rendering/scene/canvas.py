@@ -223,10 +223,10 @@ class Canvas:
     def render(
         self,
         *,
-        with_clear: bool,
-        with_surface: bool,
-        with_layer: bool,
-        with_emphasis: bool,
+        clears_canvas: bool,
+        draws_surface: bool,
+        draws_layer: bool,
+        draws_emphasis: bool,
         before_layer: Callable[[], None] | None = None,
         before_emphasis: Callable[[], None] | None = None,
     ) -> None:
@@ -235,12 +235,12 @@ class Canvas:
         `before_layer` and `before_emphasis` are called before layers 1 and 2, and may call
         `confine`.
         """
-        self.surface.SetDraw(with_surface)
-        self.surface.SetErase(with_clear)
-        self.layer.SetDraw(with_layer)
-        self.emphasis.SetDraw(with_emphasis)
+        self.surface.SetDraw(draws_surface)
+        self.surface.SetErase(clears_canvas)
+        self.layer.SetDraw(draws_layer)
+        self.emphasis.SetDraw(draws_emphasis)
         self._before_layer, self._before_emphasis = before_layer, before_emphasis
-        if with_layer:
+        if draws_layer:
             self._depth = None
         self.window.Render()
         self._before_layer = self._before_emphasis = None

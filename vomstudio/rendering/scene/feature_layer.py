@@ -210,7 +210,7 @@ class FeatureLayer:
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
             runs = lines_of(visible, self._origin)
             self._dress(
-                "+", _poly_data(runs, as_polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA
+                "+", _poly_data(runs, draws_polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA
             )
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
@@ -220,8 +220,8 @@ class FeatureLayer:
             actor.SetVisibility(points > 0 and not is_omitted)
 
     def _fill(self, lines: Runs, discs: Runs) -> None:
-        self._dress("", _poly_data(lines, as_polygons=False), LINE_WIDTH, HALO_EXTRA)
-        vtk_data.show(self._actors["discs"], _poly_data(discs, as_polygons=True))
+        self._dress("", _poly_data(lines, draws_polygons=False), LINE_WIDTH, HALO_EXTRA)
+        vtk_data.show(self._actors["discs"], _poly_data(discs, draws_polygons=True))
 
     def _dress(self, mark: str, data: vtkPolyData, width: float, halo_width: float) -> None:
         for name, line_width in (("halo", width + halo_width), ("line", width), ("hidden", width)):
@@ -230,13 +230,13 @@ class FeatureLayer:
             actor.GetProperty().SetLineWidth(line_width * self.scale)
 
 
-def _poly_data(runs: Runs, *, as_polygons: bool) -> vtkPolyData:
+def _poly_data(runs: Runs, *, draws_polygons: bool) -> vtkPolyData:
     data = vtkPolyData()
     if not len(runs.sizes):
         return data
     data.SetPoints(vtk_data.vtk_points(runs.points))
     cells = vtk_data.cells_of_sizes(runs.sizes)
-    if as_polygons:
+    if draws_polygons:
         data.SetPolys(cells)
     else:
         data.SetLines(cells)

@@ -107,7 +107,7 @@ class FramePicture:
         self._was_moving = is_moving
         self.abandon()
         self._visibility.apply()
-        self._nodes.look_around(with_fetch=not is_moving)
+        self._nodes.look_around(fetches_nodes=not is_moving)
         # Set first, because the point size affects the drawing time.
         self._visibility.size_points()
         proxy = self.is_slow
@@ -125,9 +125,9 @@ class FramePicture:
         features.is_thin = is_moving
         uses_bands = not is_moving and self._wants_bands
         self._render(
-            with_clear=True,
-            with_surface=True,
-            with_layer=not uses_bands,
+            clears_canvas=True,
+            draws_surface=True,
+            draws_layer=not uses_bands,
             keep_picture=not is_moving,
         )
         features.is_thin = False
@@ -244,9 +244,9 @@ class FramePicture:
         self._show_parts(batch)
         uses_bands = is_last and self._wants_bands
         self._render(
-            with_clear=frame.is_first,
-            with_surface=True,
-            with_layer=is_last and not uses_bands,
+            clears_canvas=frame.is_first,
+            draws_surface=True,
+            draws_layer=is_last and not uses_bands,
             keep_picture=is_last,
         )
         canvas.wait()
@@ -306,29 +306,29 @@ class FramePicture:
     def _render(
         self,
         *,
-        with_clear: bool,
-        with_surface: bool,
-        with_layer: bool,
+        clears_canvas: bool,
+        draws_surface: bool,
+        draws_layer: bool,
         keep_picture: bool,
     ) -> None:
         """Draw the models, or the features over their saved picture; `keep_picture` saves it."""
         canvas = self._canvas
-        if with_layer:
+        if draws_layer:
             canvas.are_features_saved = False
             self._contents.features.refresh(self._visibility.pixel_at)
             self._contents.cameras.refresh()
         callback: Callable[[], None] | None = canvas.restore_surface
-        if with_surface:
+        if draws_surface:
             callback = canvas.keep_surface if keep_picture else None
         canvas.render(
-            with_clear=with_clear,
-            with_surface=with_surface,
-            with_layer=with_layer,
-            with_emphasis=with_layer,
+            clears_canvas=clears_canvas,
+            draws_surface=draws_surface,
+            draws_layer=draws_layer,
+            draws_emphasis=draws_layer,
             before_layer=callback,
             before_emphasis=canvas.keep_features if keep_picture else None,
         )
-        if with_surface and keep_picture and not with_layer:
+        if draws_surface and keep_picture and not draws_layer:
             canvas.keep_surface()
 
     def _render_layer(self, *, keep_picture: bool) -> None:
@@ -338,7 +338,10 @@ class FramePicture:
             self._begin_bands()
         else:
             self._render(
-                with_clear=False, with_surface=False, with_layer=True, keep_picture=keep_picture
+                clears_canvas=False,
+                draws_surface=False,
+                draws_layer=True,
+                keep_picture=keep_picture,
             )
 
     @property
@@ -366,7 +369,7 @@ class FramePicture:
         first_row, end_row = self._bands.pop(0)
         band = PixelRegion(0, first_row, canvas.size[0] - 1, end_row - 1)
         # The selection is drawn over all bands.
-        self._render_region(band, eye, with_emphasis=not self._bands)
+        self._render_region(band, eye, draws_emphasis=not self._bands)
         canvas.wait()
         canvas.are_features_saved = not self._bands
         return not self._bands
@@ -375,14 +378,14 @@ class FramePicture:
         """Draw the selected and live features over the saved picture of everything else."""
         self._contents.features.refresh_emphasis(self._visibility.pixel_at)
         self._canvas.render(
-            with_clear=False,
-            with_surface=False,
-            with_layer=False,
-            with_emphasis=True,
+            clears_canvas=False,
+            draws_surface=False,
+            draws_layer=False,
+            draws_emphasis=True,
             before_emphasis=self._canvas.restore_features,
         )
 
-    def _render_region(self, region: PixelRegion, eye: Eye, *, with_emphasis: bool = True) -> None:
+    def _render_region(self, region: PixelRegion, eye: Eye, *, draws_emphasis: bool = True) -> None:
         """Redraw a part of the picture with changed features, by default with the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
@@ -403,14 +406,14 @@ class FramePicture:
             canvas.keep_features(region)
 
         canvas.render(
-            with_clear=False,
-            with_surface=False,
-            with_layer=True,
-            with_emphasis=with_emphasis,
+            clears_canvas=False,
+            draws_surface=False,
+            draws_layer=True,
+            draws_emphasis=draws_emphasis,
             before_layer=before_layer,
             before_emphasis=before_emphasis,
         )
-        if not with_emphasis:
+        if not draws_emphasis:
             before_emphasis()
 
 

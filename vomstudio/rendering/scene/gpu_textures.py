@@ -69,7 +69,7 @@ class GpuTexture:
         else:
             self.target_level = coarsest if self.level is None else self.level
 
-    def upload_piece(self, renderer: vtkRenderer, *, with_mipmap: bool) -> bool:
+    def upload_piece(self, renderer: vtkRenderer, *, has_mipmap: bool) -> bool:
         """Upload a piece of the target level. Return True once the level is complete.
 
         The texture must then be applied to the actors with `wear`.
@@ -83,7 +83,7 @@ class GpuTexture:
         piece = vtkTexture()
         piece.SetInputData(vtk_data.image(tiles[len(self._next_pieces)]))
         piece.InterpolateOn()
-        piece.SetMipmap(with_mipmap)
+        piece.SetMipmap(has_mipmap)
         piece.Render(renderer)
         self._next_pieces.append(piece)
         if len(self._next_pieces) < len(tiles):

@@ -55,7 +55,9 @@ def warm_up(
             part.actor.GetProperty().LightingOff()
         visibility.apply(Camera())
         part.actor.VisibilityOn()
-        canvas.render(with_clear=True, with_surface=True, with_layer=False, with_emphasis=False)
+        canvas.render(
+            clears_canvas=True, draws_surface=True, draws_layer=False, draws_emphasis=False
+        )
         canvas.wait()
         intake.drop(part)
         canvas.origin = origin

@@ -51,7 +51,7 @@ class TextureLevels:
                     gpu_texture.forget_pieces(self._canvas.window)
                     continue
                 if gpu_texture.upload_piece(
-                    self._canvas.surface, with_mipmap=not self._canvas.is_software
+                    self._canvas.surface, has_mipmap=not self._canvas.is_software
                 ):
                     self._dress(model, material)
                 return True

@@ -22,7 +22,7 @@ class VisibleNodes:
         self._canvas, self._contents, self._visibility = canvas, scene_contents, visibility
         self._requested_at_s = 0.0
 
-    def look_around(self, *, with_fetch: bool = True) -> None:
+    def look_around(self, *, fetches_nodes: bool = True) -> None:
         """Determine the required nodes of the view, and fetch those that are missing.
 
         Until they arrive, the points of their parent nodes are enlarged to close the gaps.
@@ -35,11 +35,11 @@ class VisibleNodes:
             if streamer is None:
                 continue
             view = view_of(eye, camera, self._canvas.size, model.to_world, model.from_world)
-            needed_nodes = streamer.look(view) if with_fetch else streamer.needed(view)
+            needed_nodes = streamer.look(view) if fetches_nodes else streamer.needed(view)
             present_rows = {part.row for part in model.parts}
             if needed_nodes is None:
                 needed_nodes = model.needed
-            elif with_fetch:
+            elif fetches_nodes:
                 model.needed = needed_nodes
                 model.is_settled = present_rows.issuperset(needed_nodes)
                 self._requested_at_s = time.perf_counter()

@@ -135,9 +135,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     evidence.reference = reference_fit.observation
     placed = prepend_warnings(register(evidence), (*about_stable, *reference_fit.warnings))
     if not placed.known.all:
-        raise GeometryError(
-            Finding("registration.undetermined", parameters=reference_fit.free)
-        )
+        raise GeometryError(Finding("registration.undetermined", parameters=reference_fit.free))
     return FittedModel(
         placed,
         reference_fit.places,

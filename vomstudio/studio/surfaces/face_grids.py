@@ -41,12 +41,12 @@ def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
 
 
 def compute_exposed(
-    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, with_pieces: bool
+    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, includes_pieces: bool
 ) -> ExposedArea:
     """Measure the exposed area in the cells of a grid, in squared file units."""
     if isinstance(data, Mesh) and len(data.faces):
         return measure_faces(
-            grid_in_file_frame(grid), data.vertices, data.faces, include_pieces=with_pieces
+            grid_in_file_frame(grid), data.vertices, data.faces, include_pieces=includes_pieces
         )
     points = data.vertices if isinstance(data, Mesh) else data.points
     return measure_points(grid_in_file_frame(grid), points, resolution or 0.0)
@@ -155,7 +155,9 @@ class FaceGrids:
             self.changed.emit(grid.id)
 
         self._background.run(
-            lambda: compute_exposed(grid, open_model.data, open_model.resolution, with_pieces=True),
+            lambda: compute_exposed(
+                grid, open_model.data, open_model.resolution, includes_pieces=True
+            ),
             store,
             lambda _: store(None),
             key=grid.id,

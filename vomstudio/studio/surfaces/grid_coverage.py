@@ -53,7 +53,9 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
         except VomError as error:
             findings.append(finding_of(error))
             continue
-        exposure = compute_exposed(grid, read_model.data, read_model.resolution, with_pieces=False)
+        exposure = compute_exposed(
+            grid, read_model.data, read_model.resolution, includes_pieces=False
+        )
         feature_ids = [
             f.id for f in project.session.features() if getattr(f, "model_id", "") == model.id
         ]

@@ -77,13 +77,13 @@ class ModelWork:
         job: Any,
         order: Any,
         title: str,
-        on_finished: Callable[[Any], None],
+        finished_callback: Callable[[Any], None],
         *,
         is_quiet: bool = False,
     ) -> None:
         def done(result: Any) -> None:
             if self.running is running_job:
-                on_finished(result)
+                finished_callback(result)
 
         def failed(event: Failed) -> None:
             if self.running is running_job:

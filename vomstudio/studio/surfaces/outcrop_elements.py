@@ -71,7 +71,7 @@ class ModelElements:
 
     # --- neighbours ---------------------------------------------------------------------------
     def neighbours(
-        self, model_id: str, on_finished: Callable[[], None]
+        self, model_id: str, finished_callback: Callable[[], None]
     ) -> Neighbours | Finding | None:
         open_model = self._models.open_models.get(model_id)
         if open_model is None:
@@ -79,10 +79,10 @@ class ModelElements:
         if self._neighbours is not None and self._neighbours[0] is open_model:
             return self._neighbours[1]
         if self._pending_request is not None and self._pending_request[0] is open_model:
-            if on_finished not in self._pending_request[1]:
-                self._pending_request[1].append(on_finished)
+            if finished_callback not in self._pending_request[1]:
+                self._pending_request[1].append(finished_callback)
         else:
-            self._pending_request = (open_model, [on_finished])
+            self._pending_request = (open_model, [finished_callback])
             self._background.run(
                 lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),

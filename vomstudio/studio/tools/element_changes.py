@@ -78,23 +78,23 @@ class ElementChanges:
 
     def wider(self) -> None:
         """Enlarge the selection by one ring of neighbours."""
-        self._change_ring(with_outer=True)
+        self._change_ring(includes_outer=True)
 
     def narrower(self) -> None:
         """Shrink the selection by one ring of elements."""
-        self._change_ring(with_outer=False)
+        self._change_ring(includes_outer=False)
 
-    def _change_ring(self, *, with_outer: bool) -> None:
+    def _change_ring(self, *, includes_outer: bool) -> None:
         selection = self._tool.selection
         if selection is None:
             return
-        growth_steps = self.wider if with_outer else self.narrower
+        growth_steps = self.wider if includes_outer else self.narrower
         neighbours = self._context.elements.neighbours(selection.model_id, growth_steps)
         if neighbours is None:
             self._context.hint(Finding("neighbours.pending"))
         elif isinstance(neighbours, Finding):
             self._context.report(neighbours)
-        elif with_outer:
+        elif includes_outer:
             self._only(selection, neighbours.wider(selection.mask), tr("Expand"))
         else:
             self._only(selection, neighbours.narrower(selection.mask), tr("Shrink"))

@@ -61,22 +61,22 @@ class Growth:
         """Set the maximum distance, limited to the permitted range."""
         self.distance = min(max(float(metres), MIN_DISTANCE_M), MAX_DISTANCE_M)
 
-    def change_tolerance(self, step_count: float, *, with_distance: bool) -> None:
+    def change_tolerance(self, step_count: float, *, includes_distance: bool) -> None:
         """Change a tolerance by a number of wheel notches."""
-        if with_distance:
+        if includes_distance:
             self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**step_count:.2g}"))
         else:
             self.set_angle(self.angle_deg + ANGLE_STEP_DEG * step_count)
 
-    def piece(self, hit: Hit, on_finished: Callable[[], None]) -> GrownPiece | None:
+    def piece(self, hit: Hit, finished_callback: Callable[[], None]) -> GrownPiece | None:
         """Grow a piece from a hit.
 
         Returns None, after a message, if this is not possible or the neighbour graph is not
-        available yet; `on_finished` is called once the graph is available.
+        available yet; `finished_callback` is called once the graph is available.
         """
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)
-        neighbours = elements.neighbours(hit.model_id, on_finished)
+        neighbours = elements.neighbours(hit.model_id, finished_callback)
         self.is_pending = model is not None and neighbours is None
         if model is None:
             return None

@@ -31,11 +31,11 @@ class OutcropElements(Protocol):
         """Return the typical spacing of neighbours in the unit of the file, or 0 if unknown."""
 
     def neighbours(
-        self, model_id: str, on_finished: Callable[[], None]
+        self, model_id: str, finished_callback: Callable[[], None]
     ) -> Neighbours | Finding | None:
         """Return the neighbour graph, or why it cannot be built.
 
-        Returns None while the graph is built in the background; `on_finished` is called
+        Returns None while the graph is built in the background; `finished_callback` is called
         afterwards.
         """
 

@@ -198,7 +198,7 @@ class PlaneTool(ElementTool):
     def pointer(self, event: PointerEvent) -> None:
         """Grow, paint or draw a shape with the left button; see `Tool`."""
         if event.kind is Pointer.WHEEL:
-            self.growth.change_tolerance(event.turns, with_distance=event.shift)
+            self.growth.change_tolerance(event.turns, includes_distance=event.shift)
             self.regrow()
             return
         if event.kind is Pointer.MOVE:

@@ -116,12 +116,12 @@ class ToolContext(Protocol):
         """Return the surface of a model, or None while the model is not loaded."""
 
     def run_in_background(
-        self, work: Callable[[], T], on_finished: Callable[[T | None], object]
+        self, work: Callable[[], T], finished_callback: Callable[[T | None], object]
     ) -> None:
         """Run a long task in the background.
 
-        `on_finished` receives the result in the caller's thread, or None, after a message, if the
-        task has failed.
+        `finished_callback` receives the result in the caller's thread. If the task has failed, it
+        receives None after a message.
         """
 
     @property

@@ -40,7 +40,7 @@ class NewestResult:
 
     Parameters
     ----------
-    on_finished, fail : callable
+    finished_callback, fail : callable
         Called with the result or the error.
     slow_callback : callable
         Called after 0.2 s without a result.
@@ -49,12 +49,12 @@ class NewestResult:
     def __init__(
         self,
         owner: QObject,
-        on_finished: Callable[[Any], object],
+        finished_callback: Callable[[Any], object],
         fail: Callable[[VomError], object],
         slow_callback: Callable[[], None],
     ) -> None:
         self._background = QtBackground(owner)
-        self._on_finished, self._fail = on_finished, fail
+        self._finished_callback, self._fail = finished_callback, fail
         self._slow_timer = QTimer(owner, singleShot=True, interval=_SLOW_MS)
         self._slow_timer.timeout.connect(slow_callback)
 
@@ -71,7 +71,7 @@ class NewestResult:
         except VomError as error:
             self._fail(error)
         else:
-            self._on_finished(result)
+            self._finished_callback(result)
 
     def request(self, task: Work) -> None:
         """Run a function in a worker thread; cancels earlier requests."""
@@ -79,7 +79,7 @@ class NewestResult:
             self._slow_timer.start()
         self._background.run(
             task,
-            partial(self._deliver_result, self._on_finished),
+            partial(self._deliver_result, self._finished_callback),
             partial(self._deliver_result, self._fail),
             key=_KEY,
         )
@@ -94,6 +94,6 @@ class NewestResult:
         self.cancel()
         self._background.stop()
 
-    def _deliver_result(self, on_finished: Callable[[Any], object], result: object) -> None:
+    def _deliver_result(self, finished_callback: Callable[[Any], object], result: object) -> None:
         self._slow_timer.stop()
-        on_finished(result)
+        finished_callback(result)

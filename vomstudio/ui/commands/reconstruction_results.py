@@ -121,5 +121,5 @@ def _show_tie_points(studio: Studio, out: Path) -> None:
         out / TIE_POINT_FILE,
         tr("Tie points of {model}", model=name),
         reference_id=sibling_id,
-        on_finished=show_errors,
+        finished_callback=show_errors,
     )

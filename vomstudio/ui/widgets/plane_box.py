@@ -44,20 +44,20 @@ class PlaneBox(ComboBox):
     ----------
     empty_text : str or None
         Text of the entry for no plane, or None if a plane is required.
-    with_selection : bool
+    includes_selection : bool
         Whether to start with the entry "selected". While the selection is not a plane (for
         example, a new feature), the last plane is kept.
     """
 
     plane_selected = Signal(str)  # id of a plane, empty for none
 
-    def __init__(self, studio: Studio, empty_text: str | None, with_selection: bool) -> None:
+    def __init__(self, studio: Studio, empty_text: str | None, includes_selection: bool) -> None:
         super().__init__()
         self._studio = studio
         self._empty_text = empty_text
         self._last_plane_id = ""
         self._plane_id = ""
-        self._is_following = with_selection
+        self._is_following = includes_selection
         self.keep_narrow()
         self.activated.connect(self._handle_choice)
         studio.selection_changed.connect(self._follow_selection)

@@ -29,9 +29,9 @@ BLOCK_ROWS = 1 << 17
 
 
 def read_whole(path: Path, progress: Progress, padding: bytes = b"") -> ByteArray:
-    """Return all bytes of a file followed by `padding`, reading in blocks to allow cancellation.
+    """Return all bytes of a file followed by `padding`.
 
-    The file is not memory-mapped: if a mapped file shrinks or a network drive disconnects, the
+    Blocks are read so that the user can cancel. The file is not memory-mapped: if a mapped file shrinks or a network drive disconnects, the
     process ends.
     """
     try:

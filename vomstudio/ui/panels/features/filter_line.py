@@ -25,12 +25,12 @@ class FilterLine(QLineEdit):
 
     changed = Signal()
 
-    def __init__(self, placeholder: str, *, with_wrapping: bool = False) -> None:
+    def __init__(self, placeholder: str, *, wraps_around: bool = False) -> None:
         super().__init__()
         self.test: Test | None = None
         self.problem = Label()
-        self.problem.setWordWrap(with_wrapping)
-        if not with_wrapping:
+        self.problem.setWordWrap(wraps_around)
+        if not wraps_around:
             # The label must not widen the panel; its tooltip contains the full text.
             self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()

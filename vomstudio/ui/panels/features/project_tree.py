@@ -105,7 +105,7 @@ class ProjectTree(QWidget):
             lambda item, _: self._edit(str(item.data(NAME, ID)), edit_feature)
         )
         photos.attach(self.tree)
-        self.filter = FilterLine(tr("Filter: words, or dip>30"), with_wrapping=True)
+        self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps_around=True)
         self.filter.changed.connect(self._apply_filter)
         studio.filters.append((self, lambda ids: self._hidden_ids.intersection(ids)))
         self.empty_types = QToolButton()

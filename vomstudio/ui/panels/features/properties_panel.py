@@ -132,7 +132,7 @@ class PropertiesPanel(QWidget):
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, tr("none"), with_selection=False)
+            planes = PlaneBox(self._studio, tr("none"), includes_selection=False)
             planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return planes
         if attribute.form == "lines":

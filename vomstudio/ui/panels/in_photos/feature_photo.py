@@ -109,8 +109,8 @@ class FeaturePhoto(QObject):
                 is_first=True,
             )
 
-    def show(self, view: int, with_zoom: bool = True) -> None:
-        """Show the photo with this number, and zoom to the target if `with_zoom` is True."""
+    def show(self, view: int, includes_zoom: bool = True) -> None:
+        """Show the photo with this number, and zoom to the target if `includes_zoom` is True."""
         photos = self.photos
         if photos is None:
             return
@@ -131,7 +131,7 @@ class FeaturePhoto(QObject):
                 self.canvas.set_picture(picture)
             else:
                 self.canvas.message = tr("Reading {photo}…", photo=path.name)
-        if with_zoom:
+        if includes_zoom:
             self.look_at_target()
 
     def show_message(self, message: str) -> None:

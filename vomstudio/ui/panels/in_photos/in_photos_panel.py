@@ -201,7 +201,7 @@ class InPhotosPanel(QWidget):
         self.feature_photo.set_photos(photos)
         self._sightings = []
         if photos is not None and previous_photo is not None and photos.views.has(previous_photo):
-            self._show_photo(photos.views.row(previous_photo), with_zoom=False)
+            self._show_photo(photos.views.row(previous_photo), includes_zoom=False)
 
     def _choose_model(self) -> ModelPhotos | None:
         """Return the photos of the selected feature's model, otherwise those of the first model.
@@ -308,8 +308,8 @@ class InPhotosPanel(QWidget):
             self._show_photo(photos.views.row(name))
             self._update_summary()
 
-    def _show_photo(self, view: int, with_zoom: bool = True) -> None:
-        self.feature_photo.show(view, with_zoom)
+    def _show_photo(self, view: int, includes_zoom: bool = True) -> None:
+        self.feature_photo.show(view, includes_zoom)
         self._draw()
         self.list.select_photo(self.photo)
 

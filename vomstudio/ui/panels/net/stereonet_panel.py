@@ -653,8 +653,8 @@ class _CornerLabel(ElidedLabel):
         metrics, area = self.fontMetrics(), self.contentsRect()
         last_line = self.shorten(self.text().split("\n")[-1], area.width())
         side = metrics.height()
-        left = area.left() + metrics.horizontalAdvance(last_line) + 4
-        return QRect(left, area.bottom() + 1 - side, side, side)
+        mark_x = area.left() + metrics.horizontalAdvance(last_line) + 4
+        return QRect(mark_x, area.bottom() + 1 - side, side, side)
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         if self._paper.isValid() and self.text():

@@ -492,7 +492,9 @@ class PhotoSurvey(QObject):
                     self._studio, photo_set.id, target, name
                 )
             self._studio.open_model(
-                target / Path(result.mesh).name, name, on_finished=lambda _: self.model_made.emit()
+                target / Path(result.mesh).name,
+                name,
+                finished_callback=lambda _: self.model_made.emit(),
             )
 
         def failed(event: Failed) -> None:

@@ -158,7 +158,7 @@ class ProposalsPanel(ModelPanel):
         self.type.setToolTip(tr("Feature type of accepted proposals."))
         self._studio.next_changed.connect(self._follow_type)
         self._follow_type()
-        self.filter = FilterLine(tr("Filter"), with_wrapping=True)
+        self.filter = FilterLine(tr("Filter"), wraps_around=True)
         self.filter.setObjectName(f"{self._prefix}_filter")
         self.filter.setAccessibleName(tr("Filter of the proposals"))
         self.filter.changed.connect(self._list_proposals)

@@ -80,10 +80,10 @@ def copy_register(
         if len(pairs.labels):
             write_pairs(file, pairs)
         if table is not None:
-            write_compass(_readings_file(file, with_pairs=len(pairs.labels) > 0), table)
+            write_compass(_readings_file(file, includes_pairs=len(pairs.labels) > 0), table)
 
     def build_command(file: Path) -> CommandArguments:
-        readings_file = _readings_file(file, with_pairs=len(pairs.labels) > 0)
+        readings_file = _readings_file(file, includes_pairs=len(pairs.labels) > 0)
         files = replace(
             options,
             pairs=str(file) if len(pairs.labels) else None,
@@ -109,9 +109,9 @@ def add_fixed_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
     return replace(options, scale=(*options.scale, text))
 
 
-def _readings_file(file: Path, *, with_pairs: bool) -> Path:
+def _readings_file(file: Path, *, includes_pairs: bool) -> Path:
     """Return the path of the readings table, which differs from the points file if any."""
-    return file.with_name(f"{file.stem}_readings{file.suffix}") if with_pairs else file
+    return file.with_name(f"{file.stem}_readings{file.suffix}") if includes_pairs else file
 
 
 def add_known_lines(

@@ -28,7 +28,7 @@ class LinePanel(PickingPanel[LineTool]):
         self.type_box.setObjectName("line_type")
         self.type_box.activated.connect(self._apply_fields)
         self.set_edit = create_set_field(self._apply_fields)
-        self.plane_box = PlaneBox(studio, tr("none"), with_selection=False)
+        self.plane_box = PlaneBox(studio, tr("none"), includes_selection=False)
         self.plane_box.setObjectName("line_plane")
         self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.slip_box = ComboBox()

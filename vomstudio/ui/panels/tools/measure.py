@@ -44,7 +44,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
         for dimension_kind, name in KINDS:
             self.kind_box.addItem(tr(name), dimension_kind)
         self.kind_box.activated.connect(self._apply_fields)
-        self.plane_box = PlaneBox(studio, None, with_selection=True)
+        self.plane_box = PlaneBox(studio, None, includes_selection=True)
         self.plane_box.setObjectName("measure_plane")
         self.plane_box.plane_selected.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.form.addRow(tr("Measure"), self.kind_box)
