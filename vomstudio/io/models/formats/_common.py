@@ -31,8 +31,8 @@ BLOCK_ROWS = 1 << 17
 def read_whole(path: Path, progress: Progress, padding: bytes = b"") -> ByteArray:
     """Return all bytes of a file followed by `padding`.
 
-    Blocks are read so that the user can cancel. The file is not memory-mapped: if a mapped file shrinks or a network drive disconnects, the
-    process ends.
+    Blocks are read so that the user can cancel. The file is not memory-mapped: if a mapped file
+    shrinks or a network drive disconnects, the process ends.
     """
     try:
         size = os.stat(path).st_size
