@@ -211,7 +211,7 @@ def _finish_work(window: MainWindow) -> None:
         # Otherwise the window asks whether to keep it.
         shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
     for job in list(studio.jobs.jobs.values()):
-        if not job.quiet:
+        if not job.is_quiet:
             studio.jobs.cancel(job)
     wait(lambda: not studio.jobs.visible(), "the end of all jobs")
 

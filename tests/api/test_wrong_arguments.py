@@ -299,6 +299,7 @@ NAMES = (
     "measurable",
     "follow",
     "propose_traces",
+    "export_cameras",
     "reconstruct",
     "sample",
     "Mesh.from_arrays",

@@ -129,7 +129,7 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     assert not panel._form.isRowVisible(panel.fields["slip"])
     choose(panel.fields["plane_id"], "f1")
     assert planes.records[made.id].plane_id == "f1"
-    assert panel.form.isRowVisible(panel.fields["slip"])
+    assert panel._form.isRowVisible(panel.fields["slip"])
     choose(panel.fields["slip"], "reverse")
     assert planes.records[made.id].slip == "reverse"
     choose(panel.fields["plane_id"], "")
