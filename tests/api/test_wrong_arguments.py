@@ -250,6 +250,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "Project.delete": Case(project.delete, {"features": "B99"}),
         "Project.fit": Case(project.fit, {"id": "B01"}),
         "Project.judge_by": Case(project.judge_by, {"profile": "error"}),
+        "Project.report": Case(project.report, {"path": folder / "report.html", "force": True}),
         "Project.export": Case(
             project.export, {"format": "csv", "path": folder / "out.csv", "force": True}
         ),
@@ -327,6 +328,7 @@ NAMES = (
     "Project.delete",
     "Project.fit",
     "Project.judge_by",
+    "Project.report",
     "Project.export",
     "Project.save_as",
     "repeats",

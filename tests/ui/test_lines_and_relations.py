@@ -137,7 +137,7 @@ def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
     planes.undo()
     assert (planes.records[made.id].plane_id, planes.records[made.id].slip) == ("f1", "reverse")
     planes.selection.set(["b1"])
-    assert not panel.form.isRowVisible(panel.fields["plane_id"])
+    assert not panel._form.isRowVisible(panel.fields["plane_id"])
 
 
 # --- measure -----------------------------------------------------------------------------------
