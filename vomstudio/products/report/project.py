@@ -249,7 +249,8 @@ def _cells(row: Row) -> list[str]:
         row["name"],
         row["kind"] or "",
         row["set"] or "",
-        format_attitude(attitude, error),
+        # Without a line break before the error.
+        format_attitude(attitude, error).replace(" ", "\u00a0"),
         "–" if row["n_points"] is None else f"{row['n_points']:,}",
         number(row["extent_m"], 2),
         row["quality"] or "–",
