@@ -228,7 +228,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))
     driver.wait(lambda: panel._facets.proposals is not None, "facets of the part", 60.0)
     first = panel._facets.proposals
-    assert not first.whole
+    assert not first.is_whole_model
     assert share_text(first, (), ()) in panel.message.text()
     panel.limits.fields["angle_deg"].setFocus()
     panel.limits.fields["angle_deg"].selectAll()
