@@ -84,7 +84,9 @@ def add_parser(subparsers: Subparsers) -> None:
         "import", _import, tr("Add stations, contact lines and rock areas from a file")
     )
     import_parser.add_argument(
-        "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
+        "file",
+        metavar="FILE",
+        help=tr("file that the program exported: gpkg, geojson, shp, kml or csv"),
     )
     accept = add(
         "accept", _accept, tr("Find facets or traces on a model and add them to the project")
@@ -133,12 +135,16 @@ def add_parser(subparsers: Subparsers) -> None:
     add(
         "update",
         _update,
-        tr("Measure resolution and outcrop face again for features measured by an earlier method"),
+        tr("Recompute resolution and outcrop face of features of an earlier version"),
     )
     add("undo", _undo, tr("Undo the last step"))
     add("redo", _redo, tr("Redo the step that was undone last"))
     add("verify", _verify, tr("Verify every row of the journal and every file of the project"))
-    add("repair", _repair, tr("Write a journal without the damaged rows, and keep the damaged one"))
+    add(
+        "repair",
+        _repair,
+        tr("Write a new journal without the damaged rows, and keep the old journal"),
+    )
     add("compact", _compact, tr("Remove journal rows and files that are no longer used"))
     for action, options in ACTION_OPTIONS.items():
         if action != "accept":

@@ -389,6 +389,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "plane.model-not-open": (
         "error",
-        to_translate("The plane was not picked on an open model. Open its model first."),
+        to_translate("The model on which the plane was picked is not open. Open it first."),
     ),
 }

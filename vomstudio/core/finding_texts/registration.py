@@ -16,8 +16,8 @@ TEXTS: dict[str, Entry] = {
     "registration.damaged": (
         "warning",
         to_translate(
-            "{file} cannot be used: {reason}. The model has no registration errors. Restore the"
-            " file, or register the model again."
+            "{file} cannot be used: {reason}. The errors of the registration are unknown. Restore"
+            " the file, or register the model again."
         ),
     ),
     "registration.unknown-version": (
@@ -536,7 +536,7 @@ TEXTS: dict[str, Entry] = {
     "crs.unclear": (
         "warning",
         to_translate(
-            "{first} is in {crs}, {second} in {other}. They are assumed to be the same system."
+            "{first} is in {crs}, {second} in {other}. The two systems are assumed to be the same."
             " Check this."
         ),
     ),

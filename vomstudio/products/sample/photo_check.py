@@ -23,7 +23,7 @@ from vomstudio.project.sample import SamplePicks, SampleTruth
 _MAX_DISTANCE_GSD = 4.0
 _MIN_POINTS = 20
 MODEL_OFFSET = to_translate("distance of model from outcrop, median")
-MODEL_OFFSET_90 = to_translate("distance of model from outcrop, 90 %")
+MODEL_OFFSET_90 = to_translate("distance of model from outcrop, 90th percentile")
 OUTCROP_OFFSET = to_translate("distance of outcrop from model, median")
 CAMERA_CENTRES = to_translate("camera centre error, median")
 _SAMPLE_POINTS = 40_000

@@ -45,11 +45,11 @@ _LIMITS = (
 
 _DESCRIPTIONS = {
     "error": to_translate(
-        "A plane is assessed by its 95 % error. Shape and extent are only noted."
+        "A plane is assessed by its 95 % error. Shape and extent are only reported."
     ),
     "shape": to_translate(
         "A plane is assessed by the textbook limits: good if it meets all three, doubtful if it"
-        " misses one, otherwise poor. Errors are noted."
+        " misses one, otherwise poor. Errors are only reported."
     ),
 }
 
