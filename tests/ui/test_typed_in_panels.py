@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QAbstractSpinBox, QDockWidget, QLineEdit
+from PySide6.QtWidgets import QAbstractSpinBox, QDockWidget, QDoubleSpinBox, QLineEdit
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
@@ -31,6 +31,10 @@ def typed_fields(dock: QDockWidget) -> list[QLineEdit]:
     ]
 
 
+def number_fields(dock: QDockWidget) -> list[QDoubleSpinBox]:
+    return [field for field in dock.findChildren(QDoubleSpinBox) if field.objectName()]
+
+
 @pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
 def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
     add_cliff(studio)
@@ -39,7 +43,11 @@ def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path
     for field in fields:
         field.setText("12")
         field.setModified(True)
-    assert fields
+    numbers = number_fields(window.docks[dock])
+    defaults = {number.objectName(): number.value() for number in numbers}
+    for number in numbers:
+        number.setValue(number.minimum() + 1)
+    assert fields or numbers
     names = [field.objectName() for field in fields]
     studio.save_as(tmp_path / "one.vom")
     assert all(field.text() == "12" for field in fields), "saving takes nothing away"
@@ -48,6 +56,8 @@ def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path
     again = typed_fields(window.docks[dock])
     assert [field.objectName() for field in again] == names
     assert [field.objectName() for field in again if field.text()] == []
+    numbers = number_fields(window.docks[dock])
+    assert {number.objectName(): number.value() for number in numbers} == defaults
 
 
 def test_ticks_stand_apart() -> None:
