@@ -124,10 +124,10 @@ class VertexSurface:
             if face is not None and abs(float(face @ plane_normal)) > MIN_FACE_COSINE:
                 return face
         radius = max(FACE_EXTENT_RATIO * extent, 10.0 * resolution)
-        near_points = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
+        near_points = self._vertices_near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
         return _fit_face(line, near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)], radius)
 
-    def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def _vertices_near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return vertices (k, 3) in a box that suffice to determine the attitude of the surface."""
         is_inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
         return np.asarray(self._coarse[is_inside])
