@@ -204,7 +204,8 @@ def test_points_are_a_cloud_for_every_function() -> None:
     x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
     points = np.column_stack([x.ravel(), y.ravel(), 2 * x.ravel()])
     of_array = vs.dem(points, gsd_m=0.5).heights
-    pyvista = pytest.importorskip("pyvista")
+    import pyvista
+
     assert np.array_equal(vs.dem(pyvista.PolyData(points), gsd_m=0.5).heights, of_array, True)
     assert np.nanmax(of_array) == pytest.approx(7.5)
 
@@ -213,7 +214,8 @@ def test_functions_that_take_points_take_models_and_files(tmp_path: Path) -> Non
     points = np.array([[0, 0, 0], [4, 0, -4.01], [4, 3, -4], [0, 3, 0.01], [2, 1, -2], [1, 2, -1]])
     file = tmp_path / "trace.csv"
     file.write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points.tolist()))
-    pyvista = pytest.importorskip("pyvista")
+    import pyvista
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         cloud = vs.read(file)

@@ -84,7 +84,7 @@ def test_a_table_with_the_column_has_it_on_its_net(tmp_path: Path) -> None:
     rows = [f"{a},{d},2.5" for a, d in zip(AZIMUTH, DIP, strict=True)]
     path.write_text("\n".join(["dip_direction_deg,dip_deg,registration_error_deg", *rows]))
     shown = net_of_table(read_orientations(path))
-    assert [s.is_registered for s in shown.sets] == [True]
+    assert [s.turns is not None and s.turns.has_known_errors for s in shown.sets] == [True]
     assert shown.means[0].total is not None
 
 

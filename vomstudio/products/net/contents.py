@@ -102,11 +102,6 @@ class NetSet:
         """Name of the sets that are contoured together."""
         return self.group or self.name
 
-    @property
-    def is_registered(self) -> bool:
-        """Whether the registration error is known for any feature."""
-        return self.turns is not None and self.turns.has_known_errors
-
     def vectors(self) -> FloatArray:
         """Return the unit vectors (n, 3) of the lines or of the poles of the planes."""
         to_vectors = planes_to_poles if self.kind == "plane" else lines_to_vectors

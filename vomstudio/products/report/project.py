@@ -30,7 +30,6 @@ from vomstudio.project.exports.export import thresholds_of
 from vomstudio.project.exports.feature_table import feature_table
 from vomstudio.project.journal.database import own_files, read_replay
 from vomstudio.project.kinds import kind_of
-from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.project_table import ProjectTable, project_table
@@ -349,7 +348,3 @@ def _other_features(
     ]
     head = [tr("name"), tr("kind"), tr("measurement"), tr("notes")]
     return [heading(tr("Other features")), table(head, lines)]
-
-
-def _headline(feature: Feature, measurement: Measurement) -> str:
-    return kind_of(feature).headline(measurement) or ""
