@@ -25,6 +25,7 @@ from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.operations import OPERATIONS
 from vomstudio.studio.project_options import ACTION_OPTIONS
+from vomstudio.ui.dialogs import figure_style_dialog
 
 each_operation = pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
 
@@ -64,10 +65,18 @@ def test_the_command_has_the_declared_options(operation: Operation) -> None:
 def test_the_window_generates_the_fields_with_labels(operation: Operation) -> None:
     if operation.window:
         window = inspect.getsourcefile(importlib.import_module(_module_of(operation.window)))
-        source = "".join(path.read_text("utf-8") for path in Path(window or "").parent.glob("*.py"))
+        folders = Path(window or "").parent, Path(figure_style_dialog.__file__).parent
+        paths = [path for folder in folders for path in folder.glob("*.py")]
+        source = "".join(path.read_text("utf-8") for path in paths)
+        forms = [
+            options
+            for each in OPERATIONS
+            for options in (*each.options, *each.command_options)
+            if options.__name__ in source
+        ]
         for options in (*operation.options, *operation.command_options):
-            if any(each.label for each in declarations(options)):
-                assert options.__name__ in source
+            fields = {each for each in declarations(options) if each.label}
+            assert any(fields <= set(declarations(form)) for form in forms) or not fields
 
 
 @dataclass(frozen=True)

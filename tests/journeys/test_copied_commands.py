@@ -19,6 +19,7 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.common.entry import main
 from vomstudio.core.findings import Finding
+from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
@@ -139,7 +140,14 @@ def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
     """Sizes, and the colours of types as figures have them; of a net and of roses."""
     studio = window.studio
     (joint,) = (t for t in studio.session.of(FeatureType) if t.id == "joint")
-    style = FigureStyle(90.0, 80.0, "DejaVu Serif", 7.0, 6.0, 1.2, False, {joint.color: "#123456"})
+    figure = StereonetFigure(
+        font="DejaVu Serif",
+        font_size_pt=7.0,
+        line_width_pt=1.2,
+        symbol_size_pt=6.0,
+        size_mm="90x80",
+    )
+    style = FigureStyle(figure, {joint.color: "#123456"})
     studio.settings.figure_style = style.to_keep()
     studio.keep_settings()
     press(window.net.command)

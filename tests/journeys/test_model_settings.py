@@ -150,7 +150,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
     settled(window)
     assert "reconstruction.memory" in shown_codes(dialog.memory.text())
-    assert window.survey.settings.threads == 1
+    assert window.survey.settings.options.threads == 1
     dialog.close()
 
 
@@ -270,7 +270,31 @@ def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     assert dialog.options.options().quality == "preview"
     dialog.options.fields["seed"].setValue(7)
     driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
-    assert window.survey.settings.seed == 7
-    assert window.survey.settings.quality == "preview"
+    assert window.survey.settings.options.seed == 7
+    assert window.survey.settings.options.quality == "preview"
     assert window.survey.settings.control == sample.parent / "control.csv"
+    dialog.close()
+
+
+def test_the_region_and_the_device_belong_to_the_settings(window, sample) -> None:
+    window.open_path(sample)
+    looked_at(window)
+    settled(window)
+    dialog = open_dialog(window)
+    region, device = dialog.options.fields["region"], dialog.options.fields["device"]
+    retype(region, "0,0,0,10,20")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    assert not dialog.start_button.isEnabled()
+    assert "region.not-a-box" in shown_codes(dialog.start_button.toolTip())
+    assert window.survey.settings.options.region is None
+    QTest.keyClicks(region, ",30")
+    device.setFocus()
+    QTest.keyClick(device, Qt.Key.Key_Down)
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    settled(window)
+    assert dialog.start_button.isEnabled()
+    request = window.survey.settings.build_request(sample, sample.parent / "out")
+    assert request.region == (0.0, 0.0, 0.0, 10.0, 20.0, 30.0)
+    assert request.device == "cpu"
+    driver.keep_picture(dialog, "model-settings-region")
     dialog.close()

@@ -197,14 +197,14 @@ def test_marks_lie_where_they_belong_and_have_their_words() -> None:
 def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
     from matplotlib.colors import to_rgb
 
-    artists = draw(net(contour="kamb"), FigureStyle(grey=True))
+    artists = draw(net(contour="kamb"), FigureStyle(StereonetFigure(grey=True)))
     for line in artists.axes.lines:
         colors = [line.get_color()] if line.get_linestyle() != "None" else []
         if line.get_marker() != "None":
             colors += [line.get_markerfacecolor(), line.get_markeredgecolor()]
         for color in colors:
             assert max(to_rgb(color)) - min(to_rgb(color)) < 0.01
-    large = draw(net(), FigureStyle(font_pt=12.0, symbol_pt=9.0))
+    large = draw(net(), FigureStyle(StereonetFigure(font_size_pt=12.0, symbol_size_pt=9.0)))
     small = draw(net())
     assert large.poles[0].get_markersize() == pytest.approx(2.0 * small.poles[0].get_markersize())
     assert max(t.get_fontsize() for t in large.axes.texts) == pytest.approx(1.15 * 12)
@@ -213,20 +213,24 @@ def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
 
 
 def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
+    with pytest.raises(UsageError):
+        FigureStyle.from_options(StereonetFigure(font="No Such Font"))
     for wrong in (
-        FigureStyle(width_mm=1.0),
-        FigureStyle(font_pt=float("nan")),
-        FigureStyle(line_pt=0.0),
-        FigureStyle(font="No Such Font"),
+        {"size_mm": "1"},
+        {"font_size_pt": float("nan")},
+        {"line_width_pt": 0.0},
+        {"font": "No Such Font"},
+        {"font_size_pt": "wide", "other": 3},
+        {"colors": {"red": "blue", "green": 3}},
+        {"colors": 7},
     ):
-        with pytest.raises(UsageError):
-            FigureStyle.from_options(wrong.options())
-        assert FigureStyle.restore(wrong.to_keep()) == FigureStyle()
-    style = FigureStyle(90.0, font="DejaVu Serif", grey=True, colors={"#000000": "#ff0000"})
-    assert FigureStyle.from_options(style.options()) == replace(style, colors={})
-    assert style.options().size_mm == "90"
+        assert FigureStyle.restore(wrong) == FigureStyle()
+    figure = StereonetFigure(font="DejaVu Serif", grey=True, size_mm="90")
+    style = FigureStyle(figure, {"#000000": "#ff0000"})
+    assert style.size_mm == (90.0, 115.0)
+    assert FigureStyle.from_options(figure) == replace(style, colors={})
+    assert FigureStyle.from_options(style.rose_figure) == replace(style, colors={})
     assert FigureStyle.restore(style.to_keep()) == style
-    assert FigureStyle.restore({"font_pt": "wide", "other": 3}) == FigureStyle()
     assert StereonetFigure(size_mm="90 x 60").width_and_height == (90.0, 60.0)
     with refused("figure.not-a-size", UsageError, text="wide", field="--size"):
         StereonetFigure(size_mm="wide")

@@ -325,16 +325,17 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
     (dialog,) = window.findChildren(FigureStyleDialog)
     driver.wait(lambda: not dialog.preview.pixmap().isNull(), "the preview")
     before = dialog.preview.pixmap().toImage()
-    box = dialog.numbers["width_mm"]
+    box = dialog.options.fields["size_mm"]
     box.setFocus()
     box.selectAll()
     QTest.keyClicks(box, "90")
     QTest.keyClick(box, Qt.Key.Key_Return)
-    QTest.mouseClick(dialog.grey_box, LEFT, pos=QPoint(8, dialog.grey_box.height() // 2))
+    grey_box = dialog.options.fields["grey"]
+    QTest.mouseClick(grey_box, LEFT, pos=QPoint(8, grey_box.height() // 2))
     dialog.recolor(next(iter(dialog.colors)), "#102030")
     driver.wait(lambda: dialog.preview.pixmap().toImage() != before, "another preview")
     driver.keep_picture(dialog, "figure-style")
-    assert studio.settings.figure_style["width_mm"] == 90.0
+    assert studio.settings.figure_style["size_mm"] == "90"
     assert studio.settings.figure_style["grey"] is True
     export_net(studio, net, tmp_path / "net.svg")
     root = ElementTree.parse(tmp_path / "net.svg").getroot()

@@ -3,7 +3,9 @@ what is no file of ours is not there."""
 
 from __future__ import annotations
 
+import json
 import os
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -11,8 +13,12 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.ui.panels.photos import reconstruction_folders as folders
-from vomstudio.ui.panels.photos.reconstruction_settings import read_request
+from vomstudio.ui.panels.photos.reconstruction_settings import (
+    ReconstructionSettings,
+    read_request,
+)
 
 NAMES = [folders.REQUEST, folders.RESULT, folders._FAILURE, folders.FILE_NAME]
 
@@ -49,3 +55,24 @@ def test_a_folder_that_is_a_link_is_not_filled(tmp_path: Path) -> None:
     with refused("output.link", TargetError):
         claim_folder(place)
     assert not any((tmp_path / "elsewhere").iterdir())
+
+
+def test_the_settings_of_an_earlier_run_are_read_again(tmp_path: Path) -> None:
+    control = tmp_path / "control.csv"
+    control.write_text("label,x,y,z\n")
+    options = ReconstructOptions(
+        quality="low",
+        crs="EPSG:32633",
+        threads=3,
+        seed=7,
+        device="cpu",
+        region="0,1,2,10,20,400000.125",
+    )
+    settings = ReconstructionSettings(options).replace_control(control, None, is_sidecar=False)
+    request = settings.build_request(tmp_path / "photos", tmp_path / "out")
+    stored = {item.name: getattr(request, item.name) for item in fields(request)}
+    (tmp_path / folders.REQUEST).write_text(json.dumps(stored, default=str))
+    assert read_request(tmp_path / folders.REQUEST) == (tmp_path / "photos", settings)
+    for name, wrong in (("quality", "finest"), ("threads", "many"), ("region", [0, 1, 2])):
+        (tmp_path / folders.REQUEST).write_text(json.dumps(stored | {name: wrong}, default=str))
+        assert read_request(tmp_path / folders.REQUEST) is None

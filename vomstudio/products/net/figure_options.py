@@ -38,23 +38,38 @@ class FigureLook(Options):
     font: str | None = option(
         None,
         metavar="NAME",
+        label=to_translate("Font"),
         help=to_translate("font, which must be installed"),
+        tip=to_translate("Font of all text in the figure"),
+        suggestions=("DejaVu Sans",),
+        empty_text=to_translate("default"),
     )
     font_size_pt: float | None = option(
         None,
         minimum=LIMITS["font_pt"][0],
         maximum=LIMITS["font_pt"][1],
+        decimals=1,
+        label=to_translate("Font size"),
         help=to_translate("font size, points"),
+        tip=to_translate("Size of text"),
         automatic_text=to_translate("8"),
     )
     line_width_pt: float | None = option(
         None,
         minimum=LIMITS["line_pt"][0],
         maximum=LIMITS["line_pt"][1],
+        decimals=1,
+        label=to_translate("Lines"),
         help=to_translate("line width, points"),
+        tip=to_translate("Width of lines"),
         automatic_text=to_translate("0.8"),
     )
-    grey: bool = option(False, help=to_translate("draw without colours"))
+    grey: bool = option(
+        False,
+        label=to_translate("Without colours"),
+        help=to_translate("draw without colours"),
+        tip=to_translate("Draw without colours"),
+    )
 
 
 @dataclass(frozen=True)
@@ -71,14 +86,20 @@ class StereonetFigure(FigureLook):
         None,
         minimum=LIMITS["symbol_pt"][0],
         maximum=LIMITS["symbol_pt"][1],
+        decimals=1,
+        label=to_translate("Symbols"),
         help=to_translate("symbol size, points"),
+        tip=to_translate("Size of symbols"),
         automatic_text=to_translate("4.5"),
     )
     size_mm: str | None = option(
         None,
         metavar="WxH",
+        label=to_translate("Size in mm"),
         help=to_translate("figure width and height, or only its width, millimetres"),
+        tip=to_translate("Width and height, such as 170x115, or only the width"),
         automatic_text=to_translate("width 170, automatic height"),
+        empty_text=to_translate("170, automatic height"),
     )
 
     def __post_init__(self) -> None:

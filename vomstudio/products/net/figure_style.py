@@ -8,102 +8,91 @@ from typing import Any
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, StereonetFigure
+from vomstudio.core.options import given_options
+from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors, StereonetFigure
 from vomstudio.products.net.style import PRINT, NetStyle
 
 
 @dataclass(frozen=True)
 class FigureStyle:
-    """Style of a printed figure; sizes that are not given have their defaults.
+    """Style of a printed figure.
 
     Parameters
     ----------
-    width_mm, height_mm : float or None
-    font : str
-        Font name; empty for the default font.
-    font_pt, symbol_pt, line_pt : float or None
-    grey : bool
+    figure : StereonetFigure
+        Size, font, symbols and lines.
     colors : mapping
         Replacement of each colour, #rrggbb -> #rrggbb.
     """
 
-    width_mm: float | None = None
-    height_mm: float | None = None
-    font: str = ""
-    font_pt: float | None = None
-    symbol_pt: float | None = None
-    line_pt: float | None = None
-    grey: bool = False
+    figure: StereonetFigure = field(default_factory=StereonetFigure)
     colors: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def width_mm(self) -> float | None:
+        return self.figure.width_and_height[0]
+
+    @property
+    def height_mm(self) -> float | None:
+        return self.figure.width_and_height[1]
 
     @property
     def size_mm(self) -> tuple[float, float]:
         return self.width_mm or SIZE_MM[0], self.height_mm or SIZE_MM[1]
 
-    def options(self) -> StereonetFigure:
-        """Return the options of the command. Raises UsageError if a size is out of bounds."""
-        size = None
-        if self.height_mm is not None:
-            size = "{:g}x{:g}".format(*self.size_mm)
-        elif self.width_mm is not None:
-            size = f"{self.width_mm:g}"
-        return StereonetFigure(
-            font=self.font or None,
-            font_size_pt=self.font_pt,
-            symbol_size_pt=self.symbol_pt,
-            line_width_pt=self.line_pt,
-            size_mm=size,
-            grey=self.grey,
-        )
+    @property
+    def rose_figure(self) -> RoseFigure:
+        """Options of a rose with the same width, font and lines."""
+        shared_options = {
+            item.name: getattr(self.figure, item.name)
+            for item in fields(RoseFigure)
+            if hasattr(self.figure, item.name)
+        }
+        return RoseFigure(**shared_options, width_mm=self.width_mm)
 
     @classmethod
     def from_options(cls, options: StereonetFigure | RoseFigure) -> FigureStyle:
         """Return the style for options. Raises UsageError if the font is not installed."""
         if options.font is not None and options.font not in fonts():
             raise UsageError(Finding("figure.no-font", font=options.font), field="--font")
-        if isinstance(options, RoseFigure):
-            width, height, symbol = options.width_mm, None, None
-        else:
-            width, height = options.width_and_height
-            symbol = options.symbol_size_pt
-        return cls(
-            width,
-            height,
-            font=options.font or "",
-            font_pt=options.font_size_pt,
-            symbol_pt=symbol,
-            line_pt=options.line_width_pt,
-            grey=options.grey,
-        )
+        if isinstance(options, StereonetFigure):
+            return cls(options)
+        values = asdict(options)
+        width = values.pop("width_mm")
+        return cls(StereonetFigure(**values, size_mm=None if width is None else f"{width:g}"))
 
     def net_style(self) -> NetStyle:
         """Return the style of a net on white paper."""
+        figure = self.figure
         stated_sizes = {
-            "font_pt": self.font_pt,
-            "marker_pt": self.symbol_pt,
-            "line_pt": self.line_pt,
+            "font_pt": figure.font_size_pt,
+            "marker_pt": figure.symbol_size_pt,
+            "line_pt": figure.line_width_pt,
         }
         sizes: dict[str, Any] = {
             name: value for name, value in stated_sizes.items() if value is not None
         }
-        return replace(PRINT, grey=self.grey, family=self.font, swaps=dict(self.colors), **sizes)
+        return replace(
+            PRINT, grey=figure.grey, family=figure.font or "", swaps=dict(self.colors), **sizes
+        )
 
     def to_keep(self) -> dict[str, Any]:
         """Return the values that differ from the defaults, to be stored in the settings."""
-        default_style = asdict(FigureStyle())
-        return {name: value for name, value in asdict(self).items() if value != default_style[name]}
+        colors = {"colors": dict(self.colors)} if self.colors else {}
+        return {**given_options(self.figure), **colors}
 
     @classmethod
     def restore(cls, values: Mapping[str, Any]) -> FigureStyle:
         """Restore a style from `to_keep`, or the default style if the values are invalid."""
-        names = {field.name for field in fields(cls)}
+        names = {item.name for item in fields(StereonetFigure)}
+        figure_values = {name: value for name, value in values.items() if name in names}
         try:
-            style = cls(**{name: value for name, value in values.items() if name in names})
-            cls.from_options(style.options())
-            style.net_style()
+            figure = cls.from_options(StereonetFigure(**figure_values)).figure
+            colors = dict(values.get("colors", {}))
+            SetColors(tuple(f"{old}={new}" for old, new in colors.items()))
         except (UsageError, TypeError, ValueError):
             return cls()
-        return style
+        return cls(figure, colors)
 
 
 def fonts() -> list[str]:

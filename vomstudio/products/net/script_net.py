@@ -72,8 +72,8 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
         _draw_bar(ax, plan, figure_style)
     NetDrawing(ax, net, paper).draw()
     text_style: dict[str, Any] = {"size": paper.font_pt}
-    if figure_style.font:
-        text_style["family"] = figure_style.font
+    if figure_style.figure.font:
+        text_style["family"] = figure_style.figure.font
     ax.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), frameon=False, prop=text_style)
     lines = _text_below(net)
     if lines:

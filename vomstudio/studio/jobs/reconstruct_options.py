@@ -10,6 +10,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import Options, option
 from vomstudio.core.words import to_translate
 
+Quality = Literal["preview", "low", "medium", "high"]
+
 
 @dataclass(frozen=True)
 class ReconstructOptions(Options):
@@ -21,7 +23,7 @@ class ReconstructOptions(Options):
         If a value is out of bounds, or the region does not consist of six numbers.
     """
 
-    quality: Literal["preview", "low", "medium", "high"] = option(
+    quality: Quality = option(
         "medium",
         label=to_translate("Quality"),
         help=to_translate("fraction of the photo resolution to use"),
@@ -95,14 +97,20 @@ class ReconstructOptions(Options):
     )
     device: Literal["auto", "cpu", "cuda"] = option(
         "auto",
+        label=to_translate("Device"),
         help=to_translate(
             "processor for depth maps; auto: a GPU if the installed COLMAP supports it"
         ),
+        tip=to_translate("Processor for depth maps"),
+        titles=(to_translate("Automatic"), to_translate("Processor"), to_translate("NVIDIA GPU")),
     )
     region: str | None = option(
         None,
         metavar="x0,y0,z0,x1,y1,z1",
+        label=to_translate("Region"),
         help=to_translate("reconstruct only this box, in the frame of the model"),
+        tip=to_translate("Box as x0,y0,z0,x1,y1,z1 in the frame of the model"),
+        empty_text=to_translate("Whole outcrop"),
     )
 
     def __post_init__(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.errors import InputError, UsageError
@@ -39,18 +40,8 @@ def reconstruction_request(
         )
     crs = None if options.crs is None else _crs(options.crs)
     points, marks, findings = _tables(folder, options.gcp, options.marks)
-    order = ReconstructionRequest(
-        folder.resolve(),
-        out.resolve(),
-        quality=options.quality,
-        crs=crs,
-        control=points,
-        marks=marks,
-        threads=options.threads,
-        seed=options.seed,
-        scheduler=options.scheduler,
-        device=options.device,
-        region=options.box,
+    order = ReconstructionRequest.of(
+        folder.resolve(), out.resolve(), replace(options, crs=crs), points, marks
     )
     return order, findings
 

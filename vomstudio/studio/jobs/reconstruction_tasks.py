@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.job import Job, Lane
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,30 @@ class ReconstructionRequest:
     masks: Mapping[str, Path] | None = None
     device: str = "auto"
     region: tuple[float, ...] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        photos: Path,
+        out: Path,
+        options: ReconstructOptions,
+        control: Path | None,
+        marks: Path | None,
+    ) -> ReconstructionRequest:
+        """Return the request for these options, with the control files to use.
+
+        Raises
+        ------
+        UsageError
+            If the region is not a box.
+        """
+        values = {item.name: getattr(options, item.name) for item in fields(options)}
+        del values["gcp"]
+        return cls(
+            photos=photos,
+            out=out,
+            **values | {"control": control, "marks": marks, "region": options.box},
+        )
 
 
 @dataclass(frozen=True, repr=False)

@@ -127,11 +127,30 @@ class SpinBox(QSpinBox):
 
 
 class DoubleSpinBox(QDoubleSpinBox):
-    """Number field that ignores the wheel, like `ComboBox`, and reads numbers as typed."""
+    """Number field that ignores the wheel, like `ComboBox`, and reads numbers as typed.
+
+    Attributes
+    ----------
+    automatic_value : float or None
+        Number from which the arrows start while the field is at its minimum, which then stands
+        for a number chosen by the program.
+    """
 
     def __init__(self) -> None:
         super().__init__()
+        self.automatic_value: float | None = None
         _prepare(self)
+
+    def stepBy(self, steps: int) -> None:  # noqa: N802
+        if self.automatic_value is not None and self.value() == self.minimum():
+            self.setValue(self.automatic_value)
+        super().stepBy(steps)
+
+    def stepEnabled(self) -> QAbstractSpinBox.StepEnabledFlag:  # noqa: N802
+        if self.automatic_value is not None and self.value() == self.minimum():
+            flags = QAbstractSpinBox.StepEnabledFlag
+            return flags.StepUpEnabled | flags.StepDownEnabled
+        return super().stepEnabled()
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         return _validator_state(_parse_box_text(self, text)), text, position

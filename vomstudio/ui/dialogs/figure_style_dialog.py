@@ -9,11 +9,9 @@ from functools import partial
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
-    QCheckBox,
     QColorDialog,
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QPushButton,
@@ -21,32 +19,25 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.errors import VomError
+from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.core.words import to_translate, tr
+from vomstudio.core.options import find_declaration
+from vomstudio.core.words import tr
 from vomstudio.products.net.contents import NetContents
-from vomstudio.products.net.figure_options import LIMITS, SIZE_MM
+from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle, fonts
 from vomstudio.products.net.style import PRINT
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label
+from vomstudio.ui.base.controls import ComboBox, Label
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
+from vomstudio.ui.widgets.options_form import OptionFields, fill_choices
 
-_DEFAULT_SIZES = {
-    "width_mm": SIZE_MM[0],
-    "height_mm": SIZE_MM[1],
-    "font_pt": PRINT.font_pt,
-    "symbol_pt": PRINT.marker_pt,
-    "line_pt": PRINT.line_pt,
+_DEFAULT_SIZES_PT = {
+    "font_size_pt": PRINT.font_pt,
+    "symbol_size_pt": PRINT.marker_pt,
+    "line_width_pt": PRINT.line_pt,
 }
-_SIZES = (
-    ("width_mm", to_translate("Width"), " mm", 1.0),
-    ("height_mm", to_translate("Net height"), " mm", 1.0),
-    ("font_pt", to_translate("Font size"), " pt", 0.5),
-    ("symbol_pt", to_translate("Symbols"), " pt", 0.5),
-    ("line_pt", to_translate("Lines"), " pt", 0.1),
-)
 _PREVIEW_SIZE = QSize(420, 300)
 _MAX_PREVIEW_ORIENTATIONS = 2_000
 """Maximum number of orientations in the preview, which is redrawn at every change."""
@@ -61,30 +52,16 @@ class FigureStyleDialog(QDialog):
         explain(self, "numbers.md#the-net")
         self._studio, self._panel = studio, panel
         self.setWindowTitle(tr("Figure style"))
-        self.numbers: dict[str, QDoubleSpinBox] = {}
+        self.options = OptionFields(StereonetFigure, "figure")
+        font_box = self.options.fields["font"]
+        assert isinstance(font_box, ComboBox)
+        other_fonts = [(name, name) for name in fonts() if font_box.findData(name) < 0]
+        fill_choices(font_box, find_declaration(StereonetFigure, "font"), other_fonts)
+        for name, size_pt in _DEFAULT_SIZES_PT.items():
+            self.options.show_automatic(name, size_pt)
+        self.options.changed.connect(self._apply)
         form = QFormLayout()
-        for name, title, unit, step in _SIZES:
-            box = DoubleSpinBox()
-            box.setObjectName(f"figure_{name}")
-            box.setDecimals(1)
-            box.setRange(*LIMITS[name])
-            box.setSingleStep(step)
-            box.setSuffix(unit)
-            box.setKeyboardTracking(False)
-            box.valueChanged.connect(lambda _: self._apply())
-            form.addRow(tr(title), box)
-            self.numbers[name] = box
-        self.font_box = ComboBox()
-        self.font_box.setObjectName("figure_font")
-        self.font_box.addItem(tr("default"), "")
-        for name in fonts():
-            self.font_box.addItem(name, name)
-        self.font_box.keep_narrow()
-        self.font_box.activated.connect(lambda _: self._apply())
-        form.addRow(tr("Font"), self.font_box)
-        self.grey_box = QCheckBox(tr("Without colours"))
-        self.grey_box.toggled.connect(lambda _: self._apply())
-        form.addRow("", self.grey_box)
+        self.options.add_rows(form)
         self.colors: dict[str, QPushButton] = {}
         form.addRow(tr("Colours"), self._color_buttons())
         self.preview = Label()
@@ -148,36 +125,32 @@ class FigureStyleDialog(QDialog):
         self._save(replace(style, colors=colors))
 
     def _apply(self) -> None:
-        values = {
-            name: None if abs(box.value() - _DEFAULT_SIZES[name]) < 0.05 else round(box.value(), 1)
-            for name, box in self.numbers.items()
-        }
-        self._save(
-            replace(
-                load_figure_style(self._studio),
-                **values,  # type: ignore[arg-type]
-                font=str(self.font_box.currentData()),
-                grey=self.grey_box.isChecked(),
-            )
-        )
+        try:
+            style = FigureStyle.from_options(self.options.options())
+        except UsageError as error:
+            # The size of the figure is still being typed.
+            self._timer.stop()
+            self.preview.setText(error.message)
+            return
+        self._save(replace(style, colors=load_figure_style(self._studio).colors))
 
     def _reset(self) -> None:
         self._save(FigureStyle())
+        self._show_style(FigureStyle())
 
     def _save(self, style: FigureStyle) -> None:
         self._studio.settings.figure_style = style.to_keep()
         self._studio.keep_settings()
-        self._show_style(style)
+        self._show_colors(style)
         self._timer.start()
 
     def _show_style(self, style: FigureStyle) -> None:
-        for name, box in self.numbers.items():
-            value = getattr(style, name)
-            with QSignalBlocker(box):
-                box.setValue(_DEFAULT_SIZES[name] if value is None else value)
-        with QSignalBlocker(self.grey_box):
-            self.grey_box.setChecked(style.grey)
-        self.font_box.setCurrentIndex(max(self.font_box.findData(style.font), 0))
+        with QSignalBlocker(self.options):
+            for name in self.options.fields:
+                self.options.show_value(name, getattr(style.figure, name))
+        self._show_colors(style)
+
+    def _show_colors(self, style: FigureStyle) -> None:
         for color, button in self.colors.items():
             swatch = QPixmap(16, 16)
             swatch.fill(QColor(style.colors.get(color, color)))

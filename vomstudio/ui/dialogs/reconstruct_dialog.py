@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
@@ -26,7 +25,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.errors import VomError
+from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.gis.crs import parse_crs
@@ -109,6 +108,7 @@ class ReconstructDialog(QDialog):
         self._quality_tip = Label()
         row.addWidget(self._quality_tip, 2)
         form.addRow(label, row)
+        form.addRow(*self.options.place_row("region"))
         return form
 
     def _make_registration(self) -> QGroupBox:
@@ -193,9 +193,9 @@ class ReconstructDialog(QDialog):
         self.gps_button.setChecked(settings.control is None)
         self.control.setText("" if settings.control is None else str(settings.control))
         self.marks.setText("" if settings.marks is None else str(settings.marks))
-        self.crs.setText(settings.crs or "")
+        self.crs.setText(settings.options.crs or "")
         for name in self.options.fields:
-            self.options.show_value(name, getattr(settings, name))
+            self.options.show_value(name, getattr(settings.options, name))
         self._is_filling = False
 
     def _settings(self) -> ReconstructionSettings:
@@ -204,23 +204,22 @@ class ReconstructDialog(QDialog):
             return Path(text).expanduser() if text else None
 
         control = path(self.control) if self.control_button.isChecked() else None
-        previous_settings, options = self._survey.settings, self.options.options()
         marks = path(self.marks) if control is not None else None
+        previous_settings = self._survey.settings
         try:
             crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
         except VomError:
             crs = None
+        try:
+            options = self.options.options(crs=crs)
+        except UsageError:
+            # The region is still being typed.
+            options = self.options.options(crs=crs, region=previous_settings.options.region)
         is_same_control = (control, marks) == (previous_settings.control, previous_settings.marks)
-        return replace(
-            previous_settings,
-            control=control,
-            marks=marks,
-            # Other changes confirm control files that were found automatically.
-            has_sidecar_control=previous_settings.has_sidecar_control
-            and is_same_control
-            and crs is None,
-            crs=crs,
-            **{name: getattr(options, name) for name in self.options.fields},
+        # Other changes confirm control files that were found automatically.
+        is_sidecar = previous_settings.has_sidecar_control and is_same_control and crs is None
+        return ReconstructionSettings(options).replace_control(
+            control, marks, is_sidecar=is_sidecar
         )
 
     def _schedule_apply(self, *_: object) -> None:
@@ -266,7 +265,12 @@ class ReconstructDialog(QDialog):
         memory = None if survey.forecast is None else survey.forecast.memory
         if memory is not None:
             self.memory.setText(_describe_memory(memory))
-        problem = survey.why_not_reconstruct() or self._crs_problem() or self._missing_file()
+        problem = (
+            survey.why_not_reconstruct()
+            or self._crs_problem()
+            or self._missing_file()
+            or self._options_problem()
+        )
         allow(self.start_button, problem)
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
@@ -305,6 +309,13 @@ class ReconstructDialog(QDialog):
             return None if parse_crs(text)[1] == 1.0 else Finding("frame.not-in-metres", crs=text)
         except VomError as error:
             return cause_of(error)
+
+    def _options_problem(self) -> Finding | None:
+        try:
+            self.options.options()
+        except UsageError as error:
+            return cause_of(error)
+        return None
 
     def _crs_text(self, facts: ControlFacts | None) -> str:
         if (problem := self._crs_problem()) is not None:

@@ -112,6 +112,8 @@ class OptionFields(QObject, Generic[Options]):
         field = self.fields[name]
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         field.setSpecialValueText(f"{value * self._scale(name):.3g}{field.suffix()}")
+        if isinstance(field, DoubleSpinBox):
+            field.automatic_value = value * self._scale(name)
 
     def place(self, name: str) -> QWidget:
         """Return a field that the form arranges itself, without a label."""

@@ -10,7 +10,7 @@ from vomstudio.core.options import option_words
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.contents import Contouring
-from vomstudio.products.net.figure_options import RoseFigure, SetColors, StereonetOptions
+from vomstudio.products.net.figure_options import SetColors, StereonetOptions
 from vomstudio.products.net.net_options import parse_net_plane
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
 from vomstudio.ui.widgets.copied_command import CommandArgument, CommandArguments, format_numbers
@@ -56,14 +56,7 @@ def net_command(
     ]
     set_colors = SetColors(tuple(f"{name}={color}" for name, color in colors.items()))
     if view_settings.view != "net":
-        figure = RoseFigure(
-            font=style.font or None,
-            font_size_pt=style.font_pt,
-            line_width_pt=style.line_pt,
-            grey=style.grey,
-            width_mm=style.width_mm,
-        )
-        arguments = [*option_words(_rose_options(view_settings)), *option_words(figure)]
+        arguments = [*option_words(_rose_options(view_settings)), *option_words(style.rose_figure)]
         return ["rose", table, *arguments, *option_words(set_colors), *output]
     options = _net_options(
         view_settings=view_settings,
@@ -73,7 +66,7 @@ def net_command(
         notation=notation,
         fold=fold,
     )
-    arguments = [*option_words(options), *option_words(style.options())]
+    arguments = [*option_words(options), *option_words(style.figure)]
     return ["stereonet", table, *arguments, *option_words(set_colors), *output]
 
 

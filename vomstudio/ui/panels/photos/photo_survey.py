@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
     from vomstudio.studio.jobs.photo_tasks import PhotoListing
+    from vomstudio.studio.jobs.reconstruct_options import Quality
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
     from vomstudio.studio.jobs.survey_tasks import ControlFacts, ReconstructionForecast
 
@@ -120,7 +121,7 @@ class PhotoSurvey(QObject):
     # --- state -------------------------------------------------------------------------------
     @property
     def quality(self) -> str:
-        return self.settings.quality
+        return self.settings.options.quality
 
     @property
     def is_listing(self) -> bool:
@@ -173,14 +174,15 @@ class PhotoSurvey(QObject):
         project = self._studio.project.folder
         return reconstruction_folders.reconstruction_folder(project, self.folder, self.quality)
 
-    def set_quality(self, quality: str) -> None:
-        self.apply_settings(replace(self.settings, quality=quality))
+    def set_quality(self, quality: Quality) -> None:
+        options = replace(self.settings.options, quality=quality)
+        self.apply_settings(replace(self.settings, options=options))
 
     def apply_settings(self, settings: ReconstructionSettings) -> None:
         """Apply the settings of the next reconstruction."""
         previous_settings, self.settings = self.settings, settings
         if self.reconstruction_job is None and not self.is_reading and self.rows:
-            if previous_settings.quality != settings.quality:
+            if previous_settings.options.quality != settings.options.quality:
                 self._show_cameras()
                 self.rows_changed.emit()
             self.update_forecast()
@@ -437,9 +439,7 @@ class PhotoSurvey(QObject):
 
     def _add_tables(self, settings: ReconstructionSettings) -> ReconstructionSettings:
         control, marks = self.tables()
-        if control is None:
-            return settings.drop_control()
-        return replace(settings, control=control, marks=marks, has_sidecar_control=True)
+        return settings.replace_control(control, marks, is_sidecar=True)
 
     def alignment_folder(self) -> Path | None:
         """Return the reconstruction in this quality if it has cameras, else the newest one."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.files.regular import is_regular, read_json
 from vomstudio.io.control.control_files import find_control
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
 if TYPE_CHECKING:
     from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
@@ -19,69 +21,74 @@ class ReconstructionSettings:
 
     Attributes
     ----------
-    control, marks : Path or None
-        Files of ground control. Without `control`, the GPS positions of the cameras or a local
-        frame are used. Without `marks`, the marks are read from the control file or from
-        `marks.csv` beside it.
+    options : ReconstructOptions
+        Options of the operation. Without control points, the GPS positions of the cameras or a
+        local frame are used.
     has_sidecar_control : bool
         Whether the control files were found beside the photos rather than selected by the user.
-    crs : str or None
-        "EPSG:n", or None for the CRS of the control points or the GPS.
-    threads : int or None
-        Number of threads, or None for one per processor.
-    scheduler : str or None
-        Address of a Dask cluster, or None if no cluster is used.
     """
 
-    quality: str = "medium"
-    control: Path | None = None
-    marks: Path | None = None
+    options: ReconstructOptions = field(default_factory=ReconstructOptions)
     has_sidecar_control: bool = False
-    crs: str | None = None
-    threads: int | None = None
-    seed: int = 0
-    scheduler: str | None = None
+
+    @property
+    def control(self) -> Path | None:
+        """File of the control points."""
+        return None if self.options.gcp is None else Path(self.options.gcp)
+
+    @property
+    def marks(self) -> Path | None:
+        """File of the marks, or None for those in or beside the control file."""
+        return None if self.options.marks is None else Path(self.options.marks)
+
+    def replace_control(
+        self, control: Path | None, marks: Path | None, *, is_sidecar: bool
+    ) -> ReconstructionSettings:
+        """Return a copy with these control files, or without ground control for None."""
+        options = replace(
+            self.options,
+            gcp=None if control is None else str(control),
+            marks=None if control is None or marks is None else str(marks),
+        )
+        return ReconstructionSettings(options, is_sidecar and control is not None)
 
     def adapt_to_photos(self, folder: Path) -> ReconstructionSettings:
-        """Return a copy with the ground control found beside these photos, and without CRS."""
+        """Return a copy with the ground control found beside these photos.
+
+        The copy has neither a CRS nor a region, which belong to the photos of these settings.
+        """
+        settings = replace(self, options=replace(self.options, crs=None, region=None))
         control, marks = find_control(folder) or (None, None)
-        return replace(
-            self, control=control, marks=marks, has_sidecar_control=control is not None, crs=None
-        )
+        return settings.replace_control(control, marks, is_sidecar=True)
 
     def drop_control(self) -> ReconstructionSettings:
         """Return a copy without ground control."""
-        return replace(self, control=None, marks=None, has_sidecar_control=False)
+        return self.replace_control(None, None, is_sidecar=False)
 
     def build_request(self, photos: Path, out: Path) -> ReconstructionRequest:
         """Return the request for a worker."""
         from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
-        values = {item.name: getattr(self, item.name) for item in fields(self)}
-        del values["has_sidecar_control"]
-        return ReconstructionRequest(photos=photos, out=out, **values)
+        return ReconstructionRequest.of(photos, out, self.options, self.control, self.marks)
 
 
 def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Return the photo folder and settings of a stored request, or None if unreadable."""
-    from vomstudio.photogrammetry.base.settings import QUALITIES
-
     try:
         values = read_json(request)
-        quality, threads, seed = values["quality"], values.get("threads"), values.get("seed", 0)
-        files = [values.get(name) and Path(values[name]) for name in ("control", "marks")]
-        if quality not in QUALITIES or not all(isinstance(n, int | None) for n in (threads, seed)):
-            return None
-        control, marks = files if files[0] and is_regular(files[0]) else (None, None)
-        settings = ReconstructionSettings(
-            quality=quality,
-            control=control or None,
-            marks=marks or None,
-            has_sidecar_control=False,
+        region = values.get("region")
+        options = ReconstructOptions(
+            quality=values["quality"],
             crs=values.get("crs"),
-            threads=threads,
-            seed=seed or 0,
+            threads=values.get("threads"),
+            seed=values.get("seed") or 0,
+            device=values.get("device", "auto"),
+            region=region and ",".join(f"{coordinate:.12g}" for coordinate in region),
+        )
+        control, marks = (values.get(name) and Path(values[name]) for name in ("control", "marks"))
+        settings = ReconstructionSettings(options).replace_control(
+            control if control and is_regular(control) else None, marks or None, is_sidecar=False
         )
         return Path(values["photos"]), settings
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, UsageError):
         return None

@@ -35,9 +35,9 @@ def forecast_request(
     return FORESEE, ForecastRequest(
         photos=folder,
         sizes=tuple((row.width, row.height) for row in rows),
-        quality=settings.quality,
-        crs=settings.crs,
+        quality=settings.options.quality,
+        crs=settings.options.crs,
         control=settings.control,
         marks=settings.marks,
-        threads=settings.threads,
+        threads=settings.options.threads,
     )
