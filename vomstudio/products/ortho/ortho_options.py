@@ -55,7 +55,12 @@ class OrthoOptions(Options):
         help=to_translate("size of a pixel, m"),
         automatic_text=to_translate("resolution of the texture or cloud"),
     )
-    flip: bool = option(False, help=to_translate("look from the other side (mirror image)"))
+    flip: bool = option(
+        False,
+        label=to_translate("Opposite side (mirrored)"),
+        help=to_translate("look from the other side (mirror image)"),
+        tip=to_translate("Look from the other side (mirror image)"),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -59,6 +59,7 @@ from vomstudio.ui.widgets.copied_command import (
     find_model_arguments,
     format_numbers,
 )
+from vomstudio.ui.widgets.options_form import OptionFields
 
 
 class OrthoDialog(QDialog):
@@ -119,13 +120,13 @@ class OrthoDialog(QDialog):
         direction.setWordWrap(True)
         self._error_effect = Label()
         self._error_effect.setWordWrap(True)
-        self.flip = QCheckBox(tr("Opposite side (mirrored)"))
+        self.options = OptionFields(OrthoOptions, "ortho")
         self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("View direction"), direction)
-        form.addRow("", self.flip)
+        self.options.add_rows(form)
         form.addRow(tr("Error effect"), self._error_effect)
         form.addRow(tr("Area"), self._make_area())
         form.addRow(tr("Pixel size"), self._make_pixel())
@@ -284,11 +285,8 @@ class OrthoDialog(QDialog):
         out = Path(self.target.text()).expanduser()
         direction, region = self._direction, self._visible_region
         parts, domain = self.interpretation.selected_parts, self.domain.currentData()
-        options = OrthoOptions(
-            trend_deg=direction.trend_deg,
-            plunge_deg=direction.plunge_deg,
-            gsd_m=gsd,
-            flip=self.flip.isChecked(),
+        options = self.options.options(
+            trend_deg=direction.trend_deg, plunge_deg=direction.plunge_deg, gsd_m=gsd
         )
         sheet = self._sheet_path(out)
         drawing = OrthoDrawing(
@@ -322,7 +320,7 @@ class OrthoDialog(QDialog):
             view_directions.AS_GIVEN,
             Finding("view.chosen", description=self._direction_source),
         )
-        if self.flip.isChecked():
+        if self.options.value("flip"):
             view = view.flipped()
         region = self._visible_region if self.visible_area.isChecked() else None
         sheet = self._sheet_path(out)
