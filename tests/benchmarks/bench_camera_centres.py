@@ -47,7 +47,7 @@ def measure(folder: Path, max_size: int, threads: int) -> str:
     rms_mm = 1000.0 * float(np.sqrt(np.mean(error**2)))
     return (
         f"{folder.name:18s} {len(part.views):4d} of {len(photos):3d} {rms_mm:9.2f} "
-        f"{1000.0 * float(error.max()):9.2f} {seconds:7.0f}"
+        f"{1000.0 * float(error.max()):9.2f} {seconds:7.1f} s"
     )
 
 
@@ -57,7 +57,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=2000, help="long side of the photos, pixels")
     parser.add_argument("--threads", type=int, default=2)
     arguments = parser.parse_args()
-    print(f"{'set':18s} {'photos':>11s} {'RMS, mm':>9s} {'max, mm':>9s} {'s':>7s}")
+    print(f"{'set':18s} {'photos':>11s} {'RMS, mm':>9s} {'max, mm':>9s} {'time':>9s}")
     for folder in arguments.folders:
         print(measure(folder, arguments.size, arguments.threads), flush=True)
 
