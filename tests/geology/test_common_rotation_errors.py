@@ -12,7 +12,7 @@ from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_rotation_errors import (
     NO_ROTATION,
     MovedVectors,
-    Turns,
+    RotationErrors,
     cone,
     intersect_planes,
     join_results,
@@ -32,7 +32,7 @@ FACTOR = float(np.sqrt(chi2.ppf(0.95, 2)))
 TILTED = np.array([[4.0, 1.0, 0.5], [1.0, 2.0, -0.3], [0.5, -0.3, 9.0]]) * np.radians(1.0) ** 2
 
 
-def one_model(n: int, rotation: np.ndarray = TILTED) -> Turns:
+def one_model(n: int, rotation: np.ndarray = TILTED) -> RotationErrors:
     return shared_rotations([("r1", rotation)] * n)
 
 
@@ -92,14 +92,14 @@ def test_so_does_the_line_where_two_of_its_planes_meet() -> None:
 # --- several models -------------------------------------------------------------------------------
 def test_equal_halves_of_two_models_halve_the_variance_of_the_mean() -> None:
     """Of parallel planes: the mean of two independent turns."""
-    turns = Turns(np.array([0, 0, 1, 1]), np.array([TILTED, TILTED]))
+    turns = RotationErrors(np.array([0, 0, 1, 1]), np.array([TILTED, TILTED]))
     pole = np.array([0.0, 0.6, -0.8])
     found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 2)
 
 
 def test_readings_of_a_compass_hold_the_mean_still() -> None:
-    turns = Turns(np.array([0, NO_ROTATION, NO_ROTATION, NO_ROTATION]), TILTED[None])
+    turns = RotationErrors(np.array([0, NO_ROTATION, NO_ROTATION, NO_ROTATION]), TILTED[None])
     pole = np.array([0.0, 0.6, -0.8])
     found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 16)
@@ -112,7 +112,7 @@ def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None
     group = np.array([0] * 10 + [1] * 12 + [NO_ROTATION] * 2)
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     values, axes = orientation_tensor(poles)
-    found = principal_axis(move_vectors(poles, Turns(group, rotations)), values, axes, 2)
+    found = principal_axis(move_vectors(poles, RotationErrors(group, rotations)), values, axes, 2)
     turns = drawn(rotations, group, 3000, 5)
     strayed = np.array([orientation_tensor(np.einsum("nij,nj->ni", t, poles))[1][2] for t in turns])
     expected = scatter_of(strayed, axes[2])
@@ -124,7 +124,7 @@ def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None
 def test_the_meeting_line_of_two_models_strays_as_when_both_are_turned() -> None:
     a, b = np.array([0.0, 0.6, 0.8]), np.array([0.8, 0.36, 0.48])
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
-    both = Turns(np.array([0, 1]), rotations)
+    both = RotationErrors(np.array([0, 1]), rotations)
     parts = [move_vectors(v[None], both.of([i])) for i, v in enumerate((a, b))]
     found = intersect_planes(*parts)
     turns = drawn(rotations, both.group, 6000, 6)
@@ -168,7 +168,7 @@ def test_a_mean_states_both_errors_and_both_together() -> None:
     rng = np.random.default_rng(7)
     poles = np.array([0.1, 0.2, -0.9]) + 0.05 * rng.normal(size=(50, 3))
     rotation = np.radians(1.5) ** 2 * np.eye(3)
-    found = set_statistics(poles, turns=one_model(50, rotation)).fisher
+    found = set_statistics(poles, rotation_errors=one_model(50, rotation)).fisher
     assert found is not None
     assert found.alpha95_deg is not None
     assert found.registration_error_deg == pytest.approx(1.5 * FACTOR)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
+from vomstudio.geology.common_rotation_errors import RotationErrors, shared_rotations
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 from vomstudio.io.gate.orientation_files import read_orientations
@@ -28,12 +28,14 @@ AZIMUTH = np.array([90.0, 92.0, 95.0, 88.0, 91.0, 100.0])
 DIP = np.array([30.0, 32.0, 35.0, 28.0, 31.0, 40.0])
 
 
-def turns(degrees: float = 2.0) -> Turns:
+def rotation_errors(degrees: float = 2.0) -> RotationErrors:
     return shared_rotations([("r1", np.radians(degrees) ** 2 * np.eye(3))] * len(AZIMUTH))
 
 
-def net(known: Turns | None, *, compact: bool = False) -> NetContents:
-    sets = make_sets({"beds": ("plane", AZIMUTH, DIP)}, turns={"beds": known} if known else None)
+def net(known: RotationErrors | None, *, compact: bool = False) -> NetContents:
+    sets = make_sets(
+        {"beds": ("plane", AZIMUTH, DIP)}, rotation_errors={"beds": known} if known else None
+    )
     return NetContents(
         sets=sets, means=compute_means(sets), fold=fold_axis(AZIMUTH, DIP, known), compact=compact
     )
@@ -41,7 +43,7 @@ def net(known: Turns | None, *, compact: bool = False) -> NetContents:
 
 def test_beta_has_one_ellipse_with_the_registration() -> None:
     """Turns alike about all axes add the root of 5.99 times their standard deviation."""
-    with_it, without = net(turns()).fold, net(None).fold
+    with_it, without = net(rotation_errors()).fold, net(None).fold
     assert with_it is not None
     assert without is not None
     large, own = fold_ellipse(with_it), fold_ellipse(without)
@@ -53,9 +55,9 @@ def test_beta_has_one_ellipse_with_the_registration() -> None:
 
 
 def test_a_mean_that_turns_by_two_degrees_has_them_and_its_own_cone() -> None:
-    (mean,) = net(turns()).means
+    (mean,) = net(rotation_errors()).means
     assert mean.total is not None
-    (larger,) = net(turns(4.0)).means
+    (larger,) = net(rotation_errors(4.0)).means
     assert larger.total is not None
     # The own cone is the same in both: half-angles add as squares, 2 and 4 degrees of one sigma.
     factor = 2.447746830680816
@@ -64,12 +66,12 @@ def test_a_mean_that_turns_by_two_degrees_has_them_and_its_own_cone() -> None:
 
 
 def test_the_legend_names_the_ellipse_of_means() -> None:
-    known, unknown = (legend_entries(net(each), PRINT) for each in (turns(), None))
+    known, unknown = (legend_entries(net(each), PRINT) for each in (rotation_errors(), None))
     assert len(known) == len(unknown) + 1
 
 
 def test_selecting_draws_it_and_deselecting_takes_it_away() -> None:
-    shown = net(turns())
+    shown = net(rotation_errors())
     drawn = draw_stereonet(Figure(figsize=(6.0, 4.0)), shown)
     before = len(drawn.axes.lines)
     ellipse = NetLineEllipse(shown.means[0].line, 5.0, 3.0, np.eye(3)[1])
@@ -84,7 +86,9 @@ def test_a_table_with_the_column_has_it_on_its_net(tmp_path: Path) -> None:
     rows = [f"{a},{d},2.5" for a, d in zip(AZIMUTH, DIP, strict=True)]
     path.write_text("\n".join(["dip_direction_deg,dip_deg,registration_error_deg", *rows]))
     shown = net_of_table(read_orientations(path))
-    assert [s.turns is not None and s.turns.has_known_errors for s in shown.sets] == [True]
+    assert [
+        s.rotation_errors is not None and s.rotation_errors.has_known_errors for s in shown.sets
+    ] == [True]
     assert shown.means[0].total is not None
 
 

@@ -44,16 +44,16 @@ def test_models_placed_apart_turn_apart_and_declared_ones_not_at_all(tmp_path: P
         model("m3", Frame("local")),
     )
     export_records(records(*placed), "csv", path)
-    turns = read_orientations(path).turns
-    assert turns is not None
-    assert turns.group.tolist() == [0, 1, -1, 0, 1, -1, 0, 1]
-    assert turns.rotations[1] == pytest.approx(2.0 * turns.rotations[0])
-    assert turns.rotations[0] == pytest.approx(SHAPE[:3, :3])
+    rotation_errors = read_orientations(path).rotation_errors
+    assert rotation_errors is not None
+    assert rotation_errors.group.tolist() == [0, 1, -1, 0, 1, -1, 0, 1]
+    assert rotation_errors.rotations[1] == pytest.approx(2.0 * rotation_errors.rotations[0])
+    assert rotation_errors.rotations[0] == pytest.approx(SHAPE[:3, :3])
 
 
 def test_a_project_without_an_error_says_nothing_of_it(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     export_records(records(model("m1", Frame("local"))), "csv", path)
     assert "registration:" not in path.read_text("utf-8")
-    assert read_orientations(path).turns is None
+    assert read_orientations(path).rotation_errors is None
     assert np.isfinite(vs.stats(path).sets["all"].fisher.total95_deg)  # type: ignore[union-attr]

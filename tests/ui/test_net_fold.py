@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.folds import fold_axis
 from vomstudio.products.net.contents import NetContents
@@ -63,7 +63,12 @@ def test_it_is_found_once_for_the_same_beds_and_anew_for_others(found: list[int]
 def test_another_registration_has_another_error(found: list[int]) -> None:
     group = np.zeros(6, np.int64)
     errors = [
-        beta(replace(BEDS, turns=Turns(group, np.eye(3)[None] * np.radians(degrees) ** 2)))[1]
+        beta(
+            replace(
+                BEDS,
+                rotation_errors=RotationErrors(group, np.eye(3)[None] * np.radians(degrees) ** 2),
+            )
+        )[1]
         for degrees in (1.0, 5.0)
     ]
     assert errors[0] < errors[1]

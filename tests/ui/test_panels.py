@@ -488,7 +488,7 @@ def test_a_long_message_in_the_status_line_ends_before_what_stands_beside_it(win
     line.showMessage(words)
     QApplication.processEvents()
     assert line.currentMessage() == line.toolTip() == words
-    room = line._room()
+    room = line._message_area()
     assert room.right() < line._position.x()
     picture = line.grab().toImage()
     blank = picture.pixelColor(room.right() + 4, line.height() // 2)

@@ -103,7 +103,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     chance = np.random.default_rng(2)
     poles = cluster((40, 60, 300, 80), chance)
     sigma = math.radians(1.0)
-    turns = shared_rotations([("registration", sigma**2 * np.eye(3))] * 80)
+    rotation_errors = shared_rotations([("registration", sigma**2 * np.eye(3))] * 80)
     nowhere = np.full((80, 3), np.nan)
     ids = tuple(map(str, range(80)))
     of = Candidates(
@@ -111,7 +111,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
         types=("Joint",) * 80,
         poles=poles,
         places=nowhere,
-        turns=turns,
+        rotation_errors=rotation_errors,
         reserved_names=frozenset(),
         warnings=(),
         includes_assigned=False,

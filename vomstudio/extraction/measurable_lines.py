@@ -14,7 +14,7 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 # Width of the strip on either side of the line, as a fraction of the length: the finest, the
 # coarsest for the mesh as it is, and that for a mesh that must be subdivided.
-_STRIPS, _MIN_STRIPS, _CUT_STRIPS = 40.0, 12.0, 40.0
+_N_STRIPS, _MIN_N_STRIPS, _N_STRIPS_OF_COARSE_MODEL = 40.0, 12.0, 40.0
 # Side length of the cells in which one piece represents all others, in half strip widths.
 CELL_STRIPS = 0.75
 _BLOCK_PIECES = 20_000
@@ -35,9 +35,9 @@ def strip_half_width(spacing: float, length: float) -> float:
     float
         Half-width in metres.
     """
-    if spacing <= length / _MIN_STRIPS:
-        return max(spacing, length / _STRIPS)
-    return length / _CUT_STRIPS
+    if spacing <= length / _MIN_N_STRIPS:
+        return max(spacing, length / _N_STRIPS)
+    return length / _N_STRIPS_OF_COARSE_MODEL
 
 
 def connected_pieces(elements: Elements, band: IntArray) -> IntArray:

@@ -21,7 +21,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
     MovedVectors,
-    Turns,
+    RotationErrors,
     join_results,
     move_vectors,
     principal_axis,
@@ -50,7 +50,7 @@ TWO_AXES_P, TWO_AXES_DEG = 0.05, 5.0
 
 def common_axis(
     sets: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
-    turns: Mapping[str, Turns] | None = None,
+    rotation_errors: Mapping[str, RotationErrors] | None = None,
 ) -> FoldAxis:
     """Find the common axis of several sets of planes (hanging wall, footwall, fault ...).
 
@@ -93,9 +93,12 @@ def common_axis(
     variances, degrees_of_freedom = _mean_variances(members, means, axes[2])
     semi_axes, swing = _axis_region(means, axes, variances, min(map(len, members)))
     moved_axis = None
-    if turns is not None and any(turns[name].has_known_errors for name in names):
+    if rotation_errors is not None and any(
+        rotation_errors[name].has_known_errors for name in names
+    ):
         moved_members = [
-            move_vectors(poles, turns[name]) for name, poles in zip(names, members, strict=True)
+            move_vectors(poles, rotation_errors[name])
+            for name, poles in zip(names, members, strict=True)
         ]
         moved_axis = _moved_axis(moved_members, tensors, values, axes)
     off_plane_deg = np.degrees(np.abs(np.arcsin(np.clip(means @ axes[2], -1.0, 1.0))))

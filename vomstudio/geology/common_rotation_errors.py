@@ -27,7 +27,7 @@ MIN_EIGENVALUE_GAP = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Turns:
+class RotationErrors:
     """Uncertain rotations of n vectors due to their registrations.
 
     Attributes
@@ -50,12 +50,12 @@ class Turns:
         """Whether at least one vector has a registration with a known error."""
         return bool((self.group >= 0).any())
 
-    def of(self, rows: npt.ArrayLike) -> Turns:
+    def of(self, rows: npt.ArrayLike) -> RotationErrors:
         """Return the rotations of selected vectors, given by indices or a mask (n,)."""
-        return Turns(self.group[np.asarray(rows)], self.rotations)
+        return RotationErrors(self.group[np.asarray(rows)], self.rotations)
 
 
-def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> Turns:
+def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> RotationErrors:
     """Group vectors by their registration.
 
     Parameters
@@ -79,7 +79,9 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> T
             keys[key] = len(covariances)
             covariances.append(np.asarray(rotation, np.float64))
         group.append(keys[key])
-    return Turns(np.array(group, np.int64), np.array(covariances, np.float64).reshape(-1, 3, 3))
+    return RotationErrors(
+        np.array(group, np.int64), np.array(covariances, np.float64).reshape(-1, 3, 3)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,7 @@ class MovedVectors:
         return MovedVectors(np.asarray(vector, np.float64)[None], derivatives[None], self.rotations)
 
 
-def move_vectors(vectors: npt.ArrayLike, rotations: Turns) -> MovedVectors:
+def move_vectors(vectors: npt.ArrayLike, rotations: RotationErrors) -> MovedVectors:
     """Return unit vectors and their derivatives with respect to their registrations.
 
     Parameters

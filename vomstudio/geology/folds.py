@@ -34,7 +34,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
     MovedVectors,
-    Turns,
+    RotationErrors,
     move_vectors,
     principal_axis,
     region,
@@ -175,7 +175,7 @@ def _line_figures(line: Line | None) -> LineFigures | None:
 def fold_axis(
     dip_direction_deg: npt.ArrayLike,
     dip_deg: npt.ArrayLike,
-    turns: Turns | None = None,
+    rotation_errors: RotationErrors | None = None,
     bowed_deg: float | None = None,
     waviness_deg: float | None = None,
     names: Sequence[str] | None = None,
@@ -218,7 +218,9 @@ def fold_axis(
         raise GeometryError(Finding("fold.parallel-planes", n=n))
     semi_axes = _semi_axes(values, n)
     moved_poles = (
-        None if turns is None or not turns.has_known_errors else move_vectors(poles, turns)
+        None
+        if rotation_errors is None or not rotation_errors.has_known_errors
+        else move_vectors(poles, rotation_errors)
     )
     moved_axis = None if moved_poles is None else principal_axis(moved_poles, values, axes, 2)
     flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
@@ -235,11 +237,17 @@ def fold_axis(
             np.atleast_1d(dip_direction_deg)[is_used],
             np.atleast_1d(dip_deg)[is_used],
         )
-        used_turns = None if turns is None else turns.of(is_used)
+        used_rotation_errors = None if rotation_errors is None else rotation_errors.of(is_used)
         used_flags = None if flags is None else flags[is_used]
         used_labels = [labels[row] for row in np.flatnonzero(is_used).tolist()]
         fold_without_outliers = fold_axis(
-            azimuths_deg, dips_deg, used_turns, bowed_deg, waviness_deg, used_labels, used_flags
+            azimuths_deg,
+            dips_deg,
+            used_rotation_errors,
+            bowed_deg,
+            waviness_deg,
+            used_labels,
+            used_flags,
         )
         if fold_without_outliers.valid == "no" or fold_without_outliers.strays:
             fold_without_outliers = None

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 
 
 class OrientationRows(Protocol):
@@ -61,7 +61,7 @@ class OrientationRows(Protocol):
     @property
     def warnings(self) -> tuple[Finding, ...]: ...
     @property
-    def turns(self) -> Turns | None: ...
+    def rotation_errors(self) -> RotationErrors | None: ...
     @property
     def repeats(self) -> int: ...
     @property

@@ -13,7 +13,7 @@ from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_axes import common_axis
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.domains import (
     DomainFigures,
     OneAxisFigures,
@@ -300,15 +300,17 @@ class _Selection:
     def axis(
         self, waviness_deg: float | None, turn: Callable[[FloatArray], FloatArray] | None = None
     ) -> FoldAxis:
-        selected_turns = None if self.table.turns is None else self.table.turns.of(self.use)
+        selected_rotation_errors = (
+            None if self.table.rotation_errors is None else self.table.rotation_errors.of(self.use)
+        )
         azimuth, dip = self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use]
         if turn is not None:
             azimuth, dip, _ = normals_to_planes(turn(planes_to_normals(azimuth, dip)))
-            selected_turns = None
+            selected_rotation_errors = None
         return fold_axis(
             azimuth,
             dip,
-            selected_turns,
+            selected_rotation_errors,
             self.table.bowed_deg,
             waviness_deg,
             [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
@@ -332,7 +334,7 @@ class _Selection:
             name for name, is_used in zip(names_by_row, self.use, strict=True) if is_used
         )
         attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
-        turns: dict[str, Turns] = {}
+        rotation_errors: dict[str, RotationErrors] = {}
         is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
             members = self.use & np.array(
@@ -345,8 +347,8 @@ class _Selection:
                 self.table.dip_direction_deg[members],
                 self.table.dip_deg[members],
             )
-            if self.table.turns is not None:
-                turns[name] = self.table.turns.of(members)
+            if self.table.rotation_errors is not None:
+                rotation_errors[name] = self.table.rotation_errors.of(members)
             is_used |= members
         for name, n in present_sets.items():
             if not any(_has_equal_names(name, requested_name) for requested_name in names):
@@ -355,7 +357,7 @@ class _Selection:
                     ExcludedRows(set_name_text, n, Finding("fold.only-named-sets"))
                 )
         self.use = is_used
-        return common_axis(attitudes, turns or None)
+        return common_axis(attitudes, rotation_errors or None)
 
     def _error(self, finding: Finding, field: str) -> UsageError:
         return UsageError(finding, file=self.table.path, field=field)

@@ -15,7 +15,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import UsageError
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.orientation import planes_to_normals, sin_cos_deg
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geometry.rotation_errors import CHI2_TWO, enlarged_semi_axes
@@ -40,13 +40,17 @@ class TiltedPlanes:
 
     normals: FloatArray
     axes: FloatArray
-    turns: Turns | None = None
+    rotation_errors: RotationErrors | None = None
 
     @property
     def has_known_error(self) -> BoolArray:
         """Whether any error of each plane (n,) is known."""
         has_own_error = np.asarray(self.axes.any(axis=(1, 2)))
-        return has_own_error if self.turns is None else has_own_error | (self.turns.group >= 0)
+        return (
+            has_own_error
+            if self.rotation_errors is None
+            else has_own_error | (self.rotation_errors.group >= 0)
+        )
 
     def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
         """Draw random upward unit normals (draws, n, 3)."""
@@ -54,9 +58,9 @@ class TiltedPlanes:
         displacement = np.einsum(
             "knj,njc->knc", generator.standard_normal((count, n, 2)), self.axes
         )
-        if self.turns is not None and self.turns.has_known_errors:
-            group = self.turns.group
-            halves = np.array([_root(covariance) for covariance in self.turns.rotations])
+        if self.rotation_errors is not None and self.rotation_errors.has_known_errors:
+            group = self.rotation_errors.group
+            halves = np.array([_root(covariance) for covariance in self.rotation_errors.rotations])
             gauss = generator.standard_normal((count, len(halves), 3))
             rotations = np.einsum("gij,kgj->kgi", halves, gauss)
             rotated_normals = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
@@ -86,14 +90,14 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     TiltedPlanes
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
-    turns = None if table.turns is None else table.turns.of(rows)
+    rotation_errors = None if table.rotation_errors is None else table.rotation_errors.of(rows)
     registration_deg = np.zeros(len(rows))
-    if turns is not None:
+    if rotation_errors is not None:
         # Exclude the common rotation from the errors of the individual planes.
         registration = np.nan_to_num(column_numbers(table, rows, "registration_error_deg"))
-        registration_deg = np.where(turns.group >= 0, registration, 0.0)
+        registration_deg = np.where(rotation_errors.group >= 0, registration, 0.0)
     axes = _axes(table, rows, registration_deg)
-    return TiltedPlanes(planes_to_normals(azimuth, dip), axes, turns)
+    return TiltedPlanes(planes_to_normals(azimuth, dip), axes, rotation_errors)
 
 
 def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:

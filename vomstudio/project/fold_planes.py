@@ -10,12 +10,12 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.fold_planes import ExcludedRows, FoldFilter, select_planes
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Typed
-from vomstudio.project.registration_errors import max_bowing_deg, models_of, turns_of
+from vomstudio.project.registration_errors import max_bowing_deg, models_of, rotation_errors_of
 from vomstudio.project.repeated_features import first_picks
 
 
@@ -41,7 +41,7 @@ class FoldPlanes:
     features: tuple[Typed, ...]
     azimuth_deg: FloatArray
     dip_deg: FloatArray
-    turns: Turns | None
+    rotation_errors: RotationErrors | None
     bowed_deg: float | None
     not_good: int | None
     left_out: tuple[ExcludedRows, ...]
@@ -57,13 +57,13 @@ class FoldPlanes:
         GeometryError
             If the planes do not define an axis.
         """
-        turns = self.turns
-        has_known_turns = turns is not None and turns.has_known_errors
+        rotation_errors = self.rotation_errors
+        has_known_rotation_errors = rotation_errors is not None and rotation_errors.has_known_errors
         axis = _axis(
             self.azimuth_deg.tobytes(),
             self.dip_deg.tobytes(),
-            (turns.group.tobytes(), turns.rotations.tobytes())
-            if has_known_turns and turns
+            (rotation_errors.group.tobytes(), rotation_errors.rotations.tobytes())
+            if has_known_rotation_errors and rotation_errors
             else None,
             self.bowed_deg,
             tuple(feature.name or feature.id for feature in self.features),
@@ -78,19 +78,20 @@ class FoldPlanes:
 def _axis(
     azimuth: bytes,
     dip: bytes,
-    turns: tuple[bytes, bytes] | None,
+    rotation_errors: tuple[bytes, bytes] | None,
     bowing_deg: float | None,
     names: tuple[str, ...],
     overturned: tuple[bool, ...],
 ) -> FoldAxis | GeometryError:
-    known_turns = turns and Turns(
-        np.frombuffer(turns[0], np.int64), np.frombuffer(turns[1]).reshape(-1, 3, 3)
+    known_rotation_errors = rotation_errors and RotationErrors(
+        np.frombuffer(rotation_errors[0], np.int64),
+        np.frombuffer(rotation_errors[1]).reshape(-1, 3, 3),
     )
     try:
         return fold_axis(
             np.frombuffer(azimuth),
             np.frombuffer(dip),
-            known_turns,
+            known_rotation_errors,
             bowing_deg,
             names=names,
             overturned=overturned,
@@ -137,7 +138,7 @@ def fold_planes(
         tuple(used_features),
         np.array([plane.dip_direction_deg for plane in planes], np.float64),
         np.array([plane.dip_deg for plane in planes], np.float64),
-        turns_of(models),
+        rotation_errors_of(models),
         max_bowing_deg(models),
         selection.not_good,
         selection.left_out,

@@ -10,7 +10,11 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, bowing_deg, fit_bowing
-from vomstudio.geology.common_rotation_errors import Turns, shared_rotations, squared_region
+from vomstudio.geology.common_rotation_errors import (
+    RotationErrors,
+    shared_rotations,
+    squared_region,
+)
 from vomstudio.geology.quality import governing_half_angles, resolution_tilt_deg
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance
@@ -33,7 +37,7 @@ def models_of(records: Records, features: Iterable[Feature]) -> list[Model | Non
     return [models[id_] for id_ in ids]
 
 
-def turns_of(models: Iterable[Model | None]) -> Turns:
+def rotation_errors_of(models: Iterable[Model | None]) -> RotationErrors:
     """Return how the features on these models (one model per feature) rotate together.
 
     Models that were placed by the same registration rotate together.

@@ -34,11 +34,13 @@ def line(*models: str, covariance: object = COVARIANCE) -> str:
 
 def test_a_table_of_others_says_nothing_of_it(tmp_path: Path) -> None:
     found = table(tmp_path, "dip direction,dip", "90,30", "100,40")
-    assert found.turns is None
+    assert found.rotation_errors is None
 
 
 def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None:
-    found = table(tmp_path, HEAD, "90,30,a,2", "100,40,a,3", "110,40,b,1", "100,40,,").turns
+    found = table(
+        tmp_path, HEAD, "90,30,a,2", "100,40,a,3", "110,40,b,1", "100,40,,"
+    ).rotation_errors
     assert found is not None
     assert found.group.tolist() == [0, 0, 1, NO_ROTATION]
     sigma = np.degrees(np.sqrt(np.diagonal(found.rotations, axis1=1, axis2=2)))
@@ -46,7 +48,9 @@ def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None
 
 
 def test_the_head_tells_the_axes(tmp_path: Path) -> None:
-    found = table(tmp_path, line("a", "b"), HEAD, "90,30,a,2", "100,40,b,3", "90,30,,").turns
+    found = table(
+        tmp_path, line("a", "b"), HEAD, "90,30,a,2", "100,40,b,3", "90,30,,"
+    ).rotation_errors
     assert found is not None
     # Both models were placed by one registration.
     assert found.group.tolist() == [0, 0, NO_ROTATION]
@@ -64,21 +68,21 @@ def test_the_head_tells_the_axes(tmp_path: Path) -> None:
     ],
 )
 def test_a_damaged_head_leaves_the_column(tmp_path: Path, bad: str) -> None:
-    found = table(tmp_path, bad, HEAD, "90,30,a,2", "100,40,a,2").turns
+    found = table(tmp_path, bad, HEAD, "90,30,a,2", "100,40,a,2").rotation_errors
     assert found is not None
     assert np.degrees(np.sqrt(found.rotations[0, 0, 0])) * FACTOR == pytest.approx(2.0)
 
 
 def test_two_models_of_one_name_are_not_told_apart_by_it(tmp_path: Path) -> None:
     lines = line("a"), line("a", covariance=np.eye(3).tolist())
-    found = table(tmp_path, *lines, HEAD, "90,30,a,2", "100,40,a,2").turns
+    found = table(tmp_path, *lines, HEAD, "90,30,a,2", "100,40,a,2").rotation_errors
     assert found is not None
     assert np.degrees(np.sqrt(found.rotations[0, 0, 0])) * FACTOR == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("cell", ["", "-1", "nan", "inf", "120", "word"])
 def test_what_is_no_half_angle_is_none(tmp_path: Path, cell: str) -> None:
-    assert table(tmp_path, HEAD, f"90,30,a,{cell}", f"100,40,a,{cell}").turns is None
+    assert table(tmp_path, HEAD, f"90,30,a,{cell}", f"100,40,a,{cell}").rotation_errors is None
 
 
 def test_means_and_axes_of_a_table_carry_it(tmp_path: Path) -> None:

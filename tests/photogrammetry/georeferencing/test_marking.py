@@ -13,7 +13,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.photogrammetry.georeferencing.mark_prediction import (
-    Marking,
+    ControlMarks,
     PlacedPhotos,
     find_usable_points,
     missing,
@@ -53,8 +53,8 @@ PLACED = PlacedPhotos((Cameras(VIEWS, Path("photos")),))
 POINT = (0.7, 0.3, -0.9)
 
 
-def marked(*photos: str, label: str = "A", point=POINT) -> Marking:
-    made = Marking()
+def marked(*photos: str, label: str = "A", point=POINT) -> ControlMarks:
+    made = ControlMarks()
     for name in photos:
         view = next(v for v in VIEWS if v.name == name)
         made = made.marked(label, name, by_hand(view, point))
@@ -94,7 +94,7 @@ def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
 def test_a_mark_that_is_wrong_is_the_worst() -> None:
     """Five photos, one of them marked 6 pixels beside."""
     views = tuple(looking(f"{i}.jpg", x) for i, x in enumerate((-3.0, -1.5, 0.0, 1.5, 3.0)))
-    made = Marking()
+    made = ControlMarks()
     for view in views:
         x, y = by_hand(view, POINT)
         made = made.marked("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
@@ -111,7 +111,7 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
 def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> None:
     """Along the row of cameras least squares would blame another one."""
     views = tuple(looking(f"{i}.jpg", x, -4 * x) for i, x in enumerate((-3.0, -1.0, 1.2, 3.0)))
-    made = Marking()
+    made = ControlMarks()
     for number, view in enumerate(views):
         x, y = by_hand(view, POINT)
         dx, dy = way if number == wrong else (0.0, 0.0)
@@ -129,7 +129,7 @@ def world(point) -> tuple[float, float, float]:
 
 
 def test_three_marked_control_points_tell_where_the_others_are() -> None:
-    made = Marking()
+    made = ControlMarks()
     for label, point in (("A", POINT), ("B", (-1.0, 0.0, 0.8)), ("C", (1.2, 0.5, 1.0))):
         made = made.placed(ControlPoint(label, world(point)))
         for view in VIEWS[:2]:
@@ -145,7 +145,7 @@ def test_three_marked_control_points_tell_where_the_others_are() -> None:
 def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
     cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633", True)
     point = ControlPoint("A", (500_000.7, 5_000_000.3, 99.1))
-    sight = PlacedPhotos((cameras,)).predict(Marking((point,)), "A")
+    sight = PlacedPhotos((cameras,)).predict(ControlMarks((point,)), "A")
     assert sight.expected["b.jpg"] == pytest.approx(by_hand(VIEWS[1], POINT), abs=1e-4)
 
 
@@ -164,7 +164,7 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
 
 def test_what_a_registration_lacks_is_said_plainly() -> None:
     points = tuple(ControlPoint(name, (i, i * i, 0.0)) for i, name in enumerate("ABC"))
-    made = Marking(points)
+    made = ControlMarks(points)
     for label in "BC":
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
@@ -183,7 +183,9 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
 
 
 def test_control_points_in_one_line_are_told_of() -> None:
-    made = Marking(tuple(ControlPoint(name, (i, 2.0 * i, 0.0)) for i, name in enumerate("ABC")))
+    made = ControlMarks(
+        tuple(ControlPoint(name, (i, 2.0 * i, 0.0)) for i, name in enumerate("ABC"))
+    )
     for label in "ABC":
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
@@ -191,7 +193,7 @@ def test_control_points_in_one_line_are_told_of() -> None:
 
 
 def test_points_are_changed_renamed_and_removed() -> None:
-    made = Marking().begun_with("tie1").marked("tie1", "a.jpg", (1.0, 2.0))
+    made = ControlMarks().begun_with("tie1").marked("tie1", "a.jpg", (1.0, 2.0))
     assert made.free_label() == "tie2"
     assert made.begun == ()
     assert made.role("tie1") == "tie"
@@ -209,12 +211,12 @@ def test_points_are_changed_renamed_and_removed() -> None:
     assert made.unplaced("corner").role("corner") == "tie"
     gone = made.unmarked("corner", "a.jpg")
     assert gone.labels == ("corner",)
-    assert made.removed("corner") == Marking()
+    assert made.removed("corner") == ControlMarks()
 
 
 def test_photos_are_known_by_the_last_part_of_their_name() -> None:
     photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
-    made, strangers = Marking().add_marks(
+    made, strangers = ControlMarks().add_marks(
         [Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)], photos
     )
     assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}

@@ -322,9 +322,9 @@ def assign_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]
     (n,) ndarray of int
         Index of the range; -1 if no range contains the azimuth.
     """
-    rows = np.full(len(azimuth_deg), -1, np.int64)
+    range_indices = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):
         width = (high - low) % 180.0 or 180.0
         is_inside = (azimuth_deg - low) % 180.0 <= width
-        rows[is_inside & (rows < 0)] = i
-    return rows
+        range_indices[is_inside & (range_indices < 0)] = i
+    return range_indices

@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
-    Turns,
+    RotationErrors,
     cone,
     move_vectors,
     region,
@@ -144,7 +144,7 @@ def mean_regions(
     vectors: npt.ArrayLike,
     fisher_mean: Fisher,
     is_directed: bool,
-    turns: Turns | None,
+    rotation_errors: RotationErrors | None,
     weights: FloatArray | None = None,
 ) -> tuple[ConfidenceRegion | None, ConfidenceRegion | None]:
     """Compute the 95 % regions of a Fisher mean, due to the registrations and in total.
@@ -166,7 +166,7 @@ def mean_regions(
     """
     mean = fisher_mean.mean.vector()
     mean_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
-    if turns is None or not turns.has_known_errors:
+    if rotation_errors is None or not rotation_errors.has_known_errors:
         return None, None if mean_cone is None else region(mean, None, mean_cone)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
@@ -175,7 +175,7 @@ def mean_regions(
         signs = np.where(v @ orientation_tensor(v, weights)[1][0] < 0.0, -1.0, 1.0)
     if weights is not None:
         signs = signs * weights
-    covariance = resultant(move_vectors(v, turns), signs).covariance()[0]
+    covariance = resultant(move_vectors(v, rotation_errors), signs).covariance()[0]
     return region(mean, covariance), None if mean_cone is None else region(
         mean, covariance, mean_cone
     )
@@ -185,7 +185,7 @@ def set_statistics(
     vectors: npt.ArrayLike,
     of: str = "poles",
     is_directed: bool = False,
-    turns: Turns | None = None,
+    rotation_errors: RotationErrors | None = None,
     errors: OrientationErrors | None = None,
 ) -> SetStatistics:
     """Compute the statistics of a set of orientations.
@@ -216,7 +216,7 @@ def set_statistics(
     v = unit_vectors(vectors)
     weights, weight_figures = (None, None) if errors is None else weights_by_error(v, errors)
     values, axes = orientation_tensor(v, weights)
-    fisher_figures, reason = _fisher_figures(v, is_directed, turns, weights)
+    fisher_figures, reason = _fisher_figures(v, is_directed, rotation_errors, weights)
     bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
     kent_figures, kent_reason = None, reason
     if fisher_figures is not None and fisher_figures.kappa is not None:
@@ -247,14 +247,19 @@ def set_statistics(
 
 
 def _fisher_figures(
-    v: FloatArray, is_directed: bool, turns: Turns | None, weights: FloatArray | None
+    v: FloatArray,
+    is_directed: bool,
+    rotation_errors: RotationErrors | None,
+    weights: FloatArray | None,
 ) -> tuple[FisherFigures | None, Finding | None]:
     """Return Fisher's statistics, and the reason for missing values."""
     reason = no_fisher_reason(v, is_directed)
     if reason is not None:
         return None, reason
     mean_figures = fisher(v, is_directed, weights)
-    registration, total_region = mean_regions(v, mean_figures, is_directed, turns, weights)
+    registration, total_region = mean_regions(
+        v, mean_figures, is_directed, rotation_errors, weights
+    )
     mean = mean_figures.mean.vector()
     one_sided = v if is_directed else flip_to(v, mean)
     figures = FisherFigures(

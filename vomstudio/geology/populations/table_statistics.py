@@ -46,14 +46,16 @@ def table_statistics(
     statistics: dict[str, SetStatistics] = {}
     for name, members in _sets(table, options.by, warnings).items():
         kind = "poles" if table.is_plane[members[0]] else "lines"
-        turns = None if table.turns is None else table.turns.of(members)
+        rotation_errors = (
+            None if table.rotation_errors is None else table.rotation_errors.of(members)
+        )
         set_errors = (
             None
             if errors is None
             else OrientationErrors(errors.error95_deg[members], errors.column)
         )
         statistics[name] = set_statistics(
-            vectors[members], kind, options.directed, turns, set_errors
+            vectors[members], kind, options.directed, rotation_errors, set_errors
         )
     return TableStatistics(
         len(table), statistics, table.convention, tuple(table.dropped), tuple(warnings)

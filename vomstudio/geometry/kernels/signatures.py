@@ -105,7 +105,9 @@ class Signature:
         kind = kinds.pop() if kinds else None
         self._results = len(names)
         # There is always a place to write to, even where nothing comes back.
-        self._room: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(1, len(names))
+        self._result_buffers: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(
+            1, len(names)
+        )
         self._parameters = [
             _parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", argument_types)
         ]
@@ -133,7 +135,7 @@ class Signature:
         flat_arguments: list[Any] = []
         for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
             flat_arguments += parameter.to_flat_arguments(position, value)
-        results_buffer, error_pointer = self._room(), ctypes.c_void_p()
+        results_buffer, error_pointer = self._result_buffers(), ctypes.c_void_p()
         if (
             entry(
                 ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat_arguments

@@ -19,7 +19,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
@@ -72,7 +72,7 @@ class OrientationTable:
         return len(self.row_indices)
 
     @cached_property
-    def turns(self) -> Turns | None:
+    def rotation_errors(self) -> RotationErrors | None:
         """Rotation errors of the registrations of the rows, or None if not stated."""
         return table_rotation_errors(self.table, self.row_indices)
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geology.common_rotation_errors import Turns, shared_rotations
+from vomstudio.geology.common_rotation_errors import RotationErrors, shared_rotations
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
@@ -28,7 +28,7 @@ _COLUMN = "registration_error_deg"
 _MODEL = "model"
 
 
-def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
+def table_rotation_errors(table: TextTable, rows: IntArray) -> RotationErrors | None:
     """Return the rotation errors of selected rows of a table, or None if not stated."""
     errors = _cells(table, _COLUMN, rows)
     models = _cells(table, _MODEL, rows) or [""] * len(rows)

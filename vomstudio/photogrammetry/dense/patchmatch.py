@@ -86,35 +86,35 @@ def match(
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, radius in levels:
-            setting = _Setting.make(view, gray, is_active, source_masks, reduction)
-            fixed_depths = _reduce_size(known_depths, setting.reference.shape)
+            pyramid_level = _PyramidLevel.make(view, gray, is_active, source_masks, reduction)
+            fixed_depths = _reduce_size(known_depths, pyramid_level.reference.shape)
             if planes is None:
                 depth, normal = _start(
-                    setting.lens, fixed_depths, view, points, min_depth, max_depth, rng
+                    pyramid_level.lens, fixed_depths, view, points, min_depth, max_depth, rng
                 )
                 sweeps, spread, radius = _LEVELS[0][1:]
             else:
-                depth, normal = _refine_planes(planes, setting.lens, min_depth, max_depth)
+                depth, normal = _refine_planes(planes, pyramid_level.lens, min_depth, max_depth)
             has_depth = fixed_depths > 0
             depth[has_depth] = 1.0 / fixed_depths[has_depth]
-            is_unmatched = to_kernel_array(setting.is_active & ~has_depth, np.uint8)
-            costs = np.full((*setting.reference.shape, len(source_masks)), 2.0, np.float32)
-            seeds = rng.integers(1, 2**32 - 1, setting.reference.size, dtype=np.uint32)
-            unit = np.float32(_unit(view, setting.lens, [s[0] for s in source_masks]))
+            is_unmatched = to_kernel_array(pyramid_level.is_active & ~has_depth, np.uint8)
+            costs = np.full((*pyramid_level.reference.shape, len(source_masks)), 2.0, np.float32)
+            seeds = rng.integers(1, 2**32 - 1, pyramid_level.reference.size, dtype=np.uint32)
+            unit = np.float32(_unit(view, pyramid_level.lens, [s[0] for s in source_masks]))
             arrays = (
-                setting.reference,
-                setting.pictures,
-                setting.sizes,
-                setting.rotations,
-                setting.shifts,
+                pyramid_level.reference,
+                pyramid_level.pictures,
+                pyramid_level.sizes,
+                pyramid_level.rotations,
+                pyramid_level.shifts,
             )
-            arrays += (setting.k, is_unmatched, depth, normal, costs)  # type: ignore[assignment]
+            arrays += (pyramid_level.k, is_unmatched, depth, normal, costs)  # type: ignore[assignment]
             for sweep_number in range(sweeps):
                 size = np.float32(spread * 0.5**sweep_number)
                 for parity in (0, 1):
                     _run_in_blocks(
                         pool,
-                        setting.reference.shape[0],
+                        pyramid_level.reference.shape[0],
                         _sweep,
                         arrays,
                         (
@@ -160,19 +160,19 @@ def likeness(
     step = 2 if min(depth.shape) >= 2 * _MIN_SIDE else 1
     h, w = depth.shape
     masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
-    setting = _Setting.make(view, gray, depth > 0, masked, step)
-    reduced_depth = _reduce_size(depth, setting.reference.shape)
+    pyramid_level = _PyramidLevel.make(view, gray, depth > 0, masked, step)
+    reduced_depth = _reduce_size(depth, pyramid_level.reference.shape)
     height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
     costs = np.full((height, width, len(sources)), 2.0, np.float32)
     _measure(
-        setting.reference,
-        setting.pictures,
-        setting.sizes,
-        setting.rotations,
-        setting.shifts,
-        setting.k,
+        pyramid_level.reference,
+        pyramid_level.pictures,
+        pyramid_level.sizes,
+        pyramid_level.rotations,
+        pyramid_level.shifts,
+        pyramid_level.k,
         to_kernel_array(reduced_depth > 0, np.uint8),
         to_kernel_array(reduced_depth, np.float32),
         to_kernel_array(normals[rows[:, None], columns], np.float32),
@@ -217,7 +217,7 @@ def _run_in_blocks(
 
 
 @dataclass(frozen=True, eq=False)
-class _Setting:
+class _PyramidLevel:
     """Pictures and cameras at one reduction level, as input of the kernels."""
 
     lens: Intrinsics
@@ -237,7 +237,7 @@ class _Setting:
         is_active: BoolArray,
         sources: Sequence[tuple[View, ByteArray, BoolArray]],
         reduction: int,
-    ) -> _Setting:
+    ) -> _PyramidLevel:
         reference = _shrunk(gray, reduction)
         lens = view.intrinsics.scaled(reference.shape[1], reference.shape[0])
         (fx, fy), (cx, cy) = lens.focal, lens.centre

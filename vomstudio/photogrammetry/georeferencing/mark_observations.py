@@ -67,16 +67,16 @@ def marks_by_point(
     -------
     marks : dict
         PointMarks of each label, in the order of the marks.
-    missing : set of str
+    missing_photos : set of str
         Names of marked photos without a pose.
     """
     find_mark = photo_finder([view.name for view in scene.views])
     observations: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
-    missing = set()
+    missing_photos = set()
     for mark in marks:
         row = find_mark(mark.photo)
         if row is None:
-            missing.add(mark.photo)
+            missing_photos.add(mark.photo)
             continue
         views, pixels = observations.setdefault(mark.label, ([], []))
         views.append(row)
@@ -84,7 +84,7 @@ def marks_by_point(
     return {
         label: PointMarks(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
         for label, (views, pixels) in observations.items()
-    }, missing
+    }, missing_photos
 
 
 def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:

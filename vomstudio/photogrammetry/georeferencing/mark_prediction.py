@@ -36,7 +36,7 @@ CONTROL, CHECK, TIE = "control", "check", "tie"
 
 
 @dataclass(frozen=True)
-class Marking:
+class ControlMarks:
     """Points and their marks.
 
     Attributes
@@ -85,7 +85,7 @@ class Marking:
         return f"{prefix}{number}"
 
     # --- changed ------------------------------------------------------------------------------
-    def marked(self, label: str, photo: str, pixel: Pixel) -> Marking:
+    def marked(self, label: str, photo: str, pixel: Pixel) -> ControlMarks:
         """Return a copy in which a point is marked in a photo."""
         mark = Mark(label, photo, float(pixel[0]), float(pixel[1]))
         rows = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
@@ -96,38 +96,38 @@ class Marking:
             marks.append(mark)
         return replace(self, marks=tuple(marks), begun=_remove_label(self.begun, label))
 
-    def unmarked(self, label: str, photo: str) -> Marking:
+    def unmarked(self, label: str, photo: str) -> ControlMarks:
         """Return a copy without the mark of a point in a photo; the point remains."""
         marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
         started_points = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, marks=marks, begun=started_points)
 
-    def begun_with(self, label: str) -> Marking:
+    def begun_with(self, label: str) -> ControlMarks:
         """Return a copy with a new label that has neither coordinates nor marks yet."""
         return self if label in self.labels else replace(self, begun=(*self.begun, label))
 
-    def placed(self, point: ControlPoint) -> Marking:
+    def placed(self, point: ControlPoint) -> ControlMarks:
         """Return a copy in which a point has new coordinates."""
         points = tuple(point if p.label == point.label else p for p in self.control)
         if point not in points:
             points = (*points, point)
         return replace(self, control=points, begun=_remove_label(self.begun, point.label))
 
-    def unplaced(self, label: str) -> Marking:
+    def unplaced(self, label: str) -> ControlMarks:
         """Return a copy in which a point has no coordinates and is therefore a tie point."""
         control = tuple(p for p in self.control if p.label != label)
         started_points = self.begun if label in self.begun else (*self.begun, label)
         return replace(self, control=control, begun=started_points)
 
-    def removed(self, label: str) -> Marking:
+    def removed(self, label: str) -> ControlMarks:
         """Return a copy without a point and its marks."""
-        return Marking(
+        return ControlMarks(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
             _remove_label(self.begun, label),
         )
 
-    def renamed(self, old_text: str, new_text: str) -> Marking:
+    def renamed(self, old_text: str, new_text: str) -> ControlMarks:
         """Return a copy in which a point is renamed.
 
         Raises GeometryError if the new label is already used or invalid.
@@ -137,13 +137,15 @@ class Marking:
         check_label(new_text)
         if new_text in self.labels:
             raise GeometryError(Finding("label.in-use", label=new_text))
-        return Marking(
+        return ControlMarks(
             tuple(replace(p, label=new_text) if p.label == old_text else p for p in self.control),
             tuple(replace(m, label=new_text) if m.label == old_text else m for m in self.marks),
             tuple(new_text if label == old_text else label for label in self.begun),
         )
 
-    def add_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
+    def add_marks(
+        self, marks: Iterable[Mark], photos: Sequence[str]
+    ) -> tuple[ControlMarks, list[str]]:
         """Add marks, replacing existing ones of the same point and photo.
 
         Returns the new marking, and the names of unknown photos; their marks are added as well.
@@ -237,7 +239,7 @@ class PlacedPhotos:
     def _views(self) -> tuple[dict[str, View], ...]:
         return tuple({view.name: view for view in part.views} for part in self.parts)
 
-    def predict(self, marking: Marking, label: str) -> MarkPrediction:
+    def predict(self, marking: ControlMarks, label: str) -> MarkPrediction:
         """Predict the position of a point in all photos with a pose, and compute its residuals."""
         marks = marking.of(label)
         expected_pixels: dict[str, Pixel] = {}
@@ -271,7 +273,7 @@ class PlacedPhotos:
                     expected_pixels[name] = (float(pixel[0]), float(pixel[1]))
         return MarkPrediction(expected_pixels, residuals, sizes, suspect_mark)
 
-    def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
+    def epipolar_line(self, marking: ControlMarks, label: str, photo: str) -> FloatArray:
         """Return the epipolar line, pixels (k, 2), of a point that is marked in one other photo.
 
         The result is empty if two marks determine the position.
@@ -306,7 +308,9 @@ class PlacedPhotos:
         place = triangulate(*marks)
         return place[None] if np.isfinite(place).all() else None
 
-    def _place_by_coordinates(self, marking: Marking, label: str, number: int) -> FloatArray | None:
+    def _place_by_coordinates(
+        self, marking: ControlMarks, label: str, number: int
+    ) -> FloatArray | None:
         """Return the position (1, 3) in a component of a point that has coordinates."""
         point = marking.point(label)
         if point is None:
@@ -318,7 +322,7 @@ class PlacedPhotos:
             return None
         return (np.array(point.position) - part.origin)[None]
 
-    def _fit_frame(self, marking: Marking, number: int) -> Similarity | None:
+    def _fit_frame(self, marking: ControlMarks, number: int) -> Similarity | None:
         """Return the similarity from the World frame to a component, from its marked points."""
         known_positions, positions = [], []
         for point in marking.control:
@@ -348,7 +352,7 @@ def usable_tables(
     find_mark = photo_finder(photos)
     rows = [(mark, find_mark(mark.photo)) for mark in read_marks(marks)]
     usable_marks = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
-    marking = Marking(tuple(read_control(control)), usable_marks)
+    marking = ControlMarks(tuple(read_control(control)), usable_marks)
     good_usable_points = find_usable_points(marking)
     if len(good_usable_points) < MIN_POINTS or _is_collinear(marking, good_usable_points):
         return None, marks, missing(marking)
@@ -356,7 +360,7 @@ def usable_tables(
 
 
 # --- what is missing ------------------------------------------------------------------------------
-def find_usable_points(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
+def find_usable_points(marking: ControlMarks, photos: Iterable[str] | None = None) -> list[str]:
     """Return the control points that can place the model, i.e. those marked in two photos."""
     allowed_photos = None if photos is None else set(photos)
     return [
@@ -366,7 +370,7 @@ def find_usable_points(marking: Marking, photos: Iterable[str] | None = None) ->
     ]
 
 
-def missing(marking: Marking, placed_photos: PlacedPhotos | None = None) -> list[Finding]:
+def missing(marking: ControlMarks, placed_photos: PlacedPhotos | None = None) -> list[Finding]:
     """Report what is still needed to register by control points and to join components."""
     findings = []
     allowed_photos = (
@@ -405,7 +409,9 @@ def missing(marking: Marking, placed_photos: PlacedPhotos | None = None) -> list
     return findings
 
 
-def _missing_joins(marking: Marking, placed_photos: PlacedPhotos, model: set[str]) -> list[Finding]:
+def _missing_joins(
+    marking: ControlMarks, placed_photos: PlacedPhotos, model: set[str]
+) -> list[Finding]:
     """Report what is still needed to join the other components.
 
     model : photos of the first component
@@ -463,11 +469,11 @@ def _too_few_marks(points: Iterable[str]) -> str:
     return names and tr("Too few marks: {points}.", points=names)
 
 
-def _count_marks(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
+def _count_marks(marking: ControlMarks, label: str, photos: set[str] | None) -> list[str]:
     return [name for name in marking.of(label) if photos is None or name in photos]
 
 
-def _is_collinear(marking: Marking, labels: Sequence[str]) -> bool:
+def _is_collinear(marking: ControlMarks, labels: Sequence[str]) -> bool:
     points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
     return is_nearly_collinear(points)
 

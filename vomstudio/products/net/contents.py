@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
-    Turns,
+    RotationErrors,
     cone,
     move_vectors,
     principal_axis,
@@ -93,7 +93,7 @@ class NetSet:
     color: str = OKABE_ITO[0]
     marker: str = MARKERS[0]
     variant: int = 0
-    turns: Turns | None = None
+    rotation_errors: RotationErrors | None = None
     slips: FloatArray | None = None
     group: str = ""
 
@@ -399,7 +399,7 @@ class NetContents:
 def make_sets(
     groups: Mapping[str, tuple[str, Sequence[float] | FloatArray, Sequence[float] | FloatArray]],
     ids: Mapping[str, Sequence[str]] | None = None,
-    turns: Mapping[str, Turns] | None = None,
+    rotation_errors: Mapping[str, RotationErrors] | None = None,
 ) -> tuple[NetSet, ...]:
     """Build sets from {name: (kind, azimuths, angles)} with default colours and symbols.
 
@@ -419,7 +419,11 @@ def make_sets(
         )
         color = OKABE_ITO[i % len(OKABE_ITO)]
         marker = MARKERS[(i + i // len(OKABE_ITO)) % len(MARKERS)]
-        selected_turns = turns[name].of(is_finite) if turns and name in turns else None
+        selected_rotation_errors = (
+            rotation_errors[name].of(is_finite)
+            if rotation_errors and name in rotation_errors
+            else None
+        )
         sets.append(
             NetSet(
                 name,
@@ -429,7 +433,7 @@ def make_sets(
                 kept_ids,
                 color,
                 marker,
-                turns=selected_turns,
+                rotation_errors=selected_rotation_errors,
             )
         )
     return tuple(sets)
@@ -486,13 +490,13 @@ def describe_means(means: Sequence[NetMean]) -> str:
 
 def _total(net_set: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     """Return the 95 % ellipse of a mean (3,), from the registration and Fisher's cone."""
-    if net_set.turns is None or not net_set.turns.has_known_errors:
+    if net_set.rotation_errors is None or not net_set.rotation_errors.has_known_errors:
         return None
     vectors = net_set.vectors()
     values, axes = orientation_tensor(vectors)
-    covariance = principal_axis(move_vectors(vectors, net_set.turns), values, axes, 0).covariance()[
-        0
-    ]
+    covariance = principal_axis(
+        move_vectors(vectors, net_set.rotation_errors), values, axes, 0
+    ).covariance()[0]
     fisher_cone = None
     if no_fisher_reason(vectors, False) is None:
         alpha = fisher(vectors, False).alpha95_deg

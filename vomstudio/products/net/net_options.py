@@ -149,7 +149,7 @@ class Turning:
     angle_deg: float = 0.0
 
     @property
-    def turns(self) -> bool:
+    def has_rotation(self) -> bool:
         return self.plane is not None or self.axis is not None
 
     @property
@@ -194,7 +194,9 @@ class Turning:
                 :2
             ]
         slips = None if net_set.slips is None else self.vectors(net_set.slips)
-        return replace(net_set, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
+        return replace(
+            net_set, azimuth_deg=azimuth, angle_deg=angle, rotation_errors=None, slips=slips
+        )
 
     def rotate_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
         """Rotate a user-defined circle; its label states the original and the new attitude."""

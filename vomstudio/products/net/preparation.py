@@ -65,10 +65,10 @@ class NetAdditions:
         if self.errors:
             net = replace(net, errors=error_ellipses(rows))
         net = replace(net, circles_typed=self.circles, marks=self.marks)
-        if self.turning.turns:
+        if self.turning.has_rotation:
             net = rotate_net(net, self.turning)
         if self.fold is not None:
-            turn = self.turning.vectors if self.turning.turns else None
+            turn = self.turning.vectors if self.turning.has_rotation else None
             fold, not_good_count = fold_of_table(rows, self.fold, turn)
             net = replace(net, fold=fold, fold_not_good=not_good_count)
         return add_statistics(net, self.statistics)

@@ -9,7 +9,7 @@ from typing import Any
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
@@ -50,7 +50,7 @@ def net_of_table(
         If the column is missing, or if the table does not contain the set to contour.
     """
     groups: dict[str, tuple[str, Any, Any]] = {}
-    turns_by_name: dict[str, Turns] = {}
+    rotation_errors_by_name: dict[str, RotationErrors] = {}
     members_by_name = members_of(table, by)
     contoured_type = None if contouring is None else contouring.set_name
     if contoured_type is not None and contoured_type not in members_by_name:
@@ -73,11 +73,11 @@ def net_of_table(
             )
             groups[label] = (kind, azimuth[rows], angle[rows])
             names[label] = name
-            if table.turns is not None:
-                turns_by_name[label] = table.turns.of(rows)
+            if table.rotation_errors is not None:
+                rotation_errors_by_name[label] = table.rotation_errors.of(rows)
     sets = tuple(
         replace(make_set, group=names[make_set.name])
-        for make_set in make_sets(groups, turns=turns_by_name)
+        for make_set in make_sets(groups, rotation_errors=rotation_errors_by_name)
     )
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
     clustered_sets = [set_ for set_ in sets if no_fisher_reason(set_.vectors(), False) is None]

@@ -14,7 +14,7 @@ from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import (
     MovedVectors,
-    Turns,
+    RotationErrors,
     intersect_planes,
     move_vectors,
     principal_axis,
@@ -50,7 +50,7 @@ from vomstudio.project.measurement import (
     plane_with_error,
 )
 from vomstudio.project.records import Feature, Group, Typed
-from vomstudio.project.registration_errors import model_of, turns_of
+from vomstudio.project.registration_errors import model_of, rotation_errors_of
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,9 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     planes_with_orientation = [
         plane for group in groups for plane in group if context.known[plane.id].plane is not None
     ]
-    turns = turns_of(model_of(context.records, plane) for plane in planes_with_orientation)
+    rotation_errors = rotation_errors_of(
+        model_of(context.records, plane) for plane in planes_with_orientation
+    )
     start = 0
     try:
         for group in measurements:
@@ -129,11 +131,13 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
             scatter = max(scatter, scatter_deg(usable_planes, means[-1]))
             rows = np.arange(start, start + len(planar_group))
             start += len(planar_group)
-            moved_means.append(_registered_mean(usable_planes, turns.of(rows)))
+            moved_means.append(_registered_mean(usable_planes, rotation_errors.of(rows)))
         intersection = intersection_line(*means)
     except GeometryError as error:
         return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
-    covariance = intersect_planes(*moved_means).covariance()[0] if turns.has_known_errors else None
+    covariance = (
+        intersect_planes(*moved_means).covariance()[0] if rotation_errors.has_known_errors else None
+    )
     direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
     total_region = region_of_line(
@@ -168,10 +172,10 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     )
 
 
-def _registered_mean(planes: list[UncertainPlane], turns: Turns) -> MovedVectors:
+def _registered_mean(planes: list[UncertainPlane], rotation_errors: RotationErrors) -> MovedVectors:
     """Return the mean of a group's planes with the rotations of their registrations."""
     normals = np.array([plane.normal for plane in planes])
-    moved_normals = move_vectors(normals, turns)
+    moved_normals = move_vectors(normals, rotation_errors)
     if len(planes) == 1:
         return moved_normals
     return principal_axis(moved_normals, *orientation_tensor(normals), 0)

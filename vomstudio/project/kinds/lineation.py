@@ -52,7 +52,7 @@ from vomstudio.project.measurement import (
     world_points,
 )
 from vomstudio.project.records import Picked, Repeatable, Typed, get_feature
-from vomstudio.project.registration_errors import model_of, turns_of
+from vomstudio.project.registration_errors import model_of, rotation_errors_of
 from vomstudio.project.slip_figures import SLIP
 
 
@@ -166,12 +166,14 @@ def _registration_covariance(
     Returns None if neither is known.
     """
     plane = None if base is None else get_feature(context.records, feature.plane_id)
-    turns = turns_of([context.model(feature.model_id), model_of(context.records, plane)])
-    if not turns.of([0] if base is None else [0, 1]).has_known_errors:
+    rotation_errors = rotation_errors_of(
+        [context.model(feature.model_id), model_of(context.records, plane)]
+    )
+    if not rotation_errors.of([0] if base is None else [0, 1]).has_known_errors:
         return None
-    line = move_vectors(direction, turns.of([0]))
+    line = move_vectors(direction, rotation_errors.of([0]))
     if base is not None:
-        line = project_line(line, move_vectors(base.normal, turns.of([1])))
+        line = project_line(line, move_vectors(base.normal, rotation_errors.of([1])))
     return np.asarray(line.covariance()[0])
 
 

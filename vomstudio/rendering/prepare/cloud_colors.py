@@ -10,7 +10,7 @@ from vomstudio.core.arrays import AnyArray, ByteArray, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
 
 
-def coloring(sample: PointCloud) -> Callable[[PointCloud, IntegerArray], ByteArray]:
+def make_coloring(sample: PointCloud) -> Callable[[PointCloud, IntegerArray], ByteArray]:
     """Return a function that colours points by their stored colours, intensity or height.
 
     All pieces of a cloud are coloured by the same rule, which is derived from a sample. The

@@ -18,7 +18,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, CloudView, NodePoints, StreamedCloud
 from vomstudio.rendering.prepare import vtk_data
-from vomstudio.rendering.prepare.cloud_colors import coloring
+from vomstudio.rendering.prepare.cloud_colors import make_coloring
 from vomstudio.rendering.prepare.events import (
     ChunksDone,
     Emit,
@@ -83,7 +83,7 @@ class Streamer:
         self._nodes, self._origin = nodes, origin
         self._stopped, self._emit, self._submit = stop_event, emit, submit
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
-        self._colors = coloring(sample)
+        self._colors = make_coloring(sample)
         self._view: CloudView | None = None
         self._requested_rows: tuple[int, ...] = ()
         self._fetched_nodes: dict[int, NodePoints] = {}

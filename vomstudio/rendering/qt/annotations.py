@@ -267,8 +267,8 @@ class Annotations:
             axis=1
         )
         if is_moving:
-            for shown_frames in (self._label_ages, self._symbol_ages):
-                hidden_frames = arrays.numbers(shown_frames)
+            for hidden_frames_by_id in (self._label_ages, self._symbol_ages):
+                hidden_frames = arrays.numbers(hidden_frames_by_id)
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
         index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
         self._position_by_id = {

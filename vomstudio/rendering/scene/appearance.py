@@ -98,7 +98,7 @@ class Appearance:
             return
         gpu_texture = model.gpu_textures.get(part.material) if part.has_uv else None
         gpu_textures.remove_textures(actor)
-        textured = gpu_texture is not None and self.textured(model) and gpu_texture.wear(actor)
+        textured = gpu_texture is not None and self.textured(model) and gpu_texture.apply_to(actor)
         if textured:
             display_property.SetColor(1.0, 1.0, 1.0)
         colored = part.is_tinted or (

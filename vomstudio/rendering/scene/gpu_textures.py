@@ -72,7 +72,7 @@ class GpuTexture:
     def upload_piece(self, renderer: vtkRenderer, *, has_mipmap: bool) -> bool:
         """Upload a piece of the target level. Return True once the level is complete.
 
-        The texture must then be applied to the actors with `wear`.
+        The texture must then be applied to the actors with `apply_to`.
         """
         window = renderer.GetRenderWindow()
         window.MakeCurrent()
@@ -93,11 +93,11 @@ class GpuTexture:
         self.level, self._next_level = self._next_level, -1
         return True
 
-    def wear(self, actor: vtkActor) -> bool:
+    def apply_to(self, actor: vtkActor) -> bool:
         """Apply the uploaded texture to an actor. Return False if nothing is uploaded yet."""
         if not self._uploaded:
             return False
-        wear(actor, self._uploaded)
+        apply_to(actor, self._uploaded)
         return True
 
     def forget_pieces(self, window: vtkRenderWindow | None) -> None:
@@ -118,7 +118,7 @@ class GpuTexture:
         pieces.clear()
 
 
-def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
+def apply_to(actor: vtkActor, pieces: list[vtkTexture]) -> None:
     """Apply a texture, undivided or in quarters, to an actor."""
     remove_textures(actor)
     actor.SetTexture(pieces[0])

@@ -51,7 +51,7 @@ def warm_up(
             for texture in textures:
                 texture.SetInputData(texture_image)
                 texture.InterpolateOn()
-            gpu_textures.wear(part.actor, textures)
+            gpu_textures.apply_to(part.actor, textures)
             part.actor.GetProperty().LightingOff()
         visibility.apply(Camera())
         part.actor.VisibilityOn()

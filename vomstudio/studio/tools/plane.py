@@ -86,7 +86,7 @@ class PlaneTool(ElementTool):
         # Clicks that wait for the neighbour graph; None marks the end of the plane.
         self._waiting: list[Seed | None] = []
         self._stroke: Stroke | None = None
-        self._stroke_how: Combine = "new"
+        self._stroke_combination: Combine = "new"
         self._is_pressed = False
         self._is_removing = False
         self._hover_hit: Hit | None = None
@@ -278,8 +278,8 @@ class PlaneTool(ElementTool):
     # --- painting ----------------------------------------------------------------------------
     def _press(self, event: PointerEvent) -> None:
         self._is_pressed, self._stroke, self._live_measurement = True, None, None
-        self._stroke_how = combination(event, self.combine)
-        self._is_removing = self._stroke_how == "subtract"
+        self._stroke_combination = combination(event, self.combine)
+        self._is_removing = self._stroke_combination == "subtract"
         self._paint(event.hit)
         self._measure_live()
         self._notify_change()
@@ -288,13 +288,13 @@ class PlaneTool(ElementTool):
         """Start a stroke where the brush first meets a surface."""
         model = get(self._context.session.records, hit.model_id, Model)
         surface, selection = self._context.surface(hit.model_id), self.selection
-        was_empty = self._stroke_how in ("new", "intersect") or selection is None
+        was_empty = self._stroke_combination in ("new", "intersect") or selection is None
         problem: Finding | None = None
         if model is None or surface is None:
             problem = Finding("model.removed")
-        elif self._stroke_how != "new" and self._is_elsewhere(hit):
+        elif self._stroke_combination != "new" and self._is_elsewhere(hit):
             problem = Finding("tool.other-model")
-        elif self._stroke_how in ("subtract", "intersect") and selection is None:
+        elif self._stroke_combination in ("subtract", "intersect") and selection is None:
             problem = Finding("selection.empty")
         if problem is not None or model is None or surface is None:
             self._is_pressed = False
@@ -319,7 +319,7 @@ class PlaneTool(ElementTool):
             stroke.paint(hit, self.radius)
 
     def _release(self) -> None:
-        stroke, combination_mode = self._stroke, self._stroke_how
+        stroke, combination_mode = self._stroke, self._stroke_combination
         self._stop_stroke()
         if stroke is not None and stroke.count:
             # The stroke already contains the previous selection.
@@ -550,7 +550,7 @@ class PlaneTool(ElementTool):
         )
         feature_type = get(self._context.session.records, type_id, FeatureType)
         verdict = measurement.verdict if measurement else None
-        is_replaced = self._is_pressed and self._stroke_how == "new"
+        is_replaced = self._is_pressed and self._stroke_combination == "new"
         self._context.show(
             Preview(
                 line=np.zeros((0, 3)),

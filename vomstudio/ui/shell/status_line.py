@@ -86,7 +86,7 @@ class StatusLine(QStatusBar):
         option.initFrom(self)
         self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
         if self.currentMessage():
-            available_space = self._room()
+            available_space = self._message_area()
             elided_text = painter.fontMetrics().elidedText(
                 self.currentMessage(), Qt.TextElideMode.ElideMiddle, available_space.width()
             )
@@ -103,7 +103,7 @@ class StatusLine(QStatusBar):
         self._layers.setToolTip("")
         self._layers_time = None
 
-    def _room(self) -> QRect:
+    def _message_area(self) -> QRect:
         """Return the rectangle for a message, which ends at the first permanent widget."""
         ends = [widget.x() for widget in self._permanent if widget.isVisible()]
         right = min(ends, default=self.width()) - 2 * _MARGIN

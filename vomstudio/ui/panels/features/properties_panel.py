@@ -132,9 +132,9 @@ class PropertiesPanel(QWidget):
             box.activated.connect(lambda _: self._change(**{name: box.currentData()}))
             return box
         if attribute.form == "plane":
-            planes = PlaneBox(self._studio, tr("none"), includes_selection=False)
-            planes.plane_selected.connect(lambda id_: self._set_plane(name, id_))
-            return planes
+            plane_box = PlaneBox(self._studio, tr("none"), includes_selection=False)
+            plane_box.plane_selected.connect(lambda id_: self._set_plane(name, id_))
+            return plane_box
         if attribute.form == "lines":
             notes = NotesField()
             notes.finished.connect(self._apply_typed_text)

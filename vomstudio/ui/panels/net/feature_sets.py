@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
 from vomstudio.project.kind import NetAppearance
 from vomstudio.project.kinds import KINDS, kind_of
@@ -56,7 +56,7 @@ def build_sets(
     features: Sequence[Typed],
     measurements: Mapping[str, Measurement],
     marker: str,
-    rotations: tuple[Mapping[str, int], Turns],
+    rotations: tuple[Mapping[str, int], RotationErrors],
     variant: int = 0,
 ) -> list[NetSet]:
     """Build a set of the planes and a set of the lines among the features.
@@ -76,7 +76,7 @@ def build_sets(
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)
         ids = tuple(id_ for id_, _ in planes)
-        set_turns = model_turns.of([rows[id_] for id_ in ids])
+        set_rotation_errors = model_turns.of([rows[id_] for id_ in ids])
         result.append(
             NetSet(
                 name=name,
@@ -87,7 +87,7 @@ def build_sets(
                 color=feature_type.color,
                 marker=marker,
                 variant=variant,
-                turns=set_turns,
+                rotation_errors=set_rotation_errors,
                 group=feature_type.name,
             )
         )
@@ -95,7 +95,7 @@ def build_sets(
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        set_turns = model_turns.of([rows[id_] for id_ in ids])
+        set_rotation_errors = model_turns.of([rows[id_] for id_ in ids])
         slips = _slips([measurements[id_] for id_ in ids])
         result.append(
             NetSet(
@@ -107,7 +107,7 @@ def build_sets(
                 color=feature_type.color,
                 marker=marker,
                 variant=variant,
-                turns=set_turns,
+                rotation_errors=set_rotation_errors,
                 slips=slips,
                 group=feature_type.name,
             )
@@ -179,7 +179,9 @@ def split_set(net_set: NetSet, classes: Mapping[str, ColorEntry]) -> list[NetSet
             angle_deg=net_set.angle_deg[members],
             ids=tuple(net_set.ids[row] for row in members),
             color=set_name.color,
-            turns=None if net_set.turns is None else net_set.turns.of(members),
+            rotation_errors=None
+            if net_set.rotation_errors is None
+            else net_set.rotation_errors.of(members),
             slips=None if net_set.slips is None else net_set.slips[members],
         )
         for set_name, members in sorted(rows.items(), key=lambda item: item[1][0])
@@ -213,7 +215,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
                 ids=tuple(members),
                 color=set_color(number) if name else UNASSIGNED_COLOR,
                 marker=MARKERS[number % len(MARKERS)] if name else "o",
-                turns=_turns(sets, positions),
+                rotation_errors=_rotation_errors(sets, positions),
             )
         )
     return result
@@ -224,16 +226,18 @@ def set_color(number: int, has_name: bool = True) -> str:
     return OKABE_ITO[number % len(OKABE_ITO)] if has_name else UNASSIGNED_COLOR
 
 
-def _turns(sets: Sequence[NetSet], positions: Sequence[tuple[int, int]]) -> Turns | None:
+def _rotation_errors(
+    sets: Sequence[NetSet], positions: Sequence[tuple[int, int]]
+) -> RotationErrors | None:
     """Return the rotation errors of some planes, or None if they are unknown.
 
     All sets of a net share the same rotations.
     """
     group, rotations = [], None
     for k, row in positions:
-        turns = sets[k].turns
-        if turns is None:
+        rotation_errors = sets[k].rotation_errors
+        if rotation_errors is None:
             return None
-        group.append(int(turns.group[row]))
-        rotations = turns.rotations
-    return None if rotations is None else Turns(np.array(group, np.int64), rotations)
+        group.append(int(rotation_errors.group[row]))
+        rotations = rotation_errors.rotations
+    return None if rotations is None else RotationErrors(np.array(group, np.int64), rotations)

@@ -31,7 +31,7 @@ from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Typed, get_feature
-from vomstudio.project.registration_errors import models_of, turns_of
+from vomstudio.project.registration_errors import models_of, rotation_errors_of
 from vomstudio.project.straight_traces import band_of_measured
 from vomstudio.studio.fold_choice import is_bed
 from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes
@@ -106,7 +106,7 @@ class NetSource:
             if visible_types.get(f.type_id, True) and studio.visible(f.id)
         ]
         measurements = studio.measured(f.id for f in features)
-        model_turns = turns_of(models_of(studio.records, features))
+        model_turns = rotation_errors_of(models_of(studio.records, features))
         turns_by_feature = {f.id: row for row, f in enumerate(features)}, model_turns
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
@@ -143,7 +143,7 @@ class NetSource:
         """Return the sets that are not hidden, rotated according to the view settings."""
         turning, hidden_sets = self._view_settings.turning, self._view_settings.hidden_sets
         sets = [s for s in self.sets() if s.name not in hidden_sets]
-        return [turning.rotate_set(s) for s in sets] if turning.turns else sets
+        return [turning.rotate_set(s) for s in sets] if turning.has_rotation else sets
 
     def contoured_type(self, sets: Iterable[NetSet]) -> str | None:
         """Return the name of the type that is contoured, or None for all sets together.
@@ -174,7 +174,7 @@ class NetSource:
                 color=UNASSIGNED_COLOR,
                 marker="o",
             )
-            sets.append(turning.rotate_set(net_set) if turning.turns else net_set)
+            sets.append(turning.rotate_set(net_set) if turning.has_rotation else net_set)
         return [net_set for net_set in sets if len(net_set)]
 
     def selected_ids(self) -> frozenset[str]:
@@ -203,11 +203,11 @@ class NetSource:
         if not any(is_bed(records.get(id_)) for s in sets for id_ in s.ids):
             return None
         planes, turning = self._studio.fold.planes(), self._view_settings.turning
-        if not turning.turns:
+        if not turning.has_rotation:
             return planes
         normals = planes_to_normals(planes.azimuth_deg, planes.dip_deg)
         azimuth, dip, _ = normals_to_planes(turning.vectors(normals))
-        return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
+        return replace(planes, azimuth_deg=azimuth, dip_deg=dip, rotation_errors=None)
 
     def repeat_notes(self) -> tuple[str, ...]:
         """Return a note on the number of omitted repeated picks; empty if none are omitted."""
@@ -280,7 +280,7 @@ class NetSource:
                 azimuth_deg=np.concatenate([s.azimuth_deg for s in members]),
                 angle_deg=np.concatenate([s.angle_deg for s in members]),
                 ids=tuple(id_ for s in members for id_ in s.ids),
-                turns=None,
+                rotation_errors=None,
                 slips=None,
             )
             for name, members in groups.items()
@@ -309,7 +309,7 @@ class NetSource:
 
     def _rotate_ellipses(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
         turning = self._view_settings.turning
-        return tuple(turning.rotate_ellipse(e) if turning.turns else e for e in ellipses)
+        return tuple(turning.rotate_ellipse(e) if turning.has_rotation else e for e in ellipses)
 
     # --- open feature ------------------------------------------------------------------------
     def live(self) -> NetLive | None:
@@ -321,7 +321,7 @@ class NetSource:
             return None
         feature = NetLive(measurement.plane, measurement.line, error_ellipse(measurement))
         turning = self._view_settings.turning
-        return _rotate_live(feature, turning) if turning.turns else feature
+        return _rotate_live(feature, turning) if turning.has_rotation else feature
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:

@@ -62,7 +62,7 @@ class NetViewSettings(QObject):
     def rotated_drawings(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
         """Return the typed circles and marks after the rotation of all orientations."""
         turning = self.turning
-        if not turning.turns:
+        if not turning.has_rotation:
             return self.circles, self.marks
         notation = self._studio.settings.notation
         circles = tuple(turning.rotate_circle(circle, notation) for circle in self.circles)

@@ -16,7 +16,7 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.core.errors import VomError
 from vomstudio.core.files.regular import is_folder
 from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
+from vomstudio.photogrammetry.georeferencing.mark_prediction import ControlMarks
 from vomstudio.project.edit import Edit
 from vomstudio.project.imports.sidecar_import import stored_path
 from vomstudio.project.photo_edits import (
@@ -104,16 +104,16 @@ class PhotoDocument(QObject):
     def is_imported(self) -> bool:
         return self.photo_set is not None
 
-    def marking(self) -> Marking:
+    def marking(self) -> ControlMarks:
         """Return the points and marks in the records."""
         photo_set = self.photo_set
         if photo_set is None:
-            return Marking()
+            return ControlMarks()
         records = self._studio.records
         points = points_of(records, photo_set.id)
         marks = marks_of(records, photo_set.id)
         marked_ids = {point.id for point, _ in marks}
-        return Marking(
+        return ControlMarks(
             tuple(
                 ControlPoint(p.label, p.position, p.sigma_m, p.check)
                 for p in points
@@ -175,7 +175,7 @@ class PhotoDocument(QObject):
 
     # --- edits -------------------------------------------------------------------------------
     def set_marking(
-        self, title: str, marking: Marking, join: object = None, crs: str | None = None
+        self, title: str, marking: ControlMarks, join: object = None, crs: str | None = None
     ) -> bool:
         """Set points and marks as one edit.
 
@@ -257,7 +257,7 @@ class PhotoDocument(QObject):
 
 
 def _states(
-    marking: Marking,
+    marking: ControlMarks,
 ) -> tuple[list[PointState], dict[tuple[str, str], tuple[float, float]]]:
     points = [PointState(p.label, p.position, p.sigma_m, p.check) for p in marking.control]
     points += [PointState(label) for label in marking.labels if marking.point(label) is None]

@@ -22,7 +22,7 @@ from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask
-from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
+from vomstudio.photogrammetry.georeferencing.mark_prediction import ControlMarks
 from vomstudio.project.imports.sidecar_import import SidecarData, fallback_folder, read_sidecars
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
@@ -56,8 +56,8 @@ class PhotoExports(QObject):
         super().__init__()
         self._document = document
         self._background = QtBackground(self)
-        self._disk_marking = Marking()
-        self._external_marking: Marking | None = None
+        self._disk_marking = ControlMarks()
+        self._external_marking: ControlMarks | None = None
         self._hashes: dict[str, str] = {}
         """SHA-256 of each file, by name, when it was last imported or written.
 
@@ -98,7 +98,7 @@ class PhotoExports(QObject):
         self.problem = None
         marking = self._document.marking()
         self._external_marking = marking if is_external else None
-        self._disk_marking = Marking() if is_external else marking
+        self._disk_marking = ControlMarks() if is_external else marking
         self._hashes = self._document.export_hashes()
         if sidecars is None:
             self.foreign_files = self._find_foreign_files()
@@ -189,7 +189,7 @@ class PhotoExports(QObject):
             self.message.emit(self.problem, "warning")
         self.tables_written.emit()
 
-    def _write_table(self, name: str, marking: Marking) -> None:
+    def _write_table(self, name: str, marking: ControlMarks) -> None:
         """Write a table beside the photos or, if that is not possible, in the project.
 
         Raises TargetError.
@@ -210,7 +210,7 @@ class PhotoExports(QObject):
                 Finding("points.table-in-project", table=name, folder=str(fallback)), "warning"
             )
 
-    def _write_file(self, path: Path, marking: Marking) -> None:
+    def _write_file(self, path: Path, marking: ControlMarks) -> None:
         from vomstudio.io.control.writing import write_control, write_marks
 
         backup = None
@@ -337,7 +337,7 @@ def _hash_key(path: str | None) -> str:
     return "" if path is None else Path(path).name
 
 
-def _is_same(first: Marking, second: Marking) -> bool:
+def _is_same(first: ControlMarks, second: ControlMarks) -> bool:
     return (first.control, first.marks) == (second.control, second.marks)
 
 

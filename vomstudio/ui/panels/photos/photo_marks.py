@@ -15,7 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     NO_PREDICTION,
-    Marking,
+    ControlMarks,
     MarkPrediction,
     PlacedPhotos,
     missing,
@@ -111,7 +111,7 @@ class PhotoMarks(QObject):
 
     # --- edits -------------------------------------------------------------------------------
     def change(
-        self, title: str, marking: Marking, join: object = None, *, is_ongoing: bool = False
+        self, title: str, marking: ControlMarks, join: object = None, *, is_ongoing: bool = False
     ) -> None:
         """Apply a new state of the points as one edit, or only display it if `is_ongoing`."""
         if is_ongoing:

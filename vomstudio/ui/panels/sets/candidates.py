@@ -14,13 +14,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.records import FeatureType, Model, Typed
-from vomstudio.project.registration_errors import model_of, models_of, turns_of
+from vomstudio.project.registration_errors import model_of, models_of, rotation_errors_of
 from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray, IntArray
-    from vomstudio.geology.common_rotation_errors import Turns
+    from vomstudio.geology.common_rotation_errors import RotationErrors
     from vomstudio.geology.sets.proposals import ProposedSet
     from vomstudio.ui.panels.net.feature_sets import Groups
 
@@ -54,7 +54,7 @@ class Candidates:
     types: tuple[str, ...]
     poles: FloatArray
     places: FloatArray
-    turns: Turns
+    rotation_errors: RotationErrors
     reserved_names: frozenset[str]
     warnings: tuple[Finding, ...]
     includes_assigned: bool
@@ -175,13 +175,13 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         [p.normal() for f in selected_planes if (p := measurements[f.id].plane) is not None]
     )
     ids = tuple(f.id for f in selected_planes)
-    rotations = turns_of(models_of(studio.records, selected_planes))
+    rotations = rotation_errors_of(models_of(studio.records, selected_planes))
     return Candidates(
         ids=ids,
         types=tuple(titles.get(f.type_id, "") for f in selected_planes),
         poles=poles,
         places=positions,
-        turns=rotations,
+        rotation_errors=rotations,
         reserved_names=frozenset(reserved_names),
         warnings=tuple(warnings),
         includes_assigned=include_assigned,
@@ -269,7 +269,7 @@ def _cone(candidates: Candidates, rows: IntArray, proposed_set: ProposedSet) -> 
     from vomstudio.geology.populations.set_statistics import mean_regions
     from vomstudio.geology.statistics import fisher
 
-    poles, rotations = candidates.poles[rows], candidates.turns.of(rows)
+    poles, rotations = candidates.poles[rows], candidates.rotation_errors.of(rows)
     if not rotations.has_known_errors:
         return proposed_set.cone95_deg
     _, total = mean_regions(poles, fisher(poles, is_directed=False), False, rotations)

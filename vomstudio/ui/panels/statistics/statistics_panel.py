@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Typed
-from vomstudio.project.registration_errors import models_of, turns_of
+from vomstudio.project.registration_errors import models_of, rotation_errors_of
 from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, allow, limit_width
@@ -122,20 +122,20 @@ class StatisticsPanel(LazyPanel):
         ]
         if not oriented_features:
             return []
-        rotations = turns_of(models_of(self._studio.records, oriented_features))
+        rotations = rotation_errors_of(models_of(self._studio.records, oriented_features))
         notation = self._studio.settings.notation
         if geometry == "line":
             lines = [
                 line for f in oriented_features if (line := measurements[f.id].line) is not None
             ]
             vectors = np.array([line.vector() for line in lines])
-            statistics = set_statistics(vectors, "lines", turns=rotations)
+            statistics = set_statistics(vectors, "lines", rotation_errors=rotations)
             return [(tr("Lines"), statistics_rows(statistics, notation))]
         planes = [
             plane for f in oriented_features if (plane := measurements[f.id].plane) is not None
         ]
         vectors = -np.array([plane.normal() for plane in planes])
-        rows = statistics_rows(set_statistics(vectors, turns=rotations), notation)
+        rows = statistics_rows(set_statistics(vectors, rotation_errors=rotations), notation)
         pooled = self._pooled(oriented_features)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:
