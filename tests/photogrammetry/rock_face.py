@@ -139,6 +139,35 @@ def flat_face(width: float, height: float, paint: Callable[[Array], Array], n: i
     return Face(vertices, grid_faces(n, n), paint)
 
 
+def joined(*parts: Face) -> Face:
+    """One face of several, each with its paint inside its own box."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
+    ends = [(part.vertices.min(axis=0) - 0.1, part.vertices.max(axis=0) + 0.1) for part in parts]
+
+    def paint(points: Array) -> Array:
+        colors = np.zeros_like(points)
+        for part, (low, high) in reversed(list(zip(parts, ends, strict=True))):
+            inside = ((points >= low) & (points <= high)).all(axis=1)
+            colors[inside] = part.paint(points[inside])
+        return colors
+
+    vertices = np.concatenate([part.vertices for part in parts])
+    return Face(vertices, np.concatenate(faces).astype(np.int32), paint)
+
+
+def wall_at(
+    width: float,
+    height: float,
+    centre: tuple[float, float, float],
+    n: int = 120,
+    paint: Callable[[Array], Array] = np.zeros_like,
+) -> Face:
+    """A plane that faces -y, of n x n vertices."""
+    plain = flat_face(width, height, paint, n)
+    return Face(plain.vertices + centre, plain.faces, paint)
+
+
 def grid_faces(rows: int, columns: int) -> npt.NDArray[np.int32]:
     """Facing -y where the grid's columns go along x and its rows along z."""
     i = np.arange(rows * columns).reshape(rows, columns)

@@ -34,6 +34,7 @@ def reconstruct(
     seed: int = 0,
     device: Literal["auto", "cpu", "cuda"] = "auto",
     region: Sequence[float] | None = None,
+    keep_background: bool = False,
     progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
@@ -64,6 +65,8 @@ def reconstruct(
     region : sequence of float, optional
         Minimum and maximum corners (x0, y0, z0, x1, y1, z1) of the part to reconstruct, in
         the frame of the model.
+    keep_background : bool, optional
+        Whether to reconstruct what is far behind the rock. A region replaces this choice.
     progress : callable or Progress, optional
         Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional

@@ -108,6 +108,20 @@ TEXTS: dict[str, Entry] = {
             " more photos of it."
         ),
     ),
+    "background.left-out": (
+        "info",
+        to_translate(
+            "{share_percent:.0f} % of the dense points were left out: background more than"
+            " {factor:.1f} times as far away as the rock. Choose Keep background to include it."
+        ),
+    ),
+    "background.kept": (
+        "info",
+        to_translate(
+            "{share_percent:.0f} % of the dense points are background more than {factor:.1f} times"
+            " as far away as the rock, which reduces the detail of the rock."
+        ),
+    ),
     "dense.too-few-photos": (
         "error",
         to_translate(
@@ -308,13 +322,22 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{photo} does not show any part of the surface."),
     ),
-    "texture.larger-pixels": (
+    "texture.pages-full": (
         "warning",
         to_translate(
-            "Texture pixels are {factor:.3g} times as large as requested, to fit on {count} page."
+            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface,"
+            " because {count} page is full. Choose a higher quality or a smaller region."
         ),
         to_translate(
-            "Texture pixels are {factor:.3g} times as large as requested, to fit on {count} pages."
+            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface,"
+            " because {count} pages are full. Choose a higher quality or a smaller region."
+        ),
+    ),
+    "texture.coarse": (
+        "warning",
+        to_translate(
+            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface, more"
+            " than {limit:g}, because many faces are steep."
         ),
     ),
     "texture.unseen": (

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, Int32Array, IntArray
+from vomstudio.core.arrays import (
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.disk_errors import damage_reason
@@ -91,6 +98,19 @@ class SparseScene:
     def seen_by(self, view: int) -> IntArray:
         """Return the rows of the points that a view observes."""
         return np.asarray(self.track_points[self.track_views == view])
+
+    def select_points(self, is_selected: BoolArray) -> SparseScene:
+        """Return the scene with only some of its tie points (n,), and all photos."""
+        observations = is_selected[self.track_points]
+        return replace(
+            self,
+            points=self.points[is_selected],
+            colors=self.colors[is_selected],
+            errors_px=self.errors_px[is_selected],
+            track_offsets=np.concatenate([[0], np.cumsum(self.track_lengths[is_selected])]),
+            track_views=self.track_views[observations],
+            track_pixels=self.track_pixels[observations],
+        )
 
     def pixel_at(self, positions: FloatArray) -> float:
         """Return the size of a pixel of the photos at points (n, 3), in units of the scene."""

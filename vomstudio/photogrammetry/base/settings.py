@@ -66,6 +66,8 @@ class PipelineSettings(Result):
     region : tuple or None
         Minimum and maximum coordinates of the region to reconstruct, in the frame of the model. If
         None, everything is reconstructed.
+    keep_background : bool
+        Whether to reconstruct what is far behind the rock. A region replaces this choice.
     """
 
     quality: str = "medium"
@@ -76,6 +78,7 @@ class PipelineSettings(Result):
     seed: int = 0
     device: str = "auto"
     region: tuple[float, ...] | None = None
+    keep_background: bool = False
 
     def __post_init__(self) -> None:
         """Check the values.

@@ -16,6 +16,7 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
+from vomstudio.photogrammetry.base.background import find_rock, propose_region
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, StageFolder, write_atomically
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -153,7 +154,8 @@ class _Run:
         write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
         alignment, aligned = self._join(alignment, aligned)
         placed_scene = self._place(alignment, photos, aligned)
-        write_cameras_of(self.outputs, self.folder, alignment, placed_scene.scene)
+        self.rock = find_rock(placed_scene.scene)
+        write_cameras_of(self.outputs, self.folder, alignment, placed_scene.scene, self.rock)
         undistorted, flat_stage = self._undistort(placed_scene, photos)
         pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat_stage)
         cloud, fused_stage = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
@@ -366,15 +368,30 @@ class _Run:
     ) -> tuple[PointCloud, StageFolder]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
-        stage = self.checkpoints.stage("cloud", depth_stage.key)
+        # Depth maps include the background, so that the choice does not repeat them.
+        has_background = self.region is None and self.rock.has_background
+        is_trimmed = has_background and not self.settings.keep_background
+        choice = ["rock"] if is_trimmed else []
+        stage = self.checkpoints.stage("cloud", depth_stage.key, *choice)
         if not stage.is_done:
             photos = undistorted.select([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
             cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
             if self.region is not None:
                 cloud = cloud.select_rows(self.region.inside(cloud.points, scene.origin))
+            background_share = 0.0
+            if has_background:
+                is_rock = self.rock.contains(scene, cloud.points)
+                background_share = 1.0 - float(is_rock.mean())
+                if is_trimmed and is_rock.any():
+                    cloud = cloud.select_rows(is_rock)
             write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
-            stage.finish(points=len(cloud.points))
+            stage.finish(points=len(cloud.points), background_share=background_share)
+        self.background_share = float(stage.facts.get("background_share", 0.0))
+        if has_background:
+            code = "background.left-out" if is_trimmed else "background.kept"
+            share_percent = 100 * self.background_share
+            self.log.note(Finding(code, share_percent=share_percent, factor=self.rock.factor))
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(
@@ -462,8 +479,9 @@ class _Run:
         placed_names = {view.name for view in scene.views}
         missing_names = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.cameras_after_placement(alignment.cameras, scene, registration)
+        rock_scene = scene.select_points(self.rock.is_rock)
         survey = check_scene(
-            scene,
+            rock_scene,
             # Photos of other parts have a pose, and are counted there.
             unregistered_names=[name for name, _ in alignment.unregistered],
             other_parts=alignment.parts[1:],
@@ -471,7 +489,7 @@ class _Run:
             planes=report_data.planes_of_model(cloud, textured_mesh, registration),
             other_limits=tuple(registration_findings(self.settings, registration)),
         )
-        rows = report_data.photo_rows(photos.photos, scene, registration)
+        rows = report_data.photo_rows(photos.photos, scene, registration, self.rock)
         for row in rows:
             gain = dressed.facts["report"]["gains"].get(row["name"])
             row["exposure"] = None if gain is None else sum(gain) / 3
@@ -490,7 +508,7 @@ class _Run:
             "faces": len(textured_mesh.faces),
             "frame": scene.crs or "local",
             "scaled": scene.scaled,
-            **report_data.sizes(scene, dressed.facts["report"]),
+            **report_data.sizes(rock_scene, dressed.facts["report"]),
             "device": self.device,
             "seconds": {
                 s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
@@ -509,7 +527,9 @@ class _Run:
             "model": report_data.model(cloud, textured_mesh, dressed.facts["report"]),
             "settings": self.settings.to_dict(),
             "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),
-            "drawing": report_data.drawing(scene),
+            "drawing": report_data.drawing(scene, self.rock),
+            "background_share": self.background_share if self.region is None else None,
+            "proposed_region": propose_region(scene, self.rock),
         }
         self.checkpoints.sweep()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)

@@ -14,6 +14,7 @@ from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
+from vomstudio.photogrammetry.base.background import RockExtent
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 if TYPE_CHECKING:
@@ -28,26 +29,31 @@ if TYPE_CHECKING:
 _MAX_DRAWN_POINTS = 4000
 
 
-def tie_points(scene: SparseScene) -> PointCloud:
-    """Return the tie points in the World frame, with mean errors and numbers of photos."""
-    return PointCloud(
-        scene.points + scene.origin,
-        scene.colors,
-        fields={
-            "error_px": scene.errors_px.astype(np.float32),
-            "views": scene.track_lengths.astype(np.uint16),
-        },
-    )
+def tie_points(scene: SparseScene, rock: RockExtent | None = None) -> PointCloud:
+    """Return the tie points in the World frame, with mean errors and numbers of photos.
+
+    If some are behind the rock, the field `background` is 1 for these.
+    """
+    fields = {
+        "error_px": scene.errors_px.astype(np.float32),
+        "views": scene.track_lengths.astype(np.uint16),
+    }
+    if rock is not None and rock.has_background:
+        fields["background"] = (~rock.is_rock).astype(np.uint8)
+    return PointCloud(scene.points + scene.origin, scene.colors, fields=fields)
 
 
 def photo_rows(
-    photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
+    photos: Sequence[Photo],
+    scene: SparseScene,
+    registration: Mapping[str, Any],
+    rock: RockExtent | None = None,
 ) -> list[dict[str, Any]]:
     """Return the report figures of each photo.
 
     These are the number of tie points, their median reprojection error, the ground sampling
-    distance (`gsd_m`, or `gsd` in the unit of a scene without scale), and the residual of the GPS
-    position.
+    distance on the rock (`gsd_m`, or `gsd` in the unit of a scene without scale), and the residual
+    of the GPS position.
     """
     numbers = {view.name: number for number, view in enumerate(scene.views)}
     residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
@@ -66,7 +72,7 @@ def photo_rows(
             "residual_m": residuals.get(photo.name),
         }
         if photo.name in numbers:
-            row |= _view_figures(scene, numbers[photo.name])
+            row |= _view_figures(scene, numbers[photo.name], rock)
         rows.append(row)
     return rows
 
@@ -88,7 +94,7 @@ def _dense_resolution(rows: Sequence[Mapping[str, Any]], name: str, dense_px: in
     return float(np.median(sizes)) if sizes else None
 
 
-def _view_figures(scene: SparseScene, number: int) -> dict[str, Any]:
+def _view_figures(scene: SparseScene, number: int, rock: RockExtent | None) -> dict[str, Any]:
     view = scene.views[number]
     is_of_view = scene.track_views == number
     point_rows = scene.track_points[is_of_view]
@@ -96,7 +102,10 @@ def _view_figures(scene: SparseScene, number: int) -> dict[str, Any]:
         return {}
     points = scene.points[point_rows]
     misses = np.linalg.norm(view.project(points) - scene.track_pixels[is_of_view], axis=1)
-    depth = float(np.median(view.depths(points)))
+    depths = view.depths(points)
+    if rock is not None and rock.is_rock[point_rows].any():
+        depths = depths[rock.is_rock[point_rows]]
+    depth = float(np.median(depths))
     return {
         "tie_points": len(point_rows),
         "error_px": float(np.nanmedian(misses)),
@@ -291,6 +300,7 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
         "faces": len(mesh.faces),
         "texture_pages": ", ".join(f"{w} x {h}" for w, h in texture["pages"]),
         "texel": texture["texel_m"],
+        "texel_ratio": texture["texel_ratio"],
         "share_of_the_surface_that_no_photo_sees": texture["unseen_share"],
     }
 
@@ -330,15 +340,18 @@ def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
         "unit": "m" if scene.scaled else "unknown",
         "unseen_share": float(texture["unseen_share"]),
         "texel": float(texture["texel_m"]),
+        "texel_ratio": float(texture["texel_ratio"]),
         "photo_pixel": float(np.nanmedian(photo_pixel_sizes(scene))),
     }
 
 
-def drawing(scene: SparseScene) -> dict[str, Any]:
+def drawing(scene: SparseScene, rock: RockExtent) -> dict[str, Any]:
     """Return some tie points, the cameras and their directions, minus the origin."""
     step = max(1, len(scene.points) // _MAX_DRAWN_POINTS)
+    is_rock = rock.is_rock[::step]
     return {
-        "points": np.round(scene.points[::step], 3).tolist(),
+        "points": np.round(scene.points[::step][is_rock], 3).tolist(),
+        "background": np.round(scene.points[::step][~is_rock], 3).tolist(),
         "at": np.round(scene.centres, 3).tolist(),
         "looks": [np.round(view.direction, 4).tolist() for view in scene.views],
     }

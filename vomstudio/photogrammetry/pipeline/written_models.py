@@ -16,6 +16,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.photogrammetry.base.background import RockExtent
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.pipeline.outputs import Outputs
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
@@ -25,7 +26,11 @@ if TYPE_CHECKING:
 
 
 def write_cameras_of(
-    outputs: Outputs, photos: Path, alignment: Alignment, scene: SparseScene
+    outputs: Outputs,
+    photos: Path,
+    alignment: Alignment,
+    scene: SparseScene,
+    rock: RockExtent | None = None,
 ) -> None:
     """Write cameras and tie points, before the hours of dense work."""
     from vomstudio.io.models.writing import write_model
@@ -34,7 +39,7 @@ def write_cameras_of(
     cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled)
     write_cameras_csv(outputs.cameras, cameras, force=True)
     write_cameras(outputs.poses, cameras, force=True)
-    write_model(tie_points(scene), scene.crs, outputs.sparse, force=True, axes=scene.axes)
+    write_model(tie_points(scene, rock), scene.crs, outputs.sparse, force=True, axes=scene.axes)
     # Of an earlier run, before markers joined them.
     for folder in outputs.folder.glob("part[0-9]*"):
         require_inside(folder, outputs.folder)

@@ -30,6 +30,10 @@ from vomstudio.photogrammetry.surface.visibility import (
 from vomstudio.photogrammetry.surface.visibility import memory_needed as visibility_memory
 
 JPEG_QUALITY = 95
+# Maximum size of a texel relative to a pixel of the best photo, over this share of the area.
+_MAX_TEXEL_RATIO, _FINE_SHARE = 1.3, 0.9
+# Texels are larger on faces that are inclined to the projection of their chart.
+_CHART_STRETCH = 1.15
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,9 @@ class TextureReport:
     ----------
     texel_m, pages, charts
         Properties of the atlas; pages are (width, height).
+    texel_ratio : float
+        Edge of a texel on the surface relative to a pixel of the best photo, which 90 % of the
+        visible area does not exceed.
     gains : dict
         RGB gain of each photo.
     sharpness : dict
@@ -75,6 +82,7 @@ class TextureReport:
     texel_m: float
     pages: tuple[tuple[int, int], ...]
     charts: int
+    texel_ratio: float
     gains: dict[str, tuple[float, float, float]]
     sharpness: dict[str, float]
     drawn_share: dict[str, float]
@@ -218,9 +226,9 @@ def make_texture(
     faces, visibilities, turned_faces = orient_to_photos(
         vertices, faces, lambda f: _visibility(shifted_photos, vertices, f, executor, progress)
     )
-    resolved = (
-        options.texel_m or _photo_resolution(visibilities, len(faces)) / options.texels_per_pixel
-    )
+    pixels = _photo_pixels(visibilities, len(faces))
+    areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
+    resolved = options.texel_m or _texel(pixels, areas) / options.texels_per_pixel
     atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
     blend_result = blend(vertices, faces, visibilities, atlas.texel, progress)
     colors = _all_colors(blend_result, mesh)
@@ -245,7 +253,7 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old_vertices],
     )
-    report = _report(vertices, faces, visibilities, atlas, blend_result, turned_faces)
+    report = _report(vertices, faces, visibilities, atlas, blend_result, turned_faces, pixels)
     return Textured(textured_mesh, tuple(pages), report, blend_result.views[order])
 
 
@@ -282,12 +290,46 @@ def _visibility(
     return [results[number] for number in range(len(photos))]
 
 
-def _photo_resolution(visibilities: Sequence[PhotoVisibility], m: int) -> float:
-    """Return the median size on the rock of a pixel in the best photo of each face."""
-    best_resolution = np.zeros(m, np.float32)
+def _photo_pixels(visibilities: Sequence[PhotoVisibility], m: int) -> FloatArray:
+    """Return the size (m,) of a pixel of the best photo on each face; infinity if not visible.
+
+    Slanting views and borders of photos, which the blending avoids, do not enlarge it.
+    """
+    best_resolution = np.zeros(m)
     for item in visibilities:
-        np.maximum.at(best_resolution, item.faces, item.quality)
-    return float(1 / np.median(best_resolution[best_resolution > 0]))
+        np.maximum.at(best_resolution, item.faces, item.resolution)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / best_resolution)
+
+
+def _texel(pixels: FloatArray, areas: FloatArray) -> float:
+    """Return the texel for pixels of the best photos: their median, or less if they vary much."""
+    median, fine_pixel = _quantiles(pixels, areas, [0.5, 1 - _FINE_SHARE])
+    return min(median, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine_pixel)
+
+
+def _texel_ratio(
+    vertices: FloatArray, faces: Int32Array, atlas: Atlas, pixels: FloatArray
+) -> float:
+    """Return the edge of texels in pixels of the best photo that 90 % of the area do not exceed."""
+    areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
+    first, second = (atlas.corners[:, k] - atlas.corners[:, 0] for k in (1, 2))
+    texels = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
+    is_visible = np.isfinite(pixels) & (texels > 0) & (areas > 0)
+    if not is_visible.any():
+        return 0.0
+    ratios = np.sqrt(areas[is_visible] / texels[is_visible]) / pixels[is_visible]
+    return _quantiles(ratios, areas[is_visible], [_FINE_SHARE])[0]
+
+
+def _quantiles(values: FloatArray, areas: FloatArray, shares: Sequence[float]) -> list[float]:
+    """Return area-weighted quantiles of the finite values."""
+    is_finite = np.isfinite(values)
+    values, areas = values[is_finite], areas[is_finite]
+    order = np.argsort(values)
+    sums = np.cumsum(areas[order])
+    rows = np.minimum(np.searchsorted(sums, np.multiply(shares, sums[-1])), len(sums) - 1)
+    return [float(value) for value in values[order][rows]]
 
 
 def _all_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
@@ -309,6 +351,7 @@ def _report(
     atlas: Atlas,
     blend_result: Blend,
     n_rotated_faces: int,
+    pixels: FloatArray,
 ) -> TextureReport:
     area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     total_area = max(float(area.sum()), 1e-300)
@@ -329,11 +372,18 @@ def _report(
         for item in visibilities
         if not len(item.faces)
     ]
-    texel_ratio = atlas.texel / atlas.facts["wanted_texel_m"]
-    if texel_ratio > 1.001:
+    texel_ratio = _texel_ratio(vertices, faces, atlas, pixels)
+    if texel_ratio > _MAX_TEXEL_RATIO:
         # Without a length: the model may have no scale.
+        is_full = atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]
+        code = "texture.pages-full" if is_full else "texture.coarse"
         warnings.append(
-            Finding("texture.larger-pixels", count=len(atlas.sizes), factor=texel_ratio)
+            Finding(
+                code,
+                count=len(atlas.sizes),
+                factor=texel_ratio,
+                limit=_MAX_TEXEL_RATIO,
+            )
         )
     if unseen_value > 0.05:
         warnings.append(Finding("texture.unseen", share_percent=100 * unseen_value))
@@ -346,6 +396,7 @@ def _report(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
+        texel_ratio,
         {n: tuple(g) for n, g in zip(names, blend_result.gains.tolist(), strict=True)},
         dict(zip(names, blend_result.sharpness.tolist(), strict=True)),
         dict(zip(names, (drawn_texels / total_area).tolist(), strict=True)),

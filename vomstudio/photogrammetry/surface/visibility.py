@@ -61,6 +61,8 @@ class PhotoVisibility:
     quality : (k,) float32 array
         Minimum number of pixels per unit of length on the rock over all directions; reduced towards
         the border of the photo.
+    resolution : (k,) float32 array
+        Number of pixels per unit of length at the distance of the face.
     is_well_seen : (k,) array of bool
         Whether each face is visible with a margin and not at a grazing angle.
     vertices : (l,) int32 array
@@ -74,6 +76,7 @@ class PhotoVisibility:
     name: str
     faces: Int32Array
     quality: Float32Array
+    resolution: Float32Array
     is_well_seen: BoolArray
     vertices: Int32Array
     colors: Float32Array
@@ -143,10 +146,10 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
         np.minimum(pixels, np.array([width, height]) - pixels).min(axis=1)[corners].min(axis=1)
     )
     focal = math.sqrt(view.intrinsics.focal[0] * view.intrinsics.focal[1])
+    resolution = focal / distances
     quality = (
         cosine
-        * focal
-        / distances
+        * resolution
         * np.clip(border_distance / (_BORDER_SHARE * max(width, height)), 0.02, 1)
     )
     is_well_seen = (clear_share > 0.999) & (cosine > _MIN_COSINE_WELL) & (border_distance > 2)
@@ -156,6 +159,7 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
         view.name,
         selection,
         quality.astype(np.float32),
+        resolution.astype(np.float32),
         is_well_seen,
         rows,
         _sample_colors(picture, pixels[rows], span),

@@ -215,6 +215,7 @@ LABELS = {
     "faces": to_translate("triangles"),
     "texture_pages": to_translate("texture pages"),
     "texel": to_translate("size of a texture pixel, {unit}"),
+    "texel_ratio": to_translate("texture pixel on 90 % of the surface, photo pixels, at most"),
     "share_of_the_surface_that_no_photo_sees": to_translate(
         "share of the surface not visible in photos"
     ),
@@ -296,13 +297,17 @@ def _picture(result: Mapping[str, Any]) -> str:
     """Draw the cameras and tie points from above and from the side."""
     from matplotlib.figure import Figure
 
-    cloud, cameras, looks = (np.asarray(result["drawing"][k]) for k in ("points", "at", "looks"))
+    drawing = result["drawing"]
+    cloud, cameras, looks = (np.asarray(drawing[k]) for k in ("points", "at", "looks"))
+    background = np.asarray(drawing.get("background", ()))
     figure = Figure(figsize=(9.5, 4.2), layout="constrained")
     unit = "m" if result["scaled"] else tr("model units")
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
         if len(cloud):
             axes.plot(cloud[:, i], cloud[:, j], ",", color="#999999", rasterized=True)
+        if len(background):
+            axes.plot(background[:, i], background[:, j], ",", color="#d55e00", rasterized=True)
         axes.quiver(
             cameras[:, i],
             cameras[:, j],
@@ -318,10 +323,10 @@ def _picture(result: Mapping[str, Any]) -> str:
         axes.set_xlabel(f"{names[0]}, {unit}")
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
-    return embed_figure(
-        figure,
-        tr(
-            "Cameras (blue, with view directions) and tie points (grey), relative to the origin of "
-            "the frame."
-        ),
+    caption = tr(
+        "Cameras (blue, with view directions) and tie points (grey), relative to the origin of "
+        "the frame."
     )
+    if len(background):
+        caption += " " + tr("Tie points of the background are orange.")
+    return embed_figure(figure, caption)

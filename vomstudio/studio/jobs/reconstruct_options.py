@@ -112,6 +112,12 @@ class ReconstructOptions(Options):
         tip=to_translate("Box as x0,y0,z0,x1,y1,z1 in the frame of the model"),
         empty_text=to_translate("Whole outcrop"),
     )
+    keep_background: bool = option(
+        False,
+        label=to_translate("Keep background"),
+        help=to_translate("also reconstruct what is far behind the rock"),
+        tip=to_translate("Also reconstruct what is far behind the rock"),
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

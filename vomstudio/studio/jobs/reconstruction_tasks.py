@@ -34,6 +34,8 @@ class ReconstructionRequest:
         Device that computes the depth maps.
     region : tuple of float, optional
         Minimum and maximum corners of the reconstructed part, in the frame of the model.
+    keep_background : bool
+        Whether to reconstruct what is far behind the rock.
     """
 
     photos: Path
@@ -48,6 +50,7 @@ class ReconstructionRequest:
     masks: Mapping[str, Path] | None = None
     device: str = "auto"
     region: tuple[float, ...] | None = None
+    keep_background: bool = False
 
     @classmethod
     def of(
@@ -96,6 +99,13 @@ class Reconstruction(PrintableResult):
         Run time of each stage, seconds.
     dense_gsd_m, dense_gsd : float or None
         Pixel size of the depth maps on the rock, in metres or, without scale, in `unit`.
+    texel_ratio : float or None
+        Size of a texel relative to a pixel of the best photo, which 90 % of the surface does not
+        exceed.
+    background_share : float or None
+        Share of the dense points that is far behind the rock; None for a region.
+    proposed_region : tuple of float or None
+        Box around the tie points of the rock, as in `ReconstructionRequest`.
     """
 
     photos: int
@@ -135,6 +145,9 @@ class Reconstruction(PrintableResult):
     drawing: Mapping[str, Any]
     work_mb: float
     dense_gsd: float | None = None
+    texel_ratio: float | None = None
+    background_share: float | None = None
+    proposed_region: tuple[float, ...] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         plain: dict[str, Any] = serialisation.encode(self)
@@ -156,6 +169,7 @@ def _reconstruct(request: ReconstructionRequest, progress: Progress) -> Reconstr
         seed=request.seed,
         device=request.device,
         region=request.region,
+        keep_background=request.keep_background,
     )
     executor = make_executor(settings.threads, request.scheduler)
     try:

@@ -84,6 +84,7 @@ def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
             seed=values.get("seed") or 0,
             device=values.get("device", "auto"),
             region=region and ",".join(f"{coordinate:.12g}" for coordinate in region),
+            keep_background=values.get("keep_background") is True,
         )
         control, marks = (values.get(name) and Path(values[name]) for name in ("control", "marks"))
         settings = ReconstructionSettings(options).replace_control(

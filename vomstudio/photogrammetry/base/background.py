@@ -1,0 +1,216 @@
+"""Background of a scene: tie points far behind the rock that the photos were taken for.
+
+A point is background if the photos that show it show the rock several times nearer. The depth of
+the rock in a photo is the median of its tie points, weighted by the angles between their rays:
+photos are spaced for the rock, so rays to a building or hills behind it are nearly parallel. Rock
+that is distant in some photos and near in others is not background, nor is rock that only overview
+photos show, because these show all of it at about one depth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
+from vomstudio.photogrammetry.base.scene import SparseScene
+
+# Range of depths, relative to that of the rock, at which background may begin, and the minimum
+# ratio between the depths on both sides of the gap that separates it from the rock.
+_MIN_FACTOR, _MAX_FACTOR = 2.0, 6.0
+_MIN_GAP_RATIO = 1.3
+# Rays at larger angles have equal weights.
+_MAX_ANGLE_DEG = 15.0
+# A point is rock if at least this share of its photos, by their weights, show it near. A single
+# photo of many may look past the rock.
+_NEAR_SHARE = 0.2
+# Minimum share of the weight of all points that must remain.
+_MIN_ROCK_SHARE = 0.3
+# Fewer tie points are single wrong matches.
+_MIN_BACKGROUND_SHARE = 0.005
+_MAX_ROUNDS = 6
+# Tie points belong to one body if their distance is at most this share of their depth.
+_LINK_SHARE = 0.1
+_NEIGHBOURS = 8
+_REGION_PADDING = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class RockExtent:
+    """Division of the tie points of a scene into rock and background.
+
+    Attributes
+    ----------
+    is_rock : (n,) array of bool
+    factor : float
+        Depth relative to the rock beyond which a tie point is background.
+    depths : (n,) float array
+        Depth of each tie point in the nearest photo that shows it.
+    """
+
+    is_rock: BoolArray
+    factor: float
+    depths: FloatArray
+
+    @property
+    def has_background(self) -> bool:
+        """Whether there are tie points behind the rock."""
+        return not bool(self.is_rock.all())
+
+    def contains(self, scene: SparseScene, points: FloatArray) -> BoolArray:
+        """Return a mask (n,) of the points (n, 3) of a cloud that are not background.
+
+        A point belongs to the nearest tie point. Points far from all of them, such as wrong depths
+        in the sky, are background too.
+        """
+        from scipy.spatial import cKDTree
+
+        if not self.has_background:
+            return np.ones(len(points), bool)
+        rock_rows = np.flatnonzero(self.is_rock)
+        distance, nearest = cKDTree(scene.points[rock_rows]).query(points, workers=-1)
+        max_distance = (self.factor - 1.0) * self.depths[rock_rows[nearest]]
+        behind = cKDTree(scene.points[~self.is_rock]).query(points, workers=-1)[0]
+        return np.asarray((distance <= behind) & (distance <= max_distance))
+
+
+def find_rock(scene: SparseScene) -> RockExtent:
+    """Divide the tie points of a scene into rock and background.
+
+    All points are rock if they have no clear main part, or if the others are single points.
+    """
+    count = len(scene.points)
+    depths, weights = _depths(scene), _angle_weights(scene)
+    nearest_depths = np.full(count, np.inf)
+    np.minimum.at(nearest_depths, scene.track_points, np.where(depths > 0, depths, np.inf))
+    is_rock, factor = np.ones(count, bool), math.inf
+    everything = RockExtent(is_rock, factor, nearest_depths)
+    for _ in range(_MAX_ROUNDS):
+        ratios = _depth_ratios(scene, depths, weights, is_rock)
+        factor = _limit(ratios[is_rock])
+        is_near = is_rock & (ratios <= factor)
+        if is_near.sum() == is_rock.sum():
+            break
+        is_rock = _without_background_bodies(scene, is_near, nearest_depths)
+    is_clear = weights[is_rock].sum() >= _MIN_ROCK_SHARE * weights.sum()
+    if not is_clear or (~is_rock).sum() < _MIN_BACKGROUND_SHARE * count:
+        return everything
+    return RockExtent(is_rock, factor, nearest_depths)
+
+
+def propose_region(scene: SparseScene, extent: RockExtent) -> tuple[float, ...] | None:
+    """Return a box around the tie points of the rock, x0, y0, z0, x1, y1, z1.
+
+    It is in the frame of the model. Outliers are ignored. None if there are no points.
+    """
+    points = scene.points[extent.is_rock]
+    if not len(points):
+        return None
+    low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    margin = np.maximum(_REGION_PADDING * (high - low), 0.5 * _REGION_PADDING * np.ptp(points))
+    origin = np.asarray(scene.origin, np.float64)
+    step = 10.0 ** math.floor(math.log10(max(float((high - low).max()), 1e-12)) - 2)
+    box = [
+        *np.floor((low - margin + origin) / step) * step,
+        *np.ceil((high + margin + origin) / step) * step,
+    ]
+    digits = max(0, -math.floor(math.log10(step)))
+    return tuple(round(float(value), digits) for value in box)
+
+
+def _depths(scene: SparseScene) -> FloatArray:
+    """Return the depth (m,) of each observation along the axis of its photo."""
+    depths = np.zeros(len(scene.track_views))
+    order = np.argsort(scene.track_views, kind="stable")
+    stops = np.cumsum(np.bincount(scene.track_views, minlength=len(scene.views)))
+    for view, rows in zip(scene.views, np.split(order, stops[:-1]), strict=True):
+        depths[rows] = view.depths(scene.points[scene.track_points[rows]])
+    return depths
+
+
+def _angle_weights(scene: SparseScene) -> FloatArray:
+    """Return the weight (n,) of each tie point, the angle between its rays in degrees, limited."""
+    rays = scene.points[scene.track_points] - scene.centres[scene.track_views]
+    rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-300)
+    count = len(scene.points)
+    mean = np.stack([np.bincount(scene.track_points, ray, count) for ray in rays.T], axis=1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    sines = np.linalg.norm(np.cross(rays, mean[scene.track_points]), axis=1)
+    widest = np.zeros(count)
+    np.maximum.at(widest, scene.track_points, sines)
+    return np.minimum(np.degrees(np.arcsin(np.clip(2 * widest, 0, 1))), _MAX_ANGLE_DEG)
+
+
+def _depth_ratios(
+    scene: SparseScene, depths: FloatArray, weights: FloatArray, is_rock: BoolArray
+) -> FloatArray:
+    """Return the depth (n,) of each tie point relative to that of the rock in its photos."""
+    rock_depths = _rock_depths(scene, depths, weights * is_rock)
+    ratios = depths / rock_depths[scene.track_views]
+    # Photos that show no rock are no evidence for it.
+    ratios[~(np.isfinite(ratios) & (ratios > 0))] = np.inf
+    views = len(scene.views)
+    observations = np.maximum(np.bincount(scene.track_views, minlength=views), 1)
+    squares = weights[scene.track_points] ** 2
+    photo_weights = np.bincount(scene.track_views, squares, views) / observations
+    return _weighted_quantiles(
+        ratios, photo_weights[scene.track_views], scene.track_points, len(scene.points), _NEAR_SHARE
+    )
+
+
+def _without_background_bodies(
+    scene: SparseScene, is_rock: BoolArray, nearest_depths: FloatArray
+) -> BoolArray:
+    """Remove the rest of bodies most of whose tie points are background."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    count = len(scene.points)
+    if count <= _NEIGHBOURS:
+        return is_rock
+    distance, neighbour = cKDTree(scene.points).query(scene.points, _NEIGHBOURS + 1, workers=-1)
+    row, column = np.nonzero(distance <= _LINK_SHARE * nearest_depths[:, None])
+    links = coo_matrix((np.ones(len(row), np.int8), (row, neighbour[row, column])), (count, count))
+    body = connected_components(links, directed=False)[1]
+    rock_share = np.bincount(body, is_rock) / np.bincount(body)
+    return np.asarray(is_rock & (rock_share[body] >= 0.5))
+
+
+def _rock_depths(scene: SparseScene, depths: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the weighted median depth (v,) of the points of each photo; NaN without weight."""
+    weight = np.where(depths > 0, weights[scene.track_points], 0.0)
+    return _weighted_quantiles(depths, weight, scene.track_views, len(scene.views), 0.5)
+
+
+def _weighted_quantiles(
+    values: FloatArray, weights: FloatArray, groups: IntArray | Int32Array, count: int, share: float
+) -> FloatArray:
+    """Return a quantile (count,) of the values of each group; NaN for groups without weight."""
+    order = np.lexsort((values, groups))
+    total = np.bincount(groups, weights, count)
+    result = np.full(count, np.nan)
+    if not total.any():
+        return result
+    sums = np.cumsum(weights[order])
+    before = np.cumsum(total) - total
+    has_weight = total > 0
+    # Rounding of the sums must not select a neighbouring group.
+    last = np.cumsum(np.bincount(groups, minlength=count)) - 1
+    rows = np.minimum(np.searchsorted(sums, before + share * total), np.maximum(last, 0))
+    result[has_weight] = values[order][rows[has_weight]]
+    return result
+
+
+def _limit(ratios: FloatArray) -> float:
+    """Return the depth ratio in the middle of the widest gap, or _MAX_FACTOR without a gap."""
+    low, high = math.log(_MIN_FACTOR), math.log(_MAX_FACTOR)
+    values = np.log(ratios)
+    ends = np.sort(np.concatenate([[low], values[(values > low) & (values < high)], [high]]))
+    gaps = np.diff(ends)
+    widest = int(gaps.argmax())
+    if gaps[widest] < math.log(_MIN_GAP_RATIO):
+        return _MAX_FACTOR
+    return math.exp((ends[widest] + ends[widest + 1]) / 2)
