@@ -44,6 +44,10 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("The model has no cameras. Open them first."),
     ),
+    "action.region-set": (
+        "info",
+        to_translate("A region is set, which decides what is reconstructed."),
+    ),
     "action.no-clipping-box": (
         "info",
         to_translate("The clipping box is off. Turn it on first."),

@@ -154,10 +154,13 @@ class SurveyDialogs:
     def show_settings(self) -> None:
         """Open the reconstruction settings."""
         from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
+        from vomstudio.ui.panels.photos.region_choice import RegionChoice
 
         make_action = self._actions["make_model"]
+        choice = RegionChoice(self._studio, self._survey)
         self._dialogs.show(
-            ReconstructDialog, lambda: ReconstructDialog(self.parent, self._survey, make_action)
+            ReconstructDialog,
+            lambda: ReconstructDialog(self.parent, self._survey, make_action, choice),
         )
 
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLineEdit,
+    QPushButton,
     QRadioButton,
     QTableWidget,
     QTableWidgetItem,
@@ -44,9 +45,11 @@ from vomstudio.ui.base.controls import (
 )
 from vomstudio.ui.base.help_links import explain
 from vomstudio.ui.base.number_formatting import gigabytes
+from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
+from vomstudio.ui.panels.photos.region_choice import RegionChoice
 from vomstudio.ui.widgets.crs_field import CrsField
 from vomstudio.ui.widgets.options_form import OptionFields
 
@@ -60,14 +63,23 @@ class ReconstructDialog(QDialog):
     `make_action` starts the reconstruction, and provides the text of the start button.
     """
 
-    def __init__(self, parent: QWidget, survey: PhotoSurvey, make_action: QAction) -> None:
+    def __init__(
+        self,
+        parent: QWidget,
+        survey: PhotoSurvey,
+        make_action: QAction,
+        region_choice: RegionChoice,
+    ) -> None:
         super().__init__(parent)
         explain(self, "photos.md")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)
         self._survey, self._make_action = survey, make_action
+        self._region_choice = region_choice
         self._is_filling = False
+        self._follows_box = False
+        """Whether the region changes while the clipping box is dragged."""
         self._shown_settings = self._survey.settings
         """Settings that were last shown or changed here."""
         self._apply_timer = QTimer(self, singleShot=True, interval=_TYPING_DELAY_MS)
@@ -76,6 +88,7 @@ class ReconstructDialog(QDialog):
         self.options.changed.connect(self._schedule_apply)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_photos())
+        layout.addWidget(self._make_extent())
         layout.addWidget(self._make_registration())
         layout.addWidget(self._make_resources())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -88,6 +101,7 @@ class ReconstructDialog(QDialog):
         layout.addWidget(buttons)
         self._fill()
         self._survey.changed.connect(self._update_from_survey)
+        connect_until_deleted(self, region_choice.display_changed, self._follow_clipping_box)
         self._show_forecast()
         # Marks may have changed since the photos were opened.
         self._survey.update_forecast()
@@ -108,8 +122,26 @@ class ReconstructDialog(QDialog):
         self._quality_tip = Label()
         row.addWidget(self._quality_tip, 2)
         form.addRow(label, row)
-        form.addRow(*self.options.place_row("region"))
         return form
+
+    def _make_extent(self) -> QGroupBox:
+        box = QGroupBox(tr("Extent"))
+        self.propose_button = QPushButton(tr("Propose"))
+        self.propose_button.setToolTip(tr("Box around the tie points of the rock."))
+        self.propose_button.clicked.connect(self._propose_region)
+        self.clip_button = QPushButton(tr("Clipping box"))
+        self.clip_button.setToolTip(tr("Use the clipping box of the outcrop."))
+        self.clip_button.clicked.connect(self._use_clipping_box)
+        form = QFormLayout(box)
+        region_field = self.options.fields["region"]
+        assert isinstance(region_field, QLineEdit)
+        region_field.textEdited.connect(self._stop_following)
+        label, row = self.options.place_row("region")
+        row.addWidget(self.propose_button)
+        row.addWidget(self.clip_button)
+        form.addRow(self.options.place("keep_background"))
+        form.addRow(label, row)
+        return box
 
     def _make_registration(self) -> QGroupBox:
         box = QGroupBox(tr("Registration"))
@@ -265,6 +297,13 @@ class ReconstructDialog(QDialog):
         memory = None if survey.forecast is None else survey.forecast.memory
         if memory is not None:
             self.memory.setText(_describe_memory(memory))
+        has_region = self.options.value("region") is not None
+        allow(
+            self.options.fields["keep_background"],
+            Finding("action.region-set") if has_region else None,
+        )
+        allow(self.propose_button, self._region_choice.why_no_proposal())
+        allow(self.clip_button, self._region_choice.why_no_box())
         problem = (
             survey.why_not_reconstruct()
             or self._crs_problem()
@@ -327,6 +366,33 @@ class ReconstructDialog(QDialog):
         if not any(row.has_gps for row in self._survey.rows):
             return ""
         return tr("If empty: the UTM zone of the GPS positions")
+
+    # --- region ------------------------------------------------------------------------------
+    def _show_region(self, region: tuple[float, ...]) -> None:
+        self.options.show_value("region", ",".join(f"{value:.12g}" for value in region))
+
+    def _propose_region(self) -> None:
+        """Set the proposed region, and show it in the outcrop, where its faces can be dragged."""
+        if (region := self._region_choice.proposal()) is not None:
+            self._region_choice.show(region)
+            self._use_clipping_box()
+
+    def _use_clipping_box(self) -> None:
+        if (region := self._region_choice.clipped_region()) is not None:
+            self._follows_box = True
+            self._show_region(region)
+            self._apply()
+
+    def _stop_following(self) -> None:
+        self._follows_box = False
+
+    def _follow_clipping_box(self, subject: str) -> None:
+        if subject == "clip":
+            self._show_forecast()
+        region = self._region_choice.clipped_region()
+        if subject == "box" and self._follows_box and region is not None:
+            # The options signal the change, which is applied once the drag pauses.
+            self._show_region(region)
 
     # --- file choice -------------------------------------------------------------------------
     def _browse_control(self) -> None:
