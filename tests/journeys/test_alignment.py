@@ -16,11 +16,12 @@ from tests import driver
 from tests.driver import wait
 from tests.messages import figures, shown_codes
 from tests.photogrammetry import made_reconstruction
-from tests.photogrammetry.made_reconstruction import NAMES
+from tests.photogrammetry.made_reconstruction import NAMES, WEAK
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
 from vomstudio.project import edits
 from vomstudio.project.records import Model
+from vomstudio.rendering.scene.camera_layer import WEAK_COLOR
 from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
@@ -99,6 +100,12 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     pixels, _ = viewport.project(centres)
     assert ((pixels > 0) & (pixels < [viewport.width(), viewport.height()])).all()
     assert np.abs(picture(viewport) - before).max() > 40
+    # A weakly connected one has its own colour.
+    assert [f.is_weak for f in shown] == [f.name == WEAK for f in shown]
+    column, row = pixels[[f.name for f in shown].index(WEAK)].astype(int)
+    near = picture(viewport)[row - 12 : row + 13, column - 12 : column + 13].reshape(-1, 3)
+    distance = np.abs(near - 255 * np.array(WEAK_COLOR)).max(axis=1)
+    assert distance.min() < 40
     # Under the cursor they say which photo they are.
     driver.move(viewport, QPoint(*(int(v) for v in pixels[1])))
     wait(lambda: viewport.photos.hovered == "b.jpg", "the name")

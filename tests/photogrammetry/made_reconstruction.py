@@ -32,6 +32,8 @@ ORIGIN = (1000, 2000, 300)
 MISS = np.array([0.3, -0.4])
 """By which every observation of the second photo is off, pixels."""
 DISTANCE = 10.0
+WEAK = "c.jpg"
+"""Photo that is said to be weakly connected."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,9 @@ def make(folder: Path) -> Made:
     straight = Undistorted((folder / "small.png").read_bytes(), None, ideal)
     save_undistorted(out / "work" / "straight-0123456789abcdef" / path, straight)
 
-    write_cameras(out / "cameras.json", Cameras(scene.views, photos, ORIGIN, scene.crs))
+    weak_names = frozenset({WEAK})
+    cameras = Cameras(scene.views, photos, ORIGIN, scene.crs, weak_names=weak_names)
+    write_cameras(out / "cameras.json", cameras)
     write_model(tie_points(scene), scene.crs, out / "sparse.ply")
     wall = rng.uniform([-2, DISTANCE, -3], [6, DISTANCE + 0.05, 3], (4000, 3))
     grey = rng.integers(90, 160, (4000, 1), np.uint8).repeat(3, axis=1)

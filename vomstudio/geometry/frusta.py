@@ -28,12 +28,15 @@ class Frustum:
         Corners of the photo, clockwise from the top left.
     outline : (k, 3) ndarray
         Closed outline of the photo with lens distortion.
+    is_weak : bool
+        Whether the photo is weakly connected to the others.
     """
 
     name: str
     tip: FloatArray
     corners: FloatArray
     outline: FloatArray
+    is_weak: bool = False
 
     def transform(self, matrix: npt.ArrayLike, origin: npt.ArrayLike = (0, 0, 0)) -> Frustum:
         """Transform to another frame: apply matrix (4, 4) to `origin` plus positions."""
@@ -42,7 +45,9 @@ class Frustum:
         def move(points: FloatArray) -> FloatArray:
             return np.asarray((points + shift) @ m[:3, :3].T + m[:3, 3])
 
-        return Frustum(self.name, move(self.tip), move(self.corners), move(self.outline))
+        return Frustum(
+            self.name, move(self.tip), move(self.corners), move(self.outline), self.is_weak
+        )
 
 
 def edge(width: int, height: int, steps: int) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import struct
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from tests.messages import by_code, refused
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+from vomstudio.io.photos.own_cameras.result import local_cameras
 
 Array = npt.NDArray[np.float64]
 
@@ -255,6 +257,21 @@ def test_our_own_files(tmp_path: Path) -> None:
     same(read_own_cameras(tmp_path / "cameras.json").views, moved, lens=False)
     write_cameras_csv(tmp_path / "cameras.csv", own)
     same(read_own_cameras(tmp_path / "cameras.csv").views, moved, lens=False, metres=1e-5)
+
+
+def test_errors_and_weak_photos_are_written_with_our_own_files(tmp_path: Path) -> None:
+    weak = frozenset({VIEWS[1].name})
+    own = Cameras(tuple(VIEWS), Path("photos"), is_scaled=True, weak_names=weak)
+    write_cameras(tmp_path / "cameras.json", own)
+    found = read_own_cameras(tmp_path / "cameras.json")
+    assert found.weak_names == local_cameras(found).weak_names == weak
+    errors = {view.name: (0.01 * i, 0.2 * i) for i, view in enumerate(VIEWS)}
+    write_cameras_csv(tmp_path / "cameras.csv", own, errors)
+    same(read_own_cameras(tmp_path / "cameras.csv").views, VIEWS, lens=False, metres=1e-5)
+    with (tmp_path / "cameras.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert float(rows[1]["position_error95_m"]) == pytest.approx(0.01)
+    assert float(rows[1]["rotation_error95_deg"]) == pytest.approx(0.2)
 
 
 def test_they_are_found_beside_the_model(tmp_path: Path) -> None:

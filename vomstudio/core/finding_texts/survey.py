@@ -242,6 +242,13 @@ TEXTS: dict[str, Entry] = {
             " {photos}."
         ),
     ),
+    "weak-poses": (
+        "warning",
+        to_translate(
+            "These photos are weakly connected, so their positions and orientations are uncertain"
+            " (up to {value:.1f}°, 95 %): {photos}. Take photos in between."
+        ),
+    ),
     "high-error": (
         "warning",
         to_translate(

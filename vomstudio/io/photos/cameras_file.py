@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,8 @@ class Cameras:
         "EPSG:n"; None if the frame of the model is local.
     is_scaled : bool
         Whether the frame is in metres with known north and up directions, even if it has no CRS.
+    weak_names : frozenset of str
+        Photos that are weakly connected to the others.
     """
 
     views: tuple[View, ...]
@@ -50,6 +52,7 @@ class Cameras:
     origin: tuple[int, int, int] = (0, 0, 0)
     crs: str | None = None
     is_scaled: bool = False
+    weak_names: frozenset[str] = frozenset()
 
 
 def find_photos(cameras: Cameras, path: Path, other_folders: Sequence[Path] = ()) -> Path | None:
@@ -131,6 +134,7 @@ def write_cameras(path: str | Path, cameras: Cameras, *, force: bool = False) ->
         "scaled": cameras.is_scaled,
         "origin": list(cameras.origin),
         "photos": str(cameras.photos),
+        "weak": sorted(cameras.weak_names),
         "views": [view_to_dict(view) for view in cameras.views],
     }
     with atomic_write(path, force) as temporary:
@@ -158,6 +162,7 @@ def read_cameras(path: str | Path) -> Cameras:
             (x, y, z),
             content["crs"],
             bool(content.get("scaled", content["crs"] is not None)),
+            frozenset(str(name) for name in content.get("weak", ())),
         )
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(
@@ -168,17 +173,27 @@ def read_cameras(path: str | Path) -> Cameras:
         ) from error
 
 
-def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False) -> None:
+def write_cameras_csv(
+    path: str | Path,
+    cameras: Cameras,
+    errors: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    force: bool = False,
+) -> None:
     """Write the name, centre, rotation and lens of every photo. Raises TargetError.
 
     The centre x, y, z is in the frame of the model; the rotation, in row order, is from that frame
     to the camera.
+
+    errors : 95 % errors of the centre, in the unit of the frame, and of the rotation, in degrees
     """
+    error_unit = "_m" if cameras.is_scaled or cameras.crs is not None else ""
+    error_names = [f"position_error95{error_unit}", "rotation_error95_deg"] if errors else []
     with atomic_write(path, force) as temporary, temporary.open("w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(
             ["name", "x", "y", "z", *(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))]
-            + ["model", "width", "height", "params"]
+            + ["model", "width", "height", "params", *error_names]
         )
         for view in cameras.views:
             lens = view.intrinsics
@@ -189,4 +204,5 @@ def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False
                 + [f"{value:.12f}" for value in np.ravel(view.rotation)]
                 + [lens.model, lens.width, lens.height]
                 + [" ".join(f"{name}={value:.10g}" for name, value in parameters)]
+                + [f"{value:.4g}" for value in (errors or {}).get(view.name, ())]
             )

@@ -22,6 +22,7 @@ from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.base.stage_folders import WORK
+from vomstudio.photogrammetry.georeferencing.pose_errors import pose_errors
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
 from vomstudio.photogrammetry.pipeline.outputs import (
@@ -155,7 +156,10 @@ class _Run:
         alignment, aligned = self._join(alignment, aligned)
         placed_scene = self._place(alignment, photos, aligned)
         self.rock = find_rock(placed_scene.scene)
-        write_cameras_of(self.outputs, self.folder, alignment, placed_scene.scene, self.rock)
+        self.pose_errors = pose_errors(placed_scene.scene)
+        write_cameras_of(
+            self.outputs, self.folder, alignment, placed_scene.scene, self.rock, self.pose_errors
+        )
         undistorted, flat_stage = self._undistort(placed_scene, photos)
         pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat_stage)
         cloud, fused_stage = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
@@ -479,6 +483,7 @@ class _Run:
         placed_names = {view.name for view in scene.views}
         missing_names = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.cameras_after_placement(alignment.cameras, scene, registration)
+        weak_poses = [] if self.pose_errors is None else self.pose_errors.findings(scene)
         rock_scene = scene.select_points(self.rock.is_rock)
         survey = check_scene(
             rock_scene,
@@ -487,9 +492,10 @@ class _Run:
             other_parts=alignment.parts[1:],
             cameras=cameras,
             planes=report_data.planes_of_model(cloud, textured_mesh, registration),
-            other_limits=tuple(registration_findings(self.settings, registration)),
+            other_limits=(*registration_findings(self.settings, registration), *weak_poses),
         )
         rows = report_data.photo_rows(photos.photos, scene, registration, self.rock)
+        report_data.add_pose_errors(rows, scene, self.pose_errors)
         for row in rows:
             gain = dressed.facts["report"]["gains"].get(row["name"])
             row["exposure"] = None if gain is None else sum(gain) / 3

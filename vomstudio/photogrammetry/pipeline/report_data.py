@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.georeferencing.control import ControlReport
     from vomstudio.photogrammetry.georeferencing.georeference import GpsReport
     from vomstudio.photogrammetry.georeferencing.placement import Placement
+    from vomstudio.photogrammetry.georeferencing.pose_errors import PoseErrors
 
 _MAX_DRAWN_POINTS = 4000
 
@@ -75,6 +76,23 @@ def photo_rows(
             row |= _view_figures(scene, numbers[photo.name], rock)
         rows.append(row)
     return rows
+
+
+def add_pose_errors(
+    rows: Sequence[dict[str, Any]], scene: SparseScene, errors: PoseErrors | None
+) -> None:
+    """Add the 95 % errors of position and rotation to the rows of the photos, in place.
+
+    `position_error95_m` or, without scale, `position_error95` in the unit of the scene.
+    """
+    by_name = {} if errors is None else errors.by_name(scene)
+    weak_names = frozenset() if errors is None else errors.weak_names(scene)
+    for row in rows:
+        position, rotation_deg = by_name.get(row["name"], (None, None))
+        row["position_error95_m"] = position if scene.scaled else None
+        row["position_error95"] = None if scene.scaled else position
+        row["rotation_error95_deg"] = rotation_deg
+        row["is_weak"] = row["name"] in weak_names
 
 
 def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, float | None]:

@@ -18,6 +18,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.base.background import RockExtent
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.georeferencing.pose_errors import PoseErrors
 from vomstudio.photogrammetry.pipeline.outputs import Outputs
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
 
@@ -31,13 +32,16 @@ def write_cameras_of(
     alignment: Alignment,
     scene: SparseScene,
     rock: RockExtent | None = None,
+    pose_errors: PoseErrors | None = None,
 ) -> None:
     """Write cameras and tie points, before the hours of dense work."""
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 
-    cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled)
-    write_cameras_csv(outputs.cameras, cameras, force=True)
+    errors = {} if pose_errors is None else pose_errors.by_name(scene)
+    weak_names = frozenset() if pose_errors is None else pose_errors.weak_names(scene)
+    cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled, weak_names)
+    write_cameras_csv(outputs.cameras, cameras, errors, force=True)
     write_cameras(outputs.poses, cameras, force=True)
     write_model(tie_points(scene, rock), scene.crs, outputs.sparse, force=True, axes=scene.axes)
     # Of an earlier run, before markers joined them.

@@ -232,5 +232,6 @@ _SHORT = {
     "gps-unused": to_translate("unusable GPS positions"),
     "mark-scatter": to_translate("scattered marks of control points"),
     "weak-photos": to_translate("weakly connected photos"),
+    "weak-poses": to_translate("uncertain poses"),
     "high-error": to_translate("large residuals"),
 }

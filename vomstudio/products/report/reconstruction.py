@@ -97,7 +97,10 @@ def _photos(result: Mapping[str, Any]) -> str:
     typical_px = float(np.median([row["error_px"] for row in placed_rows])) if placed_rows else 0.0
     rows = []
     for row in result["photo_rows"]:
-        is_poor = not row["placed"] or row["error_px"] > 2.0 * typical_px
+        is_poor = (
+            not row["placed"] or row["error_px"] > 2.0 * typical_px or row.get("is_weak", False)
+        )
+        position_error = row.get("position_error95_m") or row.get("position_error95")
         rows.append(
             (
                 "out" if is_poor else "",
@@ -110,6 +113,8 @@ def _photos(result: Mapping[str, Any]) -> str:
                     number(row.get("gsd") if row["gsd_m"] is None else row["gsd_m"], 4),
                     number(row["exposure"], 2),
                     number(row["residual_m"], 2),
+                    number(position_error, 4),
+                    number(row.get("rotation_error95_deg"), 3),
                 ],
             )
         )
@@ -123,6 +128,8 @@ def _photos(result: Mapping[str, Any]) -> str:
             tr("GSD, m") if result["scaled"] else tr("GSD, units"),
             tr("exposure gain"),
             tr("GPS residual, m"),
+            tr("position ± (95 %), m") if result["scaled"] else tr("position ± (95 %), units"),
+            tr("rotation ± (95 %), °"),
         ],
         rows,
     )

@@ -14,6 +14,8 @@ from vomstudio.rendering.prepare import vtk_data
 
 COLOR = (0.34, 0.71, 0.91)
 CHOSEN_COLOR = (0.90, 0.62, 0.0)
+# Vermilion, for photos that are weakly connected to the others.
+WEAK_COLOR = (0.84, 0.37, 0.0)
 DARK = (0.08, 0.08, 0.09)
 LINE_WIDTH = 1.6
 HALO_WIDTH = 3.6
@@ -22,7 +24,7 @@ CHOSEN_OPACITY = 0.42
 
 
 class CameraLayer:
-    """Layer of cameras, which needs five actors for any number of cameras."""
+    """Layer of cameras, which needs seven actors for any number of cameras."""
 
     def __init__(self) -> None:
         self.scale = 1.0
@@ -38,7 +40,7 @@ class CameraLayer:
         return self._is_stale
 
     def attach(self, renderer: vtkRenderer) -> None:
-        for name in ("faces", "faces+", "halo", "lines", "lines+"):
+        for name in ("faces", "faces!", "faces+", "halo", "lines", "lines!", "lines+"):
             actor, mapper = vtkActor(), vtkPolyDataMapper()
             mapper.SetInputData(vtkPolyData())
             mapper.ScalarVisibilityOff()
@@ -48,9 +50,8 @@ class CameraLayer:
             # Does not write depth, because hidden points of the rock are determined from the
             # depth.
             actor.ForceTranslucentOn()
-            display_property.SetColor(
-                *(DARK if name == "halo" else CHOSEN_COLOR if name.endswith("+") else COLOR)
-            )
+            colors = {"o": DARK, "+": CHOSEN_COLOR, "!": WEAK_COLOR}
+            display_property.SetColor(*colors.get(name[-1], COLOR))
             if name.startswith("faces"):
                 display_property.SetOpacity(CHOSEN_OPACITY if name.endswith("+") else FACE_OPACITY)
             actor.VisibilityOff()
@@ -87,13 +88,22 @@ class CameraLayer:
             return
         self._is_stale = False
         emphasised = [f for f in self.frusta if f.name in self.selection]
-        plain_cameras = [f for f in self.frusta if f.name not in self.selection]
-        width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
+        others = [f for f in self.frusta if f.name not in self.selection]
+        plain_cameras = [f for f in others if not f.is_weak]
+        weak_cameras = [f for f in others if f.is_weak]
+        width = {
+            "halo": HALO_WIDTH,
+            "lines": LINE_WIDTH,
+            "lines!": 1.5 * LINE_WIDTH,
+            "lines+": 1.5 * LINE_WIDTH,
+        }
         for name, group in (
             ("faces", plain_cameras),
+            ("faces!", weak_cameras),
             ("faces+", emphasised),
             ("halo", list(self.frusta)),
             ("lines", plain_cameras),
+            ("lines!", weak_cameras),
             ("lines+", emphasised),
         ):
             actor = self._actors[name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -174,4 +175,6 @@ class CameraView(QObject):
 
 def _read_frusta(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
     cameras = local_cameras(read_own_cameras(path, bounds))
-    return frusta(cameras.views, bounds.mean(axis=0) - cameras.origin), cameras.origin
+    pyramids = frusta(cameras.views, bounds.mean(axis=0) - cameras.origin)
+    weak_names = cameras.weak_names
+    return [replace(item, is_weak=item.name in weak_names) for item in pyramids], cameras.origin

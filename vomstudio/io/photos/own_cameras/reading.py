@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -168,7 +169,8 @@ def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
     cameras = read_cameras(path)
     origin = np.array(cameras.origin, np.float64)
     views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
-    return cameras_of_views(path, views, find_photos(cameras, path))
+    result = cameras_of_views(path, views, find_photos(cameras, path))
+    return replace(result, weak_names=cameras.weak_names)
 
 
 def _head(path: Path) -> bytes:

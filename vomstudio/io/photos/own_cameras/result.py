@@ -33,6 +33,8 @@ class OwnCameras:
     photos : Path or None
         Folder of the photos, if stated.
     warnings : tuple of Finding
+    weak_names : frozenset of str
+        Photos that are weakly connected to the others, if stated.
     """
 
     path: Path
@@ -40,6 +42,7 @@ class OwnCameras:
     centres: Mapping[str, FloatArray]
     photos: Path | None = None
     warnings: tuple[Finding, ...] = field(default=())
+    weak_names: frozenset[str] = frozenset()
 
 
 def cameras_of_views(
@@ -82,7 +85,8 @@ def local_cameras(cameras: OwnCameras) -> Cameras:
     origin = np.floor(np.median([view.centre for view in views], axis=0))
     x, y, z = (int(value) for value in origin)
     local_views = tuple(view.moved(1.0, np.eye(3), -origin) for view in views)
-    return Cameras(local_views, cameras.photos or Path("."), (x, y, z))
+    photos = cameras.photos or Path(".")
+    return Cameras(local_views, photos, (x, y, z), weak_names=cameras.weak_names)
 
 
 def view_of_pose(
