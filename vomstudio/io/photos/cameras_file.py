@@ -185,7 +185,13 @@ def write_cameras_csv(
     The centre x, y, z is in the frame of the model; the rotation, in row order, is from that frame
     to the camera.
 
-    errors : 95 % errors of the centre, in the unit of the frame, and of the rotation, in degrees
+    Parameters
+    ----------
+    path : path
+    cameras : Cameras
+    errors : mapping of str to (float, float), optional
+        95 % errors of the centre, in the unit of the frame, and of the rotation, in degrees.
+    force : bool
     """
     error_unit = "_m" if cameras.is_scaled or cameras.crs is not None else ""
     error_names = [f"position_error95{error_unit}", "rotation_error95_deg"] if errors else []

@@ -80,6 +80,10 @@ def find_rock(scene: SparseScene) -> RockExtent:
     """Divide the tie points of a scene into rock and background.
 
     All points are rock if they have no clear main part, or if the others are single points.
+
+    Parameters
+    ----------
+    scene : SparseScene
     """
     count = len(scene.points)
     depths, weights = _depths(scene), _angle_weights(scene)
@@ -93,7 +97,7 @@ def find_rock(scene: SparseScene) -> RockExtent:
         is_near = is_rock & (ratios <= factor)
         if is_near.sum() == is_rock.sum():
             break
-        is_rock = _without_background_bodies(scene, is_near, nearest_depths)
+        is_rock = _remove_background_bodies(scene, is_near, nearest_depths)
     is_clear = weights[is_rock].sum() >= _MIN_ROCK_SHARE * weights.sum()
     if not is_clear or (~is_rock).sum() < _MIN_BACKGROUND_SHARE * count:
         return everything
@@ -103,7 +107,13 @@ def find_rock(scene: SparseScene) -> RockExtent:
 def propose_region(scene: SparseScene, extent: RockExtent) -> tuple[float, ...] | None:
     """Return a box around the tie points of the rock, x0, y0, z0, x1, y1, z1.
 
-    It is in the frame of the model. Outliers are ignored. None if there are no points.
+    It is in the frame of the model and excludes outliers. Returns None without points.
+
+    Parameters
+    ----------
+    scene : SparseScene
+    extent : RockExtent
+        Result of `find_rock` for the scene.
     """
     points = scene.points[extent.is_rock]
     if not len(points):
@@ -131,7 +141,7 @@ def _depths(scene: SparseScene) -> FloatArray:
 
 
 def _angle_weights(scene: SparseScene) -> FloatArray:
-    """Return the weight (n,) of each tie point, the angle between its rays in degrees, limited."""
+    """Return the angle (n,) between the rays to each tie point in degrees, limited."""
     rays = scene.points[scene.track_points] - scene.centres[scene.track_views]
     rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-300)
     count = len(scene.points)
@@ -149,7 +159,7 @@ def _depth_ratios(
     """Return the depth (n,) of each tie point relative to that of the rock in its photos."""
     rock_depths = _rock_depths(scene, depths, weights * is_rock)
     ratios = depths / rock_depths[scene.track_views]
-    # Photos that show no rock are no evidence for it.
+    # Photos without rock are not evidence for it.
     ratios[~(np.isfinite(ratios) & (ratios > 0))] = np.inf
     views = len(scene.views)
     observations = np.maximum(np.bincount(scene.track_views, minlength=views), 1)
@@ -160,10 +170,10 @@ def _depth_ratios(
     )
 
 
-def _without_background_bodies(
+def _remove_background_bodies(
     scene: SparseScene, is_rock: BoolArray, nearest_depths: FloatArray
 ) -> BoolArray:
-    """Remove the rest of bodies most of whose tie points are background."""
+    """Return `is_rock` without the rest of bodies that are mostly background."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree

@@ -64,7 +64,7 @@ class PoseErrors:
         """Return the names of the weakly connected photos."""
         return frozenset(scene.views[row].name for row in np.flatnonzero(self.is_weak))
 
-    def by_name(self, scene: SparseScene) -> dict[str, tuple[float, float]]:
+    def named_errors(self, scene: SparseScene) -> dict[str, tuple[float, float]]:
         """Return the errors of position and rotation by the name of the photo."""
         errors = zip(self.position95.tolist(), self.rotation95_deg.tolist(), strict=True)
         return {view.name: error for view, error in zip(scene.views, errors, strict=True)}
@@ -73,7 +73,11 @@ class PoseErrors:
 def pose_errors(scene: SparseScene, noise: float | None = None) -> PoseErrors | None:
     """Compute the errors of all poses; None for scenes that are too small or too large.
 
-    noise : error of a tie point observation in one direction, pixels; by default estimated
+    Parameters
+    ----------
+    scene : SparseScene
+    noise : float, optional
+        Error of a tie point observation in one direction, pixels. By default, it is estimated.
     """
     count = len(scene.views)
     if not 3 <= count <= _MAX_VIEWS or not len(scene.points):
@@ -116,9 +120,9 @@ def _pose_information(scene: SparseScene, noise: float) -> FloatArray:
     count, points = len(scene.views), scene.track_points
     to_pose, to_point = _derivatives(scene.views, scene, noise)
     normal = np.zeros((count, 6, count, 6))
-    own = np.zeros((count, 6, 6))
-    np.add.at(own, scene.track_views, np.einsum("mki,mkj->mij", to_pose, to_pose))
-    normal[np.arange(count), :, np.arange(count), :] = own
+    pose_blocks = np.zeros((count, 6, 6))
+    np.add.at(pose_blocks, scene.track_views, np.einsum("mki,mkj->mij", to_pose, to_pose))
+    normal[np.arange(count), :, np.arange(count), :] = pose_blocks
     inner = np.zeros((len(scene.points), 3, 3))
     np.add.at(inner, points, np.einsum("mki,mkj->mij", to_point, to_point))
     # Points on parallel rays are undetermined along these.
@@ -138,7 +142,7 @@ def _pose_information(scene: SparseScene, noise: float) -> FloatArray:
 def _derivatives(
     views: Sequence[View], scene: SparseScene, noise: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the weighted derivatives of the observations for poses (m, 2, 6) and points (m, 2, 3).
+    """Return the weighted derivatives for poses (m, 2, 6) and points (m, 2, 3).
 
     A pose consists of the projection centre and a rotation about the axes of the scene.
     """
@@ -155,18 +159,18 @@ def _derivatives(
         for axis, move in enumerate(np.eye(3)):
             ends = [view.intrinsics.project(camera_points + side * step * move) for side in (1, -1)]
             slopes[:, :, axis] = (ends[0] - ends[1]) / (2 * step)
-        by_point = slopes @ view.rotation
-        to_point[rows] = by_point
-        to_pose[rows, :, :3] = -by_point
+        point_slopes = slopes @ view.rotation
+        to_point[rows] = point_slopes
+        to_pose[rows, :, :3] = -point_slopes
         # A rotation of the photo by a vector moves a ray, seen from the photo, by ray x vector.
-        to_pose[rows, :, 3:] = np.cross(by_point, rays[:, None])
+        to_pose[rows, :, 3:] = np.cross(point_slopes, rays[:, None])
     is_undefined = ~np.isfinite(to_pose).all(axis=(1, 2))
     to_pose[is_undefined] = to_point[is_undefined] = 0.0
     return to_pose / noise, to_point / noise
 
 
 def _similarities(centres: FloatArray, scale: float) -> FloatArray:
-    """Return the motions (6 v, 7) of all poses by translations, rotations and a change of scale."""
+    """Return the motions (6 v, 7) of all poses by the seven parameters of a similarity."""
     count = len(centres)
     offsets = centres - centres.mean(axis=0)
     motions = np.zeros((count, 6, 7))

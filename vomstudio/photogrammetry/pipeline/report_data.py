@@ -83,12 +83,20 @@ def add_pose_errors(
 ) -> None:
     """Add the 95 % errors of position and rotation to the rows of the photos, in place.
 
-    `position_error95_m` or, without scale, `position_error95` in the unit of the scene.
+    These are `position_error95_m` or, without scale, `position_error95` in the unit of the scene,
+    and `rotation_error95_deg`.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Rows of `photo_rows`.
+    scene : SparseScene
+    errors : PoseErrors or None
     """
-    by_name = {} if errors is None else errors.by_name(scene)
+    pose_errors = {} if errors is None else errors.named_errors(scene)
     weak_names = frozenset() if errors is None else errors.weak_names(scene)
     for row in rows:
-        position, rotation_deg = by_name.get(row["name"], (None, None))
+        position, rotation_deg = pose_errors.get(row["name"], (None, None))
         row["position_error95_m"] = position if scene.scaled else None
         row["position_error95"] = None if scene.scaled else position
         row["rotation_error95_deg"] = rotation_deg

@@ -38,7 +38,7 @@ def write_cameras_of(
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 
-    errors = {} if pose_errors is None else pose_errors.by_name(scene)
+    errors = {} if pose_errors is None else pose_errors.named_errors(scene)
     weak_names = frozenset() if pose_errors is None else pose_errors.weak_names(scene)
     cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled, weak_names)
     write_cameras_csv(outputs.cameras, cameras, errors, force=True)

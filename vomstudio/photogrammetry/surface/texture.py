@@ -311,7 +311,7 @@ def _texel(pixels: FloatArray, areas: FloatArray) -> float:
 def _texel_ratio(
     vertices: FloatArray, faces: Int32Array, atlas: Atlas, pixels: FloatArray
 ) -> float:
-    """Return the edge of texels in pixels of the best photo that 90 % of the area do not exceed."""
+    """Return the 90 % quantile of the edges of texels, in pixels of the best photo."""
     areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     first, second = (atlas.corners[:, k] - atlas.corners[:, 0] for k in (1, 2))
     texels = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
