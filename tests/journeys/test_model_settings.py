@@ -7,6 +7,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -17,6 +18,7 @@ from tests.journeys.test_photos import looked_at
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
+from vomstudio.geometry.boxes import ClipBox
 from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
 
 pytestmark = pytest.mark.full
@@ -220,6 +222,42 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert window.survey.quality == "preview"
     made = json.loads((window.survey.output_folder() / "reconstruction.json").read_text())
     assert made["registered"] == 4
+
+
+def test_the_proposed_region_is_a_box_in_the_outcrop(window, sample, outcrop) -> None:
+    driver.open_outcrop(window, outcrop)
+    window.open_path(sample)
+    looked_at(window)
+    dialog = open_dialog(window)
+    assert not dialog.propose_button.isEnabled()
+    assert not dialog.clip_button.isEnabled()
+    dialog.close()
+    out = window.survey.output_folder()
+    out.mkdir(parents=True)
+    (out / "cameras.json").write_text("{}")
+    box = window.studio.models[next(iter(window.studio.models))].data.bounds
+    low, high = np.floor(box[0]), np.floor(box.mean(axis=0)) + 0.5
+    proposal = [*low.tolist(), *high.tolist()]
+    (out / "reconstruction.json").write_text(json.dumps({"proposed_region": proposal}))
+    dialog = open_dialog(window)
+    tick(dialog.options.fields["keep_background"])
+    driver.wait(lambda: window.survey.settings.options.keep_background, "the tick")
+    driver.click(dialog.propose_button)
+    assert window.survey.settings.options.box == tuple(proposal)
+    assert window.studio.display.clip_shown == ClipBox(tuple(low), tuple(high))
+    # The region alone decides now.
+    assert not dialog.options.fields["keep_background"].isEnabled()
+    driver.keep_picture(window, "region-proposed")
+    driver.keep_picture(dialog, "region-settings")
+    moved = window.studio.display.clip_shown.move_face(0, 1, float(high[0]) - 1.0)
+    window.studio.display.set_clip(moved)
+    driver.wait(lambda: window.survey.settings.options.box[3] == high[0] - 1.0, "the drag")
+    # Text that was typed is not replaced by the box.
+    retype(dialog.options.fields["region"], "0,0,0,1,1,1")
+    driver.wait(lambda: not dialog._apply_timer.isActive(), "the pause in typing")
+    window.studio.display.set_clip(moved.move_face(0, 1, float(high[0]) - 2.0))
+    assert window.survey.settings.options.box == (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+    dialog.close()
 
 
 def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:

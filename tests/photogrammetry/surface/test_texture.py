@@ -5,12 +5,13 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.messages import refused, with_code
+from tests.messages import by_code, refused, with_code
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import compare, sample_pages
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import Cancelled, GeometryError
 from vomstudio.core.progress import CancelToken, SilentProgress
+from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -232,6 +233,44 @@ def test_pages_hold_every_face_once_and_no_larger_than_asked():
     np.testing.assert_allclose(
         np.sort(corners.mean(1) @ [1.0, 10.0, 100.0]), np.sort(old.mean(1) @ [1.0, 10.0, 100.0])
     )
+
+
+def texel_ratio(made, photos: list) -> float:
+    """90 % quantile over the area of the texels in pixels of the nearest photo."""
+    corners = made.mesh.vertices[made.mesh.faces]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.linalg.norm(np.cross(a, b), axis=1) / 2
+    (page,) = made.pages
+    uv = made.mesh.uv[made.mesh.faces].astype(float) * page.shape[1::-1]
+    u, v = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    texels = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+    distance = np.min(
+        [np.linalg.norm(corners.mean(1) - p.view.centre, axis=1) for p in photos], axis=0
+    )
+    ratio = np.sqrt(area / texels) * photos[0].view.intrinsics.focal[0] / distance
+    order = np.argsort(ratio)
+    sums = np.cumsum(area[order])
+    return float(ratio[order][np.searchsorted(sums, 0.9 * sums[-1])])
+
+
+@pytest.mark.parametrize("slanting_deg", [0.0, 55.0])
+def test_texels_follow_the_pixels_of_the_best_photo(slanting_deg: float) -> None:
+    """Also of photos that see a face at a slant and near their borders."""
+    face, mesh = rock.flat_face(2.0, 1.5, rock.checker_paint(0.1), 25), wall()
+    turn = np.radians(slanting_deg)
+    lens = Intrinsics.pinhole(*SIZE, 150.0, SIZE[0] / 2, SIZE[1] / 2)
+    place = 1.6 * np.array([np.sin(turn), -np.cos(turn), 0.0])
+    views = [rock.looking(f"{k}.png", lens, place + [0.1 * k, 0, 0], (0, 0, 0)) for k in range(2)]
+    taken = photos(face, views)
+    made = make_texture(mesh, taken)
+    assert made.report.texel_ratio == pytest.approx(texel_ratio(made, taken), rel=0.05)
+    assert made.report.texel_ratio < 1.3
+    assert "texture.pages-full" not in {w.code for w in made.report.warnings}
+    small = TextureOptions(atlas=AtlasOptions(page=64, most_pages=1))
+    report = make_texture(mesh, taken, small).report
+    assert report.texel_ratio > 1.3
+    finding = by_code(report.warnings)["texture.pages-full"]
+    assert finding["factor"] == report.texel_ratio
 
 
 def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
