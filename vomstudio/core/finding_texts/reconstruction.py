@@ -111,15 +111,15 @@ TEXTS: dict[str, Entry] = {
     "background.left-out": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the dense points were left out: background more than"
-            " {factor:.1f} times as far away as the rock. Choose Keep background to include it."
+            "{share_percent:.0f} % of the tie points are background, more than {factor:.1f} times"
+            " as far away as the rock. It was left out; choose Keep background to include it."
         ),
     ),
     "background.kept": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the dense points are background more than {factor:.1f} times"
-            " as far away as the rock, which reduces the detail of the rock."
+            "{share_percent:.0f} % of the tie points are background, more than {factor:.1f} times"
+            " as far away as the rock. It was kept and takes detail from the rock."
         ),
     ),
     "dense.too-few-photos": (

@@ -59,6 +59,11 @@ class RockExtent:
         """Whether there are tie points behind the rock."""
         return not bool(self.is_rock.all())
 
+    @property
+    def background_share(self) -> float:
+        """Share of the tie points that are background."""
+        return 1.0 - float(self.is_rock.mean()) if len(self.is_rock) else 0.0
+
     def contains(self, scene: SparseScene, points: FloatArray) -> BoolArray:
         """Return a mask (n,) of the points (n, 3) of a cloud that are not background.
 

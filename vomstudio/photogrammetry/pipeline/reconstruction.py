@@ -141,7 +141,7 @@ class _Run:
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
         # Without a region, the keys of dependent stages do not change.
-        self.selected_stages = [tuple(settings.region)] if settings.region else []
+        self.selected_stages: list[Any] = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
@@ -156,6 +156,14 @@ class _Run:
         alignment, aligned = self._join(alignment, aligned)
         placed_scene = self._place(alignment, photos, aligned)
         self.rock = find_rock(placed_scene.scene)
+        self.has_background = self.region is None and self.rock.has_background
+        self.is_trimmed = self.has_background and not self.settings.keep_background
+        if self.is_trimmed:
+            self.selected_stages = ["rock"]
+        if self.has_background:
+            code = "background.left-out" if self.is_trimmed else "background.kept"
+            share_percent = 100 * self.rock.background_share
+            self.log.note(Finding(code, share_percent=share_percent, factor=self.rock.factor))
         self.pose_errors = pose_errors(placed_scene.scene)
         write_cameras_of(
             self.outputs, self.folder, alignment, placed_scene.scene, self.rock, self.pose_errors
@@ -303,7 +311,8 @@ class _Run:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import select_pairs
 
-        pairs = select_pairs(scene)
+        # Depths of the background would take up the resolution of the disparities.
+        pairs = select_pairs(scene.select_points(self.rock.is_rock) if self.is_trimmed else scene)
         if self.region is not None:
             pairs = pairs.select_views(self.region.views_of(scene))
         for text in pairs.left_out:
@@ -372,30 +381,19 @@ class _Run:
     ) -> tuple[PointCloud, StageFolder]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
-        # Depth maps include the background, so that the choice does not repeat them.
-        has_background = self.region is None and self.rock.has_background
-        is_trimmed = has_background and not self.settings.keep_background
-        choice = ["rock"] if is_trimmed else []
-        stage = self.checkpoints.stage("cloud", depth_stage.key, *choice)
+        stage = self.checkpoints.stage("cloud", depth_stage.key)
         if not stage.is_done:
             photos = undistorted.select([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
             cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
             if self.region is not None:
                 cloud = cloud.select_rows(self.region.inside(cloud.points, scene.origin))
-            background_share = 0.0
-            if has_background:
+            if self.is_trimmed:
                 is_rock = self.rock.contains(scene, cloud.points)
-                background_share = 1.0 - float(is_rock.mean())
-                if is_trimmed and is_rock.any():
+                if is_rock.any():
                     cloud = cloud.select_rows(is_rock)
             write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
-            stage.finish(points=len(cloud.points), background_share=background_share)
-        self.background_share = float(stage.facts.get("background_share", 0.0))
-        if has_background:
-            code = "background.left-out" if is_trimmed else "background.kept"
-            share_percent = 100 * self.background_share
-            self.log.note(Finding(code, share_percent=share_percent, factor=self.rock.factor))
+            stage.finish(points=len(cloud.points))
         return load_result(load_cloud, stage.folder / _CLOUD), stage
 
     def _surface(
@@ -534,7 +532,7 @@ class _Run:
             "settings": self.settings.to_dict(),
             "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": report_data.drawing(scene, self.rock),
-            "background_share": self.background_share if self.region is None else None,
+            "background_share": self.rock.background_share if self.region is None else None,
             "proposed_region": propose_region(scene, self.rock),
         }
         self.checkpoints.sweep()

@@ -103,7 +103,7 @@ class Reconstruction(PrintableResult):
         Size of a texel relative to a pixel of the best photo, which 90 % of the surface does not
         exceed.
     background_share : float or None
-        Share of the dense points that is far behind the rock; None for a region.
+        Share of the tie points that are far behind the rock; None for a region.
     proposed_region : tuple of float or None
         Box around the tie points of the rock, as in `ReconstructionRequest`.
     """
