@@ -23,45 +23,14 @@ import numpy as np
 
 from tests.photogrammetry import rock_face
 from tests.photogrammetry.align.surveys import Survey
+from tests.photogrammetry.building_scene import DISTANCE, FOCAL, building_scene, views
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cameras import View
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.cameras_file import read_cameras
 from vomstudio.registration.similarity import fit_similarity
 
-DISTANCE, FOCAL = 8.0, 1190.0
 ROOT = Path(__file__).resolve().parents[2]
-
-
-def building_scene(times: float | None, *, ground: bool) -> rock_face.Face:
-    """A face of 10 x 5 m, a building of which its photos show the upper half, and ground."""
-    rock = rock_face.rough_face(10.0, 5.0, 0.015)
-    parts = [rock]
-    if times is not None:
-        y = DISTANCE * (times - 1)
-        stone = rock_face.rock_paint(3, 0.015 * times)
-
-        def windows(points: FloatArray) -> FloatArray:
-            is_glass = (points[:, 0] / times % 1.2 < 0.5) & (points[:, 2] / times % 1.4 < 0.8)
-            return np.where(is_glass[:, None], 0.4, 1.0) * stone(points)
-
-        size = 1.3 * (y + DISTANCE)
-        parts.append(rock_face.wall_at(size, size / 2, (0, y, size / 4 - 2.4), 2, windows))
-        if ground:
-            level = rock_face.wall_at(size, y, (0, 0, 0), 2)
-            x, _, z = level.vertices.T
-            vertices = np.stack([x, z + y / 2 + 0.5, np.full_like(x, -2.5)], axis=1)
-            parts.append(rock_face.Face(vertices, level.faces, rock_face.rock_paint(9, 0.03)))
-    return rock_face.joined(*parts)
-
-
-def views() -> list[View]:
-    names = rock_face.ring_of_views(
-        2, 6, spread=(6.5, 1.6), distance=DISTANCE, size=(1296, 864), focal=FOCAL, toward=0.6
-    )
-    return [
-        View(f"p{i:02d}.jpg", v.intrinsics, v.rotation, v.translation) for i, v in enumerate(names)
-    ]
 
 
 def best_pixels(face: rock_face.Face, views: list[View], points: FloatArray) -> FloatArray:
