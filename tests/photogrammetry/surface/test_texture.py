@@ -273,6 +273,25 @@ def test_texels_follow_the_pixels_of_the_best_photo(slanting_deg: float) -> None
     assert finding["factor"] == report.texel_ratio
 
 
+def test_a_part_in_close_up_has_finer_texels_than_the_rest() -> None:
+    face, mesh = rock.flat_face(2.0, 1.5, rock.checker_paint(0.1), 41), wall(41)
+    lens = Intrinsics.pinhole(*SIZE, 280.0, SIZE[0] / 2, SIZE[1] / 2)
+    views = [
+        rock.looking(f"far{k}.png", lens, (0.1 * k, -2.4, 0), (0.1 * k, 0, 0)) for k in range(2)
+    ]
+    views += [
+        rock.looking(f"near{k}.png", lens, (-0.5, -0.4, z), (-0.5, 0, z))
+        for k, z in enumerate((-0.3, 0.3))
+    ]
+    taken = photos(face, views)
+    made = make_texture(mesh, taken)
+    assert made.report.texel_ratio < 1.3
+    # All of it in the pixels of the close-ups would have many more texels.
+    near = 0.4 / 280.0
+    assert sum(w * h for w, h in made.report.pages) < 0.5 * 2.0 * 1.5 / near**2
+    assert made.report.texel_m > 2 * near
+
+
 def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
     """A sheet folded into an S: three layers along one direction, most of it out of sight."""
     monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MAX_UNSEEN", 1.0)

@@ -86,7 +86,7 @@ class Atlas:
     sizes : (p, 2) array
         Width and height of the pages, texels.
     texel : float
-        Edge length of a texel on the surface, in the unit of the vertices.
+        Edge length of a texel on the surface, in the unit of the vertices, where its factor is 1.
     """
 
     corners: FloatArray
@@ -103,6 +103,7 @@ def make_atlas(
     texel: float,
     options: AtlasOptions | None = None,
     progress: Progress | None = None,
+    factors: FloatArray | None = None,
 ) -> Atlas:
     """Pack charts of all faces on as few pages as possible.
 
@@ -114,6 +115,9 @@ def make_atlas(
         on `most_pages` pages.
     options : AtlasOptions, optional
     progress : Progress, optional
+    factors : (m,) array, optional
+        Factor of few different values by which the texels of each face are enlarged. A chart has
+        one factor.
 
     Raises
     ------
@@ -127,18 +131,20 @@ def make_atlas(
         raise GeometryError(Finding("number.not-positive", value=texel), field="texel")
     progress.stage(tr("Creating texture charts"))
     cross = cross_products(vertices, faces)
-    area = float(np.linalg.norm(cross, axis=1).sum() / 2)
+    if factors is None:
+        factors = np.ones(len(faces))
+    area = float((np.linalg.norm(cross, axis=1) / factors**2).sum() / 2)
     requested = texel
     max_area = options.page**2 * options.most_pages * 0.6
     texel = max(texel, math.sqrt(area / max_area))
-    flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
+    flat, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
     for _ in range(20):
         progress.stage(tr("Packing texture charts"))
         packed = _pack(flat / texel, chart, options, progress)
         if packed is not None:
             break
         texel *= 1.1
-        flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
+        flat, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
     else:
         raise GeometryError(Finding("texture.charts-too-large"))
     corners, page, sizes = packed
@@ -146,6 +152,7 @@ def make_atlas(
     facts = {
         "texel_m": texel,
         "wanted_texel_m": requested,
+        "has_factors": bool((factors != 1).any()),
         "charts": int(chart.max()) + 1,
         "pages": len(sizes),
         "page_sizes": sizes.tolist(),
@@ -187,13 +194,14 @@ def _flatten(
     vertices: FloatArray,
     faces: Int32Array,
     cross: FloatArray,
+    factors: FloatArray,
     texel: float,
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[FloatArray, Int32Array]:
     """Return corners (m, 3, 2) of faces in their charts, and non-overlapping charts (m,).
 
-    Corners are in the unit of the vertices, from (0, 0).
+    Corners are in the unit of the vertices divided by the factors, from (0, 0).
     """
     length = np.linalg.norm(cross, axis=1)
     exact_normals = np.divide(
@@ -201,7 +209,9 @@ def _flatten(
     )
     neighbour_faces = neighbours(faces)
     labels = _labels(cross, exact_normals, neighbour_faces)
-    piece = _connected_pieces(faces, labels)
+    classes = np.unique(factors, return_inverse=True)[1].reshape(-1).astype(np.int32)
+    count_of_classes = int(classes.max()) + 1
+    piece = _connected_pieces(faces, labels * count_of_classes + classes)
     chart_coordinates = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
     remaining_faces = np.arange(len(faces))
@@ -221,6 +231,7 @@ def _flatten(
             is_facing_away = _project(
                 vertices, faces, rows, cross, exact_normals, chart_coordinates
             )
+            chart_coordinates[rows] /= factors[rows, None, None]
             for part in _cut_chart(chart_coordinates, rows[~is_facing_away], longest, texel):
                 clash = _overlapping(chart_coordinates, part, texel)
                 fitting = part[~clash]
@@ -238,7 +249,7 @@ def _flatten(
         if len(remaining_faces):
             is_remaining = np.zeros(len(faces), bool)
             is_remaining[remaining_faces] = True
-            piece = components(faces, is_remaining)
+            piece = components(faces, is_remaining) * count_of_classes + classes
     if len(remaining_faces):
         raise GeometryError(Finding("texture.charts-too-large"))
     return chart_coordinates, chart

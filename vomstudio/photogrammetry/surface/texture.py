@@ -20,7 +20,7 @@ from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atl
 from vomstudio.photogrammetry.surface.blending import Blend, blend
 from vomstudio.photogrammetry.surface.orientation import orient_to_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
-from vomstudio.photogrammetry.surface.topology import cross_products
+from vomstudio.photogrammetry.surface.topology import cross_products, neighbours
 from vomstudio.photogrammetry.surface.visibility import (
     MaskedPhoto,
     PhotoVisibility,
@@ -32,6 +32,10 @@ from vomstudio.photogrammetry.surface.visibility import memory_needed as visibil
 JPEG_QUALITY = 95
 # Maximum size of a texel relative to a pixel of the best photo, over this share of the area.
 _MAX_TEXEL_RATIO, _FINE_SHARE = 1.3, 0.9
+# If pixels vary by this factor, parts of the surface have texels of different sizes, in steps of
+# the square root of 2 and up to 2 to the power of the maximum level.
+_MIN_PIXEL_SPREAD, _MAX_LEVEL = 2.0, 4
+_SMOOTHING_ROUNDS = 12
 # Texels are larger on faces that are inclined to the projection of their chart.
 _CHART_STRETCH = 1.15
 
@@ -228,8 +232,12 @@ def make_texture(
     )
     pixels = _photo_pixels(visibilities, len(faces))
     areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
-    resolved = options.texel_m or _texel(pixels, areas) / options.texels_per_pixel
-    atlas = make_atlas(vertices, faces, resolved, options.atlas, progress)
+    if options.texel_m is None:
+        texel, factors = _texels(pixels, areas, faces)
+        texel /= options.texels_per_pixel
+    else:
+        texel, factors = options.texel_m, None
+    atlas = make_atlas(vertices, faces, texel, options.atlas, progress, factors)
     blend_result = blend(vertices, faces, visibilities, atlas.texel, progress)
     colors = _all_colors(blend_result, mesh)
     pages = draw_pages(
@@ -302,24 +310,58 @@ def _photo_pixels(visibilities: Sequence[PhotoVisibility], m: int) -> FloatArray
         return np.asarray(1 / best_resolution)
 
 
-def _texel(pixels: FloatArray, areas: FloatArray) -> float:
-    """Return the texel for pixels of the best photos: their median, or less if they vary much."""
-    median, fine_pixel = _quantiles(pixels, areas, [0.5, 1 - _FINE_SHARE])
-    return min(median, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine_pixel)
+def _texels(
+    pixels: FloatArray, areas: FloatArray, faces: Int32Array
+) -> tuple[float, FloatArray | None]:
+    """Return the texel for pixels (m,) of the best photos, and factors (m,) that enlarge it.
+
+    The texel is the median pixel, or less if pixels vary. If close-up photos show a part in much
+    more detail, the other parts have factors; otherwise None.
+    """
+    fine, median, coarse = _quantiles(pixels, areas, [1 - _FINE_SHARE, 0.5, 0.95])
+    texel = min(median, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine)
+    if coarse < _MIN_PIXEL_SPREAD * fine:
+        return texel, None
+    # Smoothed, so that charts do not break up where the best photo changes.
+    levels = np.log2(np.where(np.isfinite(pixels), pixels, median) / fine)
+    neighbour_faces = neighbours(faces)
+    has_neighbour = neighbour_faces >= 0
+    for _ in range(_SMOOTHING_ROUNDS):
+        sums = np.where(has_neighbour, levels[neighbour_faces], 0.0).sum(axis=1)
+        levels = (levels + sums) / (1 + has_neighbour.sum(axis=1))
+    steps = np.clip(np.floor(2 * levels), 0, 2 * _MAX_LEVEL)
+    return texel, np.asarray(2.0 ** (steps / 2))
 
 
 def _texel_ratio(
     vertices: FloatArray, faces: Int32Array, atlas: Atlas, pixels: FloatArray
 ) -> float:
     """Return the 90 % quantile of the edges of texels, in pixels of the best photo."""
+    sizes, areas = _texel_sizes(vertices, faces, atlas)
+    ratios = sizes / pixels
+    is_visible = np.isfinite(pixels) & np.isfinite(sizes) & (areas > 0)
+    if not is_visible.any():
+        return 0.0
+    return _quantiles(ratios[is_visible], areas[is_visible], [_FINE_SHARE])[0]
+
+
+def _texel_sizes(
+    vertices: FloatArray, faces: Int32Array, atlas: Atlas
+) -> tuple[FloatArray, FloatArray]:
+    """Return the edge (m,) of the texels on each face, and the areas (m,) of the faces."""
     areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     first, second = (atlas.corners[:, k] - atlas.corners[:, 0] for k in (1, 2))
     texels = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
-    is_visible = np.isfinite(pixels) & (texels > 0) & (areas > 0)
-    if not is_visible.any():
-        return 0.0
-    ratios = np.sqrt(areas[is_visible] / texels[is_visible]) / pixels[is_visible]
-    return _quantiles(ratios, areas[is_visible], [_FINE_SHARE])[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.sqrt(areas / texels), areas
+
+
+def _median_texel(vertices: FloatArray, faces: Int32Array, atlas: Atlas) -> float:
+    """Return the area-weighted median edge of the texels, in the unit of the vertices."""
+    if not atlas.facts["has_factors"]:
+        return atlas.texel
+    sizes, areas = _texel_sizes(vertices, faces, atlas)
+    return _quantiles(sizes, areas, [0.5])[0]
 
 
 def _quantiles(values: FloatArray, areas: FloatArray, shares: Sequence[float]) -> list[float]:
@@ -393,7 +435,7 @@ def _report(
         if share > 0.3:
             warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
     return TextureReport(
-        atlas.texel,
+        _median_texel(vertices, faces, atlas),
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
         texel_ratio,
