@@ -151,7 +151,7 @@ def test_options_of_kernels_and_parts_count() -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("module", ["_obj_kernels", "_ply_kernels", "_polygons"])
+@pytest.mark.parametrize("module", ["_obj_kernels", "_ply_kernels", "_polygon_kernels"])
 def test_no_reader_needs_numba(module: str) -> None:
     """Else every small command would wait for its import."""
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")

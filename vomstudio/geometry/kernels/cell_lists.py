@@ -146,7 +146,9 @@ def sort_upper(values, first, last, buffer, counts):  # type: ignore[no-untyped-
             target[counts[k]] = source[i]
             counts[k] += 1
     if n_passes % 2 == 1:
-        values[:] = buffer
+        # A slice assignment would allocate memory, which requires numba's runtime.
+        for i in range(n):
+            values[i] = buffer[i]
 
 
 @kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")

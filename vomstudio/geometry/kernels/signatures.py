@@ -27,7 +27,7 @@ _SCALAR_TYPES: dict[str, tuple[Any, str]] = {
     "b1": (ctypes.c_bool, "i8"),
 }
 """Types of single numbers: for ctypes and for LLVM."""
-RESULT_TYPES: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double}
+RESULT_TYPES: dict[str, Any] = {"i8": ctypes.c_int64, "f8": ctypes.c_double, "b1": ctypes.c_bool}
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class _KernelParameter:
 
 
 class Signature:
-    """Signature of a kernel in numba's notation, with arrays, numbers, and results of 8 bytes.
+    """Signature of a kernel in numba's notation, with arrays and numbers.
 
     numba passes an array as two owners (not needed), number of items, bytes of an item, address,
     lengths and strides; places for results and for errors precede all arguments. Raises ValueError

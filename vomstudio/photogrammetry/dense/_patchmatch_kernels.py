@@ -182,7 +182,8 @@ def _tilt_normal(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
 
 @kernel(
     "void(f4[:,::1], f4[:,:,::1], i8[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], u1[:,::1],"
-    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], u4[::1], f4, f4, f4, f4, i8, i8, i8, i8, i8)",
+    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], u4[::1], f4, f4, f4, f4, i8, i8, i8, i8, i8,"
+    " f4[:,::1], f4[::1], i8[::1])",
     fastmath=True,
 )
 def sweep(  # type: ignore[no-untyped-def]
@@ -206,6 +207,9 @@ def sweep(  # type: ignore[no-untyped-def]
     parity,
     first,
     last,
+    samples,
+    trial,
+    selection,
 ):
     """Improve the planes of every second pixel in the rows `first` to `last`, in place.
 
@@ -222,12 +226,11 @@ def sweep(  # type: ignore[no-untyped-def]
     spread : size of the random changes, initially 1
     max_sources : number of best sources that are used
     radius : odd distance of the farther neighbours whose planes are tried, or 0
+    samples, trial, selection : working space, (3, SAMPLES), (n,) and (n,)
     """
     h, w = reference.shape
     n = len(sources)
-    patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
-    moments, trial = np.empty(2, np.float32), np.empty(n, np.float32)
-    selection = np.empty(n, np.int64)
+    patch, weights, moments = samples[0], samples[1], samples[2]
     low, high = np.float32(1.0) / max_depth, np.float32(1.0) / min_depth
     count = min(n, max_sources)
     fraction = np.float32(1.0) / np.float32(count)
@@ -323,16 +326,30 @@ def sweep(  # type: ignore[no-untyped-def]
 
 @kernel(
     "void(f4[:,::1], f4[:,:,::1], i8[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], u1[:,::1],"
-    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], i8, i8)",
+    " f4[:,::1], f4[:,:,::1], f4[:,:,::1], i8, i8, f4[:,::1])",
     fastmath=True,
 )
 def measure(  # type: ignore[no-untyped-def]
-    reference, sources, sizes, rotations, shifts, lens, is_active, depth, normal, costs, first, last
+    reference,
+    sources,
+    sizes,
+    rotations,
+    shifts,
+    lens,
+    is_active,
+    depth,
+    normal,
+    costs,
+    first,
+    last,
+    samples,
 ):
-    """Compute the costs of the planes in each source for the rows `first` to `last`."""
+    """Compute the costs of the planes in each source for the rows `first` to `last`.
+
+    `samples` (3, SAMPLES) is working space.
+    """
     w = reference.shape[1]
-    patch, weights = np.empty(SAMPLES, np.float32), np.empty(SAMPLES, np.float32)
-    moments = np.empty(2, np.float32)
+    patch, weights, moments = samples[0], samples[1], samples[2]
     for y in range(first, last):
         for x in range(w):
             if is_active[y, x] == 0:

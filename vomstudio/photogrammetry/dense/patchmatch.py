@@ -185,16 +185,18 @@ def likeness(
     return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[row_indices, column_indices])
 
 
-def _sweep(*arguments: object) -> None:
-    from vomstudio.photogrammetry.dense._patchmatch_kernels import sweep
+def _sweep(reference: Float32Array, pictures: Float32Array, *arguments: object) -> None:
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import SAMPLES, sweep
 
-    sweep(*arguments)
+    samples, n = np.empty((3, SAMPLES), np.float32), len(pictures)
+    trial, selection = np.empty(n, np.float32), np.empty(n, np.int64)
+    sweep(reference, pictures, *arguments, samples, trial, selection)
 
 
 def _measure(*arguments: object) -> None:
-    from vomstudio.photogrammetry.dense._patchmatch_kernels import measure
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import SAMPLES, measure
 
-    measure(*arguments)
+    measure(*arguments, np.empty((3, SAMPLES), np.float32))
 
 
 def _run_in_blocks(

@@ -124,11 +124,31 @@ def fill_outward(starts, links, known, values, queue):  # type: ignore[no-untype
             count += 1
 
 
-@kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1])")
-def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyped-def]
+@part
+def _sort(values, count):  # type: ignore[no-untyped-def]
+    """Sort the first `count` values by Shell's method (Knuth, 1998, vol. 3, sec. 5.2.1).
+
+    The method of NumPy would allocate memory, which requires numba's runtime.
+    """
+    gap = 1
+    while 3 * gap + 1 < count:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, count):
+            value, k = values[i], i
+            while k >= gap and values[k - gap] > value:
+                values[k] = values[k - gap]
+                k -= gap
+            values[k] = value
+        gap //= 3
+
+
+@kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1], f4[::1])")
+def median_distances(starts, colors, distance, spread, values):  # type: ignore[no-untyped-def]
     """Compute distances of colours from the median of their vertex.
 
     Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.
+    `values` is working space for the entries of one vertex.
     """
     for v in range(len(starts) - 1):
         first_neighbour, last_neighbour = starts[v], starts[v + 1]
@@ -139,12 +159,13 @@ def median_distances(starts, colors, distance, spread):  # type: ignore[no-untyp
         if n < 3:
             continue
         for c in range(3):
-            values = colors[first_neighbour:last_neighbour, c].copy()
-            values.sort()
+            for k in range(n):
+                values[k] = colors[first_neighbour + k, c]
+            _sort(values, n)
             centre = 0.5 * (values[(n - 1) // 2] + values[n // 2])
             for k in range(n):
                 values[k] = abs(values[k] - centre)
-            values.sort()
+            _sort(values, n)
             # Use the nearer half, so that outliers do not widen the spread.
             median = values[(n - 1) // 2]
             for e in range(first_neighbour, last_neighbour):

@@ -289,7 +289,9 @@ def _find_occluded(
         _smooth_view(rows, view, smoothed, links, 3)
     distance = np.zeros(len(colors), np.float32)
     spread = np.zeros(len(colors), np.float32)
-    median_distances(rows.starts, smoothed, distance, spread)
+    most_entries = int(np.diff(rows.starts).max(initial=0))
+    values = np.empty(most_entries, np.float32)
+    median_distances(rows.starts, smoothed, distance, spread, values)
     # Estimate the usual differences of photos by misregistration and light.
     median = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
     is_occluded = np.asarray(

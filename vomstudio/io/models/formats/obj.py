@@ -74,9 +74,9 @@ def matches(path: Path, head: bytes) -> bool:
 def warm_up() -> None:
     """Load or compile and cache the code needed for reading, so that users need not wait."""
     from vomstudio.geometry.kernels.jit import prepare_kernels
-    from vomstudio.io.models.formats import _obj_kernels, _ply_kernels, _polygons
+    from vomstudio.io.models.formats import _obj_kernels, _ply_kernels, _polygon_kernels
 
-    prepare_kernels(_obj_kernels, _ply_kernels, _polygons)
+    prepare_kernels(_obj_kernels, _ply_kernels, _polygon_kernels)
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
@@ -295,7 +295,7 @@ class _Reading:
         from vomstudio.io.models.formats import _obj_kernels as k
 
         if len(self.polygons):
-            from vomstudio.io.models.formats._polygons import cut_concave
+            from vomstudio.io.models.formats._polygon_kernels import cut_concave
 
             cut_concave(self.vertices, self.corners, self.uv_corners, self.polygons)
         names, starts, libraries = self._words()

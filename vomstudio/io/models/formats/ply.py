@@ -328,9 +328,9 @@ def _triangles(
     if n_short:
         findings.append(Finding("model.faces-incomplete", count=n_short))
     if len(polygons):
-        from vomstudio.io.models.formats import _polygons
+        from vomstudio.io.models.formats import _polygon_kernels
 
-        _polygons.cut_concave(vertices, triangles.corners, triangles.uv_corners, polygons)
+        _polygon_kernels.cut_concave(vertices, triangles.corners, triangles.uv_corners, polygons)
     return triangles
 
 
