@@ -52,6 +52,14 @@ class Kernel:
                 )
             return self._run
 
+    def compile_for_this_processor(self) -> None:
+        """Compile and cache the kernel, unless the cache contains it."""
+        from vomstudio.geometry.kernels import machine_code
+
+        with COMPILATION_LOCK:
+            if not machine_code.compile_for_this_processor(self.source):
+                self.compile_by_numba()
+
     def compile_by_numba(self) -> Callable[..., Any]:
         """Compile by numba, or load from numba's cache.
 

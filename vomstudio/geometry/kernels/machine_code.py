@@ -12,6 +12,10 @@ before the code is linked, because LLVM terminates the process if a symbol is mi
 not certain, the file of the kernel is empty and numba runs the kernel. This concerns kernels that
 allocate memory, which requires numba's runtime, and kernels with argument types that `Signature`
 does not support. It also concerns all kernels on systems other than Linux, which are untested.
+
+The program contains code for the processors of a baseline (`BASELINES`), which is used until a
+kernel has been compiled for this processor. This code does not depend on the version of numba that
+is installed.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import platform
 import re
 import shutil
 import struct
@@ -28,14 +33,14 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small_text, read_whole
 from vomstudio.core.files.user_folders import state_folder
-from vomstudio.core.paths import user_cache
+from vomstudio.core.paths import resource, user_cache
 from vomstudio.geometry.kernels.signatures import Signature
 from vomstudio.geometry.kernels.sources import KernelPart, KernelSource, all_code, link_parts
 
@@ -48,6 +53,28 @@ _ENGINES: list[Any] = []
 """Engines of the loaded kernels; the code is freed together with its engine."""
 
 
+class Baseline(NamedTuple):
+    """Processors for which the program contains compiled kernels.
+
+    `cpu` and `features` are names of LLVM.
+    """
+
+    cpu: str
+    features: tuple[str, ...]
+
+
+BASELINES = {
+    "x86_64": Baseline(
+        "x86-64-v3", ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
+    ),
+    "aarch64": Baseline("generic", ()),
+}
+"""Baselines by architecture (System V ABI, *AMD64 Architecture Processor Supplement*, 3.1.1)."""
+INCLUDED_FOLDER = f"{sys.implementation.cache_tag}-{sys.platform}-{platform.machine()}"
+"""Folder of the included code in ``resources/kernels``. The names of its files depend on the
+instructions of Python, which differ between versions."""
+
+
 class _UncacheableKernelError(Exception):
     """Raised if the code cannot be cached, so that numba must run the kernel."""
 
@@ -55,7 +82,7 @@ class _UncacheableKernelError(Exception):
 def entry(
     source: KernelSource, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
-    """Return the kernel as machine code, compiled if it is not in the cache.
+    """Return the kernel as machine code, compiled if there is no code for this processor.
 
     Parameters
     ----------
@@ -68,18 +95,49 @@ def entry(
     callable or None
         The kernel, or None if numba must compile it.
     """
-    if sys.platform != "linux" or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+    if not _can_link_code():
         return None
     try:
         signature = Signature(source.signature)
-        name = _file_name(source)
-        code = load_code(name)
+        code = load_code(_file_name(source))
         if code is None:
-            code = _compile_kernel(source, signature)
-            store_code(name, code)
+            code = _included_code(source)
+        if code is None:
+            code = _compile_and_store(source)
         return _link(signature, code, compile_by_numba)
     except (_UncacheableKernelError, ValueError):
         return None
+
+
+def compile_for_this_processor(source: KernelSource) -> bool:
+    """Compile a kernel for this processor and cache it, unless the cache contains it.
+
+    Parameters
+    ----------
+    source : KernelSource
+
+    Returns
+    -------
+    bool
+        Whether the cache contains the kernel; otherwise, numba must compile it.
+    """
+    if not _can_link_code():
+        return False
+    try:
+        code = load_code(_file_name(source))
+        return bool(_compile_and_store(source) if code is None else code)
+    except (_UncacheableKernelError, ValueError):
+        return False
+
+
+def _can_link_code() -> bool:
+    return sys.platform == "linux" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+def _compile_and_store(source: KernelSource) -> bytes:
+    code = _compile_kernel(source, Signature(source.signature))
+    store_code(_file_name(source), code)
+    return code
 
 
 def _link(
@@ -161,6 +219,9 @@ def _compile_kernel(source: KernelSource, signature: Signature) -> bytes:
             llvm.parse_assembly(result.library.get_llvm_str()).get_function(symbol).arguments
         )
         _, form, (code, *_) = result.library.serialize_using_object_code()
+    except MemoryError as error:
+        # The kernel can be compiled later.
+        raise _UncacheableKernelError from error
     # This includes versions of numba that do not support these arguments. numba then compiles the
     # kernel in its usual way and reports any errors in the kernel itself.
     except Exception:  # noqa: BLE001
@@ -177,6 +238,51 @@ def _type_name(llvm_type: Any) -> str:
     """Return the name of a type; llvmlite before 0.45 includes the target type of pointers."""
     name = str(llvm_type)
     return "ptr" if name.endswith("*") else name
+
+
+# --- code in the program ------------------------------------------------------------------------
+
+
+def baseline_code(source: KernelSource) -> tuple[str, bytes]:
+    """Compile a kernel for the baseline of this architecture.
+
+    numba must have been imported with the environment variables NUMBA_CPU_NAME and
+    NUMBA_CPU_FEATURES of the baseline.
+
+    Parameters
+    ----------
+    source : KernelSource
+
+    Returns
+    -------
+    tuple of str and bytes
+        Name and content of its file in `INCLUDED_FOLDER`. The code is empty if the kernel requires
+        numba.
+    """
+    code = _compile_kernel(source, Signature(source.signature))
+    return _included_name(source), _add_checksum(code)
+
+
+def _included_code(source: KernelSource) -> bytes | None:
+    """Return the code of a kernel that the program contains, or None."""
+    import llvmlite.binding as llvm
+
+    baseline = BASELINES.get(platform.machine())
+    if baseline is None:
+        return None
+    features = llvm.get_host_cpu_features()
+    if not all(features.get(name) for name in baseline.features):
+        return None
+    try:
+        folder = resource("kernels", INCLUDED_FOLDER)
+    except InputError:
+        # A checkout does not contain the code.
+        return None
+    return _read_code(folder / _included_name(source)) or None
+
+
+def _included_name(source: KernelSource) -> str:
+    return _name(source, (BASELINES[platform.machine()].cpu,))
 
 
 # --- files in the cache -------------------------------------------------------------------------
@@ -240,12 +346,16 @@ def load_code(name: str) -> bytes | None:
     -------
     bytes or None
     """
-    for folder in cache_folders():
-        with contextlib.suppress(OSError, InputError):
-            content = read_whole(folder / name)
-            code = content[len(_FORMAT) + _DIGEST_BYTES :]
-            if content == _add_checksum(code):
-                return code
+    codes = (_read_code(folder / name) for folder in cache_folders())
+    return next((code for code in codes if code is not None), None)
+
+
+def _read_code(path: Path) -> bytes | None:
+    with contextlib.suppress(OSError, InputError):
+        content = read_whole(path)
+        code = content[len(_FORMAT) + _DIGEST_BYTES :]
+        if content == _add_checksum(code):
+            return code
     return None
 
 
@@ -286,8 +396,12 @@ def _remove_outdated_code(folder: Path, kernel: str, suffix: str) -> None:
 
 
 def _file_name(source: KernelSource) -> str:
+    return _name(source, _environment())
+
+
+def _name(source: KernelSource, environment: tuple[str, ...]) -> str:
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for word in (*_environment(), source.signature, str(source.fastmath)):
+    for word in (*environment, source.signature, str(source.fastmath)):
         digest.update(f"{word}\n".encode())
     for word in _meaning(source.function):
         digest.update(f"{len(word)} {word}\n".encode())

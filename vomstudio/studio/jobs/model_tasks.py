@@ -35,30 +35,24 @@ IMPORT_LIBRARIES = Job("warm", Lane.MODELS, NoArguments, NoArguments, _warm)
 """Import the libraries for reading models, so that the first model opens without delay."""
 
 
-_PACKAGE = Path(__file__).resolve().parents[2]
-
-
 def _compile_kernels(request: NoArguments, progress: Progress) -> NoArguments:
-    import importlib
     import os
-    import pkgutil
 
     from vomstudio.geometry.kernels import compilation_state
-    from vomstudio.geometry.kernels.jit import prepare_kernels
+    from vomstudio.geometry.kernels.declared_kernels import declared_kernels
 
     if hasattr(os, "nice"):
         os.nice(10)
-    for module in pkgutil.walk_packages([str(_PACKAGE)], "vomstudio."):
-        if module.name.endswith("_kernels"):
-            progress.step(0)
-            prepare_kernels(importlib.import_module(module.name))
+    for kernel in declared_kernels():
+        progress.step(0)
+        kernel.compile_for_this_processor()
     compilation_state.record_compilation()
     return NoArguments()
 
 
 COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, NoArguments, NoArguments, _compile_kernels)
-"""Prepare all kernels. Kernels that were never used on this machine are compiled, which takes
-seconds each, before the user has to wait for them."""
+"""Compile all kernels for this processor, which takes seconds each. Until then, the kernels that
+the program contains are used."""
 
 
 @dataclass(frozen=True)
