@@ -31,3 +31,13 @@ def test_checking_photos_waits_for_no_products() -> None:
 
 def test_an_orthophoto_is_found_behind_all_of_them() -> None:
     assert "product_tasks" in loaded_for("orthophoto")
+
+
+def test_no_job_of_a_user_waits_for_the_compilation_of_kernels() -> None:
+    """It takes minutes, and its process has a low priority."""
+    from vomstudio.studio.jobs import tasks
+    from vomstudio.studio.jobs.model_tasks import COMPILE_KERNELS
+
+    assert tasks.find_task("no such job") is None
+    same_lane = [job.name for job in tasks.TASKS.values() if job.lane is COMPILE_KERNELS.lane]
+    assert same_lane == [COMPILE_KERNELS.name]

@@ -27,6 +27,7 @@ class Lane(enum.Enum):
     PHOTOS = "photos"
     RECONSTRUCTION = "reconstruction"
     INSPECTION = "inspection"
+    KERNELS = "kernels"
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ def _compile_kernels(request: NoArguments, progress: Progress) -> NoArguments:
     return NoArguments()
 
 
-COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, NoArguments, NoArguments, _compile_kernels)
+COMPILE_KERNELS = Job("compile_kernels", Lane.KERNELS, NoArguments, NoArguments, _compile_kernels)
 """Compile all kernels for this processor, which takes seconds each. Until then, the kernels that
 the program contains are used."""
 
