@@ -67,6 +67,7 @@ def make_window(paths: list[Path] | None = None) -> MainWindow:
     window.begin([Path(p) for p in paths or []])
     for problem in problems:
         window.studio.warn(problem.message)
+    window.prepare_for_models()
     wait(lambda: hasattr(window, "net"), "the net")
     focus(window)
     return window

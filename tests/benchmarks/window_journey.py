@@ -224,6 +224,7 @@ class Journey:
         self.window.resize(*SIZE)
         self.wait(lambda: self.dock("stereonet") is not None, "the docks")
         # The net comes last of all: its library is heavy.
+        self.window.prepare_for_models()
         self.wait(lambda: hasattr(self.window, "net"), "the net")
         self.window.activateWindow()
         self.wait(lambda: application.activeWindow() is not None, "an active window")

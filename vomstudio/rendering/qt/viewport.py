@@ -87,8 +87,10 @@ class Viewport(QWidget):
     clip_changed = Signal(object)
     """Emits the ClipBox while a handle is dragged."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, *, is_lazy: bool = False) -> None:
+        """Create the view; if `is_lazy`, its scene is not created before `begin_drawing`."""
         super().__init__(parent)
+        self._is_lazy = is_lazy
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
@@ -151,7 +153,14 @@ class Viewport(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
-        self._lifetime.begin()
+        if not self._is_lazy:
+            self._lifetime.begin()
+
+    def begin_drawing(self) -> None:
+        """Create the scene of a lazy view, now or once the view is visible."""
+        self._is_lazy = False
+        if self.isVisible():
+            self._lifetime.begin()
 
     def _fill_scene(self, scene: Scene) -> None:
         width, height = self._picture.device_size()

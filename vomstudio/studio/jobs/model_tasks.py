@@ -19,6 +19,17 @@ Matrix = tuple[tuple[float, ...], ...]
 """Rows of a 4 x 4 matrix, as stored in `to_world` of a model."""
 
 
+def _start(request: NoArguments, progress: Progress) -> NoArguments:
+    import vomstudio.io.models.model_cache
+    import vomstudio.io.models.opening  # noqa: F401
+
+    return NoArguments()
+
+
+START_WORKER = Job("start", Lane.MODELS, NoArguments, NoArguments, _start)
+"""Import what the reading of every model needs."""
+
+
 def _warm(request: NoArguments, progress: Progress) -> NoArguments:
     import laspy  # noqa: F401
     import lazrs  # noqa: F401
@@ -343,6 +354,7 @@ CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, MEMORY_
 
 JOBS = (
     IMPORT_LIBRARIES,
+    START_WORKER,
     COMPILE_KERNELS,
     LOAD_MODEL,
     PREVIEW_MODEL,

@@ -84,6 +84,8 @@ class Files(QObject):
 
     opened = Signal()
     """Emitted when the user has opened a model or a project."""
+    choosing = Signal()
+    """Emitted before the user is asked for a model or a project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -121,6 +123,7 @@ class Files(QObject):
 
     def choose_model(self) -> None:
         """Ask for model files and open them."""
+        self.choosing.emit()
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
@@ -132,6 +135,7 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         """Ask for a project folder and open it."""
+        self.choosing.emit()
         name = QFileDialog.getExistingDirectory(
             self._parent, tr("Open project (a folder NAME.vom)"), start_folder(self._studio)
         )

@@ -1,20 +1,32 @@
-"""Import of slow libraries in a thread once the window is visible."""
+"""Import of the libraries that an open model needs, in a thread."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QWidget
 
 from vomstudio.ui.base.qt_background import QtBackground
+
+
+class NetPlaceholder(QWidget):
+    """Page of the net until its libraries have been imported."""
+
+    appeared = Signal()
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        super().showEvent(event)
+        self.appeared.emit()
 
 
 class BackgroundImports(QObject):
     """Imports slow libraries in a thread.
 
-    `started` is emitted when the thread starts, `stereonet_imported` when the stereonet can be
+    `begun` is emitted when the thread starts, `stereonet_imported` when the stereonet can be
     created, and `all_imported` when all libraries have been imported.
     """
 
-    started = Signal()
+    begun = Signal()
     stereonet_imported = Signal()
     all_imported = Signal()
 
@@ -31,7 +43,7 @@ class BackgroundImports(QObject):
             self._has_begun = True
             self._background.run(_import_stereonet, lambda _: self.stereonet_imported.emit())
             self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
-            self.started.emit()
+            self.begun.emit()
 
     def begin_at_latest_in(self, milliseconds: int) -> None:
         """Start the thread after a delay, unless it is started earlier."""

@@ -19,7 +19,7 @@ from PySide6.QtGui import (
     QKeySequence,
     QShortcut,
 )
-from PySide6.QtWidgets import QMainWindow, QWidget
+from PySide6.QtWidgets import QMainWindow
 
 from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
@@ -29,9 +29,10 @@ from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.search import SearchEntry
 from vomstudio.ui.shell import thread_switching, warm_up
-from vomstudio.ui.shell.background_imports import BackgroundImports
+from vomstudio.ui.shell.background_imports import BackgroundImports, NetPlaceholder
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.drag_and_drop import dragged_files
+from vomstudio.ui.shell.first_paint import FirstPaint
 from vomstudio.ui.shell.screens import restore_geometry
 from vomstudio.ui.shell.workspaces import Workspaces, stored_geometry
 from vomstudio.ui.widgets.failure_notices import can_close, close_all
@@ -64,6 +65,7 @@ class MainWindow(QMainWindow):
         self._imports = BackgroundImports()
         self._imports.stereonet_imported.connect(self._add_stereonet)
         self._imports.all_imported.connect(self._imports_done)
+        self._is_drawing = False
         self.viewport: Viewport | None = None
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
@@ -249,12 +251,15 @@ class MainWindow(QMainWindow):
         self._place.set_bar(self.message_bar)
         self.net_overlay = NetOverlay(self._place.available_area, self.message_bar)
         self.net_overlay.restore(self._settings.window.get("net place", ""))
+        # The start page is over the outcrop.
+        self.net_overlay.cover(True)
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
         self._switching = WorkspaceSwitching(
             self.studio, self.survey, self.docks, self.workspaces, self._place
         )
+        self.files.choosing.connect(self.prepare_for_models)
         self.files.opened.connect(self._switching.path_opened)
         self.files.opened.connect(self.photo_tab.show_outcrop)
 
@@ -304,8 +309,9 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.jobs_panel import JobsPanel
         from vomstudio.ui.shell.work_panels import PERMANENT_PAGES, work_panels
 
-        # The net needs matplotlib; a placeholder is shown until the window is visible.
-        self._net_place = QWidget()
+        # The net needs matplotlib, which is imported when the net is visible for the first time.
+        self._net_place = NetPlaceholder()
+        self._net_place.appeared.connect(self._import_net)
         add = self.docks.add
         add("project", tr("Project"), self.tree)
         add("tool", tr("Tool"), self.tool_panel, is_scrollable=True)
@@ -388,7 +394,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
         from vomstudio.ui.shell.photo_tab import center_widget_of
 
-        self.viewport = viewport = Viewport(self)
+        self.viewport = viewport = Viewport(self, is_lazy=True)
         viewport.setMinimumSize(200, 150)
         self.actions_table.assign_viewport_keys(viewport)
         self._place.set_outcrop(viewport)
@@ -417,10 +423,41 @@ class MainWindow(QMainWindow):
         # Imported in a thread after the first frame, because the library of the net takes a
         # second.
         viewport.first_frame.connect(self._imports.begin)
-        self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
-        # Also later, because it reads the journals of all abandoned projects.
-        self._imports.started.connect(partial(self.studio.offer_recovery, tuple(paths)))
         self._refresh()
+        if self._net_place.isVisible():
+            self._import_net()
+        begin_later_work = partial(self._begin_later_work, tuple(paths))
+        if self._is_drawing:
+            self._imports.begun.connect(begin_later_work)
+        else:
+            FirstPaint(viewport, begin_later_work)
+
+    def _begin_later_work(self, paths: tuple[Path, ...]) -> None:
+        """Begin the work for which the first picture need not wait."""
+        if not self.isVisible():
+            return
+        # Reads the journals of all abandoned projects.
+        self.studio.offer_recovery(paths)
+        warm_up.start_worker(self.studio)
+        warm_up.compile_kernels(self.studio)
+
+    def prepare_for_models(self) -> None:
+        """Import what an open model needs, while the user is choosing a file."""
+        warm_up.for_models(self.studio)
+        self._draw_outcrop()
+
+    def _draw_outcrop(self) -> None:
+        """Create the scene, then the net. An empty window needs neither, nor their memory."""
+        if self.viewport is not None and not self._is_drawing:
+            self._is_drawing = True
+            self.viewport.begin_drawing()
+            self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
+
+    def _import_net(self) -> None:
+        if self._place.shows_outcrop:
+            self._draw_outcrop()
+        else:
+            self._imports.begin()
 
     def _join_panels(self, viewport: Viewport) -> None:
         self.cameras.camera_selected.connect(self.photos_panel.select_photo)
@@ -453,7 +490,6 @@ class MainWindow(QMainWindow):
         self.net = StereonetPanel(self.studio, self.actions_table.all)
         self.net.menu_requested.connect(lambda id_, at: self._menus.create_menu(id_).popup(at))
         self.docks.replace_page("stereonet", self.net)
-        warm_up.all_workers(self.studio)
 
     def _imports_done(self) -> None:
         # An open model may be freed before the program ends, so it must not be frozen.
@@ -483,6 +519,8 @@ class MainWindow(QMainWindow):
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if dragged_files(event):
             event.acceptProposedAction()
+            if self._is_filled:
+                self.prepare_for_models()
 
     def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
         for path in dragged_files(event) if self._is_filled else ():
@@ -506,7 +544,7 @@ class MainWindow(QMainWindow):
         self._refresh()
 
     def _cover_net(self) -> None:
-        self.net_overlay.cover(not self._place.shows_outcrop or self.start_page.isVisible())
+        self.net_overlay.cover(not self._place.shows_outcrop or not self.start_page.isHidden())
 
     def _refresh(self, *_: object) -> None:
         self.actions_table.refresh()
@@ -518,6 +556,9 @@ class MainWindow(QMainWindow):
         is_empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
         self.start_page.setVisible(is_empty)
         self._cover_net()
+        # The net of readings without a model can be exported while it is hidden.
+        if not self._is_drawing and (not is_empty or studio.session.features()):
+            self._draw_outcrop()
 
     # --- end ---------------------------------------------------------------------------------
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802

@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from vomstudio.ui.base.studio import Studio
 
 
+def start_worker(studio: Studio) -> None:
+    """Start the worker that reads models, without the libraries of the formats."""
+    from vomstudio.studio.jobs.model_tasks import START_WORKER
+
+    _ask(studio, START_WORKER)
+
+
 def for_models(studio: Studio) -> None:
     """Import the libraries of the worker that reads models."""
     from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES
@@ -19,15 +26,14 @@ def for_models(studio: Studio) -> None:
     _ask(studio, IMPORT_LIBRARIES)
 
 
-def all_workers(studio: Studio) -> None:
-    """Warm up the worker for models, then that for photos, which may compile kernels."""
+def compile_kernels(studio: Studio) -> None:
+    """Compile all kernels for this processor, unless this has been done."""
     from vomstudio.geometry.kernels import compilation_state
     from vomstudio.studio.jobs.model_tasks import COMPILE_KERNELS
 
-    for_models(studio)
     if not compilation_state.is_compilation_recorded():
         # Otherwise a new worker would use two seconds of processor time without any effect.
-        # The worker has imported everything; without photos, its memory would be wasted.
+        # No other job runs in this worker, so its memory would be wasted.
         _ask(studio, COMPILE_KERNELS, lambda: studio.jobs.release(COMPILE_KERNELS.lane))
 
 
