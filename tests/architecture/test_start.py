@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 SECOND_VIEW = {"pyvista", "pyvistaqt", "qtpy"}
 HEAVY = SECOND_VIEW | {
@@ -17,6 +19,35 @@ HEAVY = SECOND_VIEW | {
     "pyproj",
     "h5py",
 }
+
+
+LATER = (
+    "scipy",
+    "numba",
+    "llvmlite",
+    "vtkmodules",
+    "matplotlib",
+    "pandas",
+    "pyproj",
+    "lxml",
+    "vomstudio.geology.folds",
+    "vomstudio.io.photos.own_cameras",
+    "vomstudio.project.exports.export",
+)
+"""What a filled, empty window does not need."""
+MAX_MODULES = 980
+"""Modules of a filled, empty window; this number may only fall."""
+FILL = """
+import os, sys
+from PySide6.QtWidgets import QApplication
+application = QApplication([])
+from vomstudio.io.settings import read_settings
+from vomstudio.ui.shell.main_window import MainWindow
+window = MainWindow(read_settings()[0])
+window.begin([])
+print(*sys.modules, flush=True)
+os._exit(0)
+"""
 
 
 def packages_after(*modules: str) -> set[str]:
@@ -46,3 +77,19 @@ def test_a_window_with_its_viewport_leaves_out_the_libraries_of_the_second_view(
     )
     assert "vtkmodules" in packages
     assert not SECOND_VIEW & packages
+
+
+def test_a_window_is_filled_without_what_only_a_model_needs(own_folders: Path) -> None:
+    """Its first complete picture waits for all that is imported here."""
+    done = subprocess.run(
+        [sys.executable, "-c", FILL],
+        env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    modules = done.stdout.split()
+    assert "vomstudio.ui.panels.photos.photos_panel" in modules
+    assert [name for name in LATER if name in modules] == []
+    assert len(modules) <= MAX_MODULES

@@ -16,9 +16,6 @@ from vomstudio.core.signals import Signal
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.io.photos.own_cameras.photos import find_photos
-from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
-from vomstudio.io.photos.own_cameras.result import local_cameras
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.studio.background import Background
@@ -142,6 +139,8 @@ class PhotoLinks:
             return None
         if (selected_path := self._selected_path(model_id, "cameras")) is not None:
             return selected_path
+        from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+
         file = self._projects.project.find_model(record)
         return None if file is None else find_own_cameras(file)
 
@@ -236,6 +235,9 @@ def _read_photos(
 ) -> ModelPhotos:
     # Imported late, because importing the kernels takes 0.3 s and would delay the start.
     from vomstudio.geometry.rays.raytree import RayTree
+    from vomstudio.io.photos.own_cameras.photos import find_photos
+    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.result import local_cameras
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     cameras_of_model = read_own_cameras(path, data.bounds)

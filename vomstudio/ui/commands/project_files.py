@@ -19,7 +19,6 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import check_frame
 from vomstudio.project import edits
-from vomstudio.project.exports.export import export_records
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.paths import PROJECT_SUFFIX, is_project
@@ -231,6 +230,8 @@ class Files(QObject):
         """Export the features to `path`, replacing an existing file."""
 
         def write() -> None:
+            from vomstudio.project.exports.export import export_records
+
             result = export_records(
                 self._studio.records,
                 format_,

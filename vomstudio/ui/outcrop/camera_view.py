@@ -13,8 +13,6 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.geometry.frusta import Frustum, frusta
-from vomstudio.io.photos.own_cameras.reading import read_own_cameras
-from vomstudio.io.photos.own_cameras.result import local_cameras
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
@@ -174,6 +172,9 @@ class CameraView(QObject):
 
 
 def _read_frusta(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
+    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.result import local_cameras
+
     cameras = local_cameras(read_own_cameras(path, bounds))
     pyramids = frusta(cameras.views, bounds.mean(axis=0) - cameras.origin)
     weak_names = cameras.weak_names

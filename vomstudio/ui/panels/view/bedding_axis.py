@@ -57,7 +57,8 @@ class BeddingAxis:
 
         The axis itself is not computed if two available planes already give the answer.
         """
-        if self._axis is None and len(self._studio.fold.planes()) >= 2:
+        fold = self._studio.fold
+        if self._axis is None and fold.features() and len(fold.planes()) >= 2:
             return None
         axis = self.axis_or_reason()
         return axis if isinstance(axis, Finding) else None
@@ -86,9 +87,10 @@ class BeddingAxis:
         """
         self._is_searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
-        planes = self.planes = self._studio.fold.planes()
-        if len(planes) < 2:
-            reason = self._too_few_planes(len(planes))
+        # The module of the planes is not imported for an empty project.
+        planes = self.planes = self._studio.fold.planes() if self._ids else None
+        if planes is None or len(planes) < 2:
+            reason = self._too_few_planes(0 if planes is None else len(planes))
             return lambda: reason
 
         def find() -> FoldAxis | Finding:
