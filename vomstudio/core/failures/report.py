@@ -9,7 +9,6 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from importlib import metadata
 
 from vomstudio.core.failures import crashes, log
 from vomstudio.core.failures.redaction import redact
@@ -90,6 +89,9 @@ def versions() -> list[str]:
 
 def packages() -> dict[str, str]:
     """Return the versions of the installed libraries by their names in the package index."""
+    # Imported late, because the empty window would wait for it.
+    from importlib import metadata
+
     versions_by_name = {}
     for name in _LIBRARIES:
         try:

@@ -82,7 +82,7 @@ class _UncacheableKernelError(Exception):
 def entry(
     source: KernelSource, compile_by_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
-    """Return the kernel as machine code, compiled if there is no code for this processor.
+    """Return the kernel as machine code, compiled if no code for this processor is stored.
 
     Parameters
     ----------

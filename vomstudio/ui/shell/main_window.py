@@ -23,7 +23,6 @@ from PySide6.QtWidgets import QMainWindow
 
 from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
-from vomstudio.project.records import Model
 from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.base.open_dialogs import OpenDialogs
@@ -552,6 +551,8 @@ class MainWindow(QMainWindow):
         self._show_start_page()
 
     def _show_start_page(self) -> None:
+        from vomstudio.project.records import Model
+
         studio = self.studio
         is_empty = not (studio.session.of(Model) or studio.jobs.visible() or self.survey.folder)
         self.start_page.setVisible(is_empty)
