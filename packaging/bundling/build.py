@@ -210,7 +210,7 @@ def check(interpreter: Interpreter) -> None:
 
 def _version() -> str:
     facts: dict[str, str] = {}
-    exec((ROOT / "vomstudio" / "version.py").read_text(encoding="utf-8"), facts)
+    exec((ROOT / "vomstudio" / "core" / "version.py").read_text(encoding="utf-8"), facts)
     return facts["__version__"]
 
 
