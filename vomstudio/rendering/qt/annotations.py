@@ -63,6 +63,9 @@ class _FeatureArrays:
         the line.
     sizes : (n, 2) float64
         Sizes of the labels, pixels.
+    is_measured : (n,) bool
+        Whether `places` and `sizes` are known. They are determined before the first use, because
+        most of thousands of features are never labelled.
     """
 
     drawings: list[FeatureDrawing]
@@ -70,6 +73,7 @@ class _FeatureArrays:
     places: FloatArray
     extents: FloatArray
     sizes: FloatArray
+    is_measured: BoolArray
     labelled: BoolArray
     symbol_rows: IntArray
     symbols: SymbolSet
@@ -121,6 +125,11 @@ class Annotations:
         self._position_by_id: dict[str, int] = {}
         self._strokes: FloatArray = np.zeros((0, 2, 2))
         self._owners: IntArray = np.zeros(0, np.int64)
+        self._selected_flags: tuple[_FeatureArrays | None, frozenset[str], BoolArray] = (
+            None,
+            frozenset(),
+            np.zeros(0, np.bool_),
+        )
 
     def forget(self) -> None:
         """Discard the cached data after a change of the drawings."""
@@ -187,12 +196,20 @@ class Annotations:
         if not arrays.drawings:
             return
         ratio = painter.device().devicePixelRatioF()
-        count = len(arrays.drawings)
-        pixels, is_visible = project(arrays.places.reshape(-1, 3))
-        position = self._choose_positions(arrays, is_visible.reshape(count, -1), is_moving)
-        anchors = pixels.reshape(count, -1, 2)[np.arange(count), position]
-        is_seen = is_visible.reshape(count, -1)[np.arange(count), position]
-        is_selected = arrays.flags(selected_names)
+        is_selected = self._flag_selected(arrays, selected_names)
+        labelled = self._find_labelled(arrays, is_selected, is_moving)
+        labelled[arrays.symbol_rows] = True
+        # Only these are projected, because projecting thousands takes too long for a step of a
+        # drag.
+        rows = np.flatnonzero(labelled)
+        self._measure(arrays, rows)
+        pixels, is_visible = project(arrays.places[rows].reshape(-1, 3))
+        is_visible = is_visible.reshape(len(rows), arrays.places.shape[1])
+        position = np.zeros(arrays.count, np.int64)
+        position[rows] = self._choose_positions(arrays, rows, is_visible, is_moving)
+        anchors, is_seen = np.full((arrays.count, 2), np.nan), np.zeros(arrays.count, np.bool_)
+        anchors[rows] = pixels.reshape(*is_visible.shape, 2)[np.arange(len(rows)), position[rows]]
+        is_seen[rows] = is_visible[np.arange(len(rows)), position[rows]]
         grid = LabelGrid(*size)
         for box in reserved_rects:
             grid.block(box.x(), box.y(), box.width(), box.height())
@@ -211,68 +228,81 @@ class Annotations:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         symbols = list(map(_SYMBOL, drawings))
         valid_symbols = list(filter(None, symbols))
-        positions, sizes = self._measure(drawings)
-        return _FeatureArrays(
+        arrays = _FeatureArrays(
             drawings,
             dict(zip(map(_ID, drawings), count(), strict=False)),
-            positions,
+            np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
             np.fromiter(map(_EXTENT, drawings), float, len(drawings)),
-            sizes,
+            np.zeros((len(drawings), 2)),
+            np.zeros(len(drawings), np.bool_),
             np.fromiter(map(bool, map(_LABEL, drawings)), np.bool_, len(drawings)),
             np.flatnonzero(np.fromiter(map(bool, symbols), np.bool_, len(drawings))),
             SymbolSet(valid_symbols),
             np.array([s.kind == "disc" for s in valid_symbols], np.bool_),
         )
-
-    def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
-        """Return the positions and sizes of the labels, reusing those of unchanged drawings."""
-        anchors, sizes = (
-            np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
-            np.zeros((len(drawings), 2)),
-        )
-        previous_arrays = self._previous_arrays
-        rows = (
-            {}
-            if previous_arrays is None
-            else dict(zip(map(id, previous_arrays.drawings), count(), strict=False))
-        )
-        previous_rows = np.fromiter(
-            map(rows.get, map(id, drawings), repeat(-1)), np.int64, len(drawings)
-        )
-        if previous_arrays is not None:
-            is_unchanged = previous_rows >= 0
-            anchors[is_unchanged], sizes[is_unchanged] = (
-                previous_arrays.places[previous_rows[is_unchanged]],
-                previous_arrays.sizes[previous_rows[is_unchanged]],
-            )
-        for row in np.flatnonzero(previous_rows < 0).tolist():
-            drawing = drawings[row]
-            anchors[row] = _label_anchors(drawing)
-            sizes[row] = self.labels.size(drawing.label, drawing.verdict)
+        if self._previous_arrays is not None:
+            _copy_measured(self._previous_arrays, arrays)
         self._previous_arrays = None
-        return anchors, sizes
+        return arrays
+
+    def _measure(self, arrays: _FeatureArrays, rows: IntArray) -> None:
+        """Determine the positions and sizes of labels for which they are unknown."""
+        rows = rows[~arrays.is_measured[rows]]
+        if not len(rows):
+            return
+        drawings = [arrays.drawings[row] for row in rows.tolist()]
+        arrays.places[rows] = _label_anchors(drawings)
+        arrays.sizes[rows] = [self.labels.size(d.label, d.verdict) for d in drawings]
+        arrays.is_measured[rows] = True
+
+    def _flag_selected(self, arrays: _FeatureArrays, selected_names: frozenset[str]) -> BoolArray:
+        """Return which drawings (n,) are selected, computed once per selection."""
+        known_arrays, known_names, flags = self._selected_flags
+        if known_arrays is not arrays or known_names is not selected_names:
+            flags = arrays.flags(selected_names)
+            self._selected_flags = arrays, selected_names, flags
+        return flags
+
+    def _find_labelled(
+        self, arrays: _FeatureArrays, is_selected: BoolArray, is_moving: bool
+    ) -> BoolArray:
+        """Return which drawings (n,) may be labelled, wherever they are in the view."""
+        if self.label_mode == "none":
+            return np.zeros(arrays.count, np.bool_)
+        labelled = arrays.labelled.copy()
+        if self._labels_selection_only(arrays):
+            labelled &= is_selected
+        if is_moving and int(labelled.sum()) > MAX_PLACED_IN_MOTION:
+            # Placing thousands of labels takes too long for a step of a drag; at rest, all are
+            # placed.
+            was_shown = arrays.flags(self._label_ages)
+            if was_shown.any():
+                labelled &= was_shown
+        return labelled
 
     def _choose_positions(
-        self, arrays: _FeatureArrays, is_visible: BoolArray, is_moving: bool
+        self, arrays: _FeatureArrays, rows: IntArray, is_visible: BoolArray, is_moving: bool
     ) -> IntArray:
-        """Return the index (n,) of each label's position, preferably the previous one.
+        """Return the index (m,) of each label's position, preferably the previous one.
 
         If the previous position is hidden, a visible one is chosen, so that a long trace is
         labelled even in a close view.
         """
-        last_positions = arrays.numbers(self._position_by_id)
+        last_positions = arrays.numbers(self._position_by_id)[rows]
         # Return to the anchor once the view has come to rest.
         preferred_last_positions = last_positions if is_moving else np.zeros_like(last_positions)
-        is_kept = is_visible[np.arange(arrays.count), preferred_last_positions] | ~is_visible.any(
+        is_kept = is_visible[np.arange(len(rows)), preferred_last_positions] | ~is_visible.any(
             axis=1
         )
         if is_moving:
             for hidden_frames_by_id in (self._label_ages, self._symbol_ages):
-                hidden_frames = arrays.numbers(hidden_frames_by_id)
+                hidden_frames = arrays.numbers(hidden_frames_by_id)[rows]
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
         index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
         self._position_by_id = {
-            arrays.drawings[i].id: int(index[i]) for i in np.flatnonzero(index).tolist()
+            arrays.drawings[row].id: number
+            for row, number in zip(rows.tolist(), index.tolist(), strict=True)
+            if number
         }
         return index
 
@@ -468,16 +498,12 @@ class Annotations:
     ) -> None:
         is_patient = self._recently_hidden(arrays, is_visible, self._label_ages, is_moving)
         was_shown = arrays.flags(self._label_ages)
-        candidates = arrays.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
-        if self.label_mode == "none":
-            candidates[:] = False
-        elif self._labels_selection_only(arrays):
-            candidates &= is_selected
-        if is_moving and was_shown.any() and int(candidates.sum()) > MAX_PLACED_IN_MOTION:
-            # Placing thousands of labels takes too long for a step of a drag; at rest, all are
-            # placed.
-            candidates &= was_shown
-        order = order_by_importance(is_selected, was_shown, arrays.extents, is_moving=is_moving)
+        candidates = self._find_labelled(arrays, is_selected, is_moving)
+        candidates &= (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
+        rows = np.flatnonzero(candidates)
+        order = order_by_importance(
+            is_selected[rows], was_shown[rows], arrays.extents[rows], is_moving=is_moving
+        )
         corners = arrays.numbers(self._corners)
         # While the view moves, a new label needs more space, so that it does not vanish at the
         # next step.
@@ -485,7 +511,7 @@ class Annotations:
             np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if is_moving else None
         )
         placed_labels = place_labels(
-            grid, anchors, arrays.sizes, order[candidates[order]], gap, corners, clearances
+            grid, anchors, arrays.sizes, rows[order], gap, corners, clearances
         )
         for i, (x, y) in placed_labels.items():
             d = arrays.drawings[i]
@@ -553,14 +579,30 @@ def _flat_pen(color: QColor, width: float) -> QPen:
     return pen
 
 
-def _label_anchors(drawing: FeatureDrawing) -> FloatArray:
-    """Return the possible label positions (5, 3) of a drawing in the World frame."""
-    line = np.asarray(drawing.line, float).reshape(-1, 3)
-    anchor = np.asarray(drawing.anchor, float)
-    if len(line) < 2:
-        return np.repeat(anchor[None], 1 + len(LINE_POSITIONS), axis=0)
-    rows = [round(line_share * (len(line) - 1)) for line_share in LINE_POSITIONS]
-    return np.concatenate([anchor[None], line[rows]])
+def _copy_measured(source: _FeatureArrays, target: _FeatureArrays) -> None:
+    """Copy the positions and sizes of the labels of unchanged drawings."""
+    source_rows = dict(zip(map(id, source.drawings), count(), strict=False))
+    rows = np.fromiter(
+        map(source_rows.get, map(id, target.drawings), repeat(-1)), np.int64, target.count
+    )
+    is_known = rows >= 0
+    is_known[is_known] = source.is_measured[rows[is_known]]
+    rows = rows[is_known]
+    target.places[is_known], target.sizes[is_known] = source.places[rows], source.sizes[rows]
+    target.is_measured[is_known] = True
+
+
+def _label_anchors(drawings: list[FeatureDrawing]) -> FloatArray:
+    """Return the possible label positions (n, 5, 3) of drawings in the World frame."""
+    anchors = np.concatenate([np.asarray(d.anchor, float) for d in drawings]).reshape(-1, 3)
+    places = np.repeat(anchors[:, None], 1 + len(LINE_POSITIONS), axis=1)
+    lines = [np.asarray(d.line, float).reshape(-1, 3) for d in drawings]
+    sizes = np.array([len(line) for line in lines], np.int64)
+    is_line = sizes >= 2
+    starts, last_vertices = (np.cumsum(sizes) - sizes)[is_line], sizes[is_line] - 1
+    vertices = np.round(np.outer(last_vertices, LINE_POSITIONS)).astype(np.int64)
+    places[is_line, 1:] = np.concatenate(lines)[starts[:, None] + vertices]
+    return places
 
 
 def _blank_pixmap(width: float, height: float, ratio: float) -> QPixmap:
