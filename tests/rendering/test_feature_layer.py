@@ -43,3 +43,27 @@ def test_halos_of_many_selected_lines_are_omitted_while_the_camera_moves(monkeyp
         layer.refresh()
         assert bool(layer._actors["halo+"].GetVisibility()) == has_halo
         assert layer._actors["line+"].GetVisibility()
+
+
+def test_lines_are_simplified_while_the_camera_moves_and_complete_at_rest(monkeypatch) -> None:
+    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    layer = FeatureLayer()
+    layer.attach(vtkRenderer(), vtkRenderer())
+    line = np.stack([np.linspace(0.0, 10.0, 101), np.zeros(101), np.zeros(101)], axis=1)
+    layer.change({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "f", line[0])})
+    layer.select(frozenset(["f"]))
+
+    def vertices(name: str) -> np.ndarray:
+        return vtk_to_numpy(layer._actors[name].GetMapper().GetInput().GetPoints().GetData())
+
+    for pixel, is_moving in ((0.1, True), (0.01, True), (0.1, False)):
+        layer.begin_moving(lambda points, pixel=pixel: np.full(len(points), pixel))
+        layer.is_thin = is_moving
+        layer.refresh()
+        gap = feature_layer.MOVING_VERTEX_PIXELS * pixel if is_moving else 0.0
+        for name in ("line", "line+"):
+            x = vertices(name)[:, 0]
+            assert (x[0], x[-1]) == (0.0, 10.0)
+            assert np.diff(x).max() < gap + 0.11
+            assert len(x) <= (10.0 / gap + 3 if is_moving else 101)
+    assert len(vertices("line")) == 101

@@ -53,7 +53,8 @@ from vomstudio.rendering.view.scalars import FieldStyle, make_scale, reader
 from vomstudio.rendering.view.spatial_blocks import FaceChunk
 
 PROXY_FACES = 45_000
-MAX_FACES_WITHOUT_PROXY = 150_000
+MAX_FACES_WITHOUT_PROXY = 60_000
+"""Number of faces that a software renderer draws at every step of a drag, beside features."""
 FACES_PER_CHUNK = 30_000
 PIECE_SIZE = 1 << 18
 IMAGE_ROW_LENGTH = 3 * 512

@@ -61,6 +61,14 @@ class SceneVisibility:
         depth = float((position - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
+    def pixel_sizes(self, points: FloatArray) -> FloatArray:
+        """Return the metres per device pixel (n,) at points (n, 3) in the World frame."""
+        camera, height = self.camera, self._canvas.size[1]
+        if camera.orthographic:
+            return np.full(len(points), camera.metres_per_pixel(height))
+        depth = np.abs((points - camera.position) @ camera.direction)
+        return np.asarray(np.maximum(depth, 1e-6) * camera.metres_per_pixel(height, 1.0))
+
     def is_in_front(self, points: FloatArray, depth_tolerance: float = 0.0) -> BoolArray:
         """Return whether points (n, 3) are in the picture and not behind its surface.
 

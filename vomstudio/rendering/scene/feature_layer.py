@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from itertools import count
+from typing import Literal
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
@@ -12,7 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
-from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, spots
+from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, simplify, spots
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 
@@ -22,7 +23,9 @@ HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
 THIN_ABOVE = 4000
 """Number of line points, of all or of the selected features, above which their halos are omitted
-while the camera is moving."""
+and their lines simplified while the camera is moving."""
+MOVING_VERTEX_PIXELS = 6.0
+"""Length of a simplified line per vertex, logical pixels; the line deviates by less than half."""
 
 MAX_PARTIAL_CHANGES = 64
 """Maximum number of changed features that are redrawn over the saved picture of the others."""
@@ -38,6 +41,12 @@ BRIGHT = (255, 255, 255)
 # the halo is cut off.
 OVER_SURFACE = -150.0
 HIDDEN_LINE_OFFSET = -65000.0
+
+
+PixelSizes = Callable[[FloatArray], FloatArray]
+"""Function that returns the metres per device pixel (n,) at points (n, 3) in the World frame."""
+_Content = Literal["none", "part", "simple", "all"]
+"""Lines that the actors contain: none, those of a part of the view, simplified ones, or all."""
 
 
 class FeatureLayer:
@@ -57,8 +66,11 @@ class FeatureLayer:
         self.is_thin = False
         self._is_stale = True
         self._changed: list[FeatureDrawing] = []
-        self._is_all_changed = False
+        self._content: _Content = "none"
+        self._emphasis_content: _Content = "none"
         self._is_selection_stale = True
+        self._pixel_sizes: PixelSizes | None = None
+        self._line_points = {"": 0, "+": 0}
         self._actors: dict[str, vtkActor] = {}
         self._numbers: dict[str, int] = {}
         self._next_number = count()
@@ -156,6 +168,12 @@ class FeatureLayer:
         """Show the areas of an unfinished feature with their colours."""
         self.areas.set_preview_areas(areas)
 
+    def begin_moving(self, pixel_sizes: PixelSizes) -> None:
+        """Adapt the simplified lines, which are drawn while the camera moves, to the view."""
+        self._pixel_sizes = pixel_sizes
+        self._content = "none" if self._content == "simple" else self._content
+        self._is_selection_stale |= self._emphasis_content == "simple"
+
     def shown(self) -> list[FeatureDrawing]:
         return [d for d in self.drawings.values() if d.visible]
 
@@ -185,12 +203,14 @@ class FeatureLayer:
         """
         if not self._actors:
             return
+        content: _Content = "simple" if self.is_thin and self._pixel_sizes is not None else "all"
         if is_needed is not None:
             self._fill(*self._runs.runs_of_visible(is_needed))
-            self._is_all_changed = False
-        elif self._is_stale or self._changed or not self._is_all_changed:
+            self._content = "part"
+        elif self._is_stale or self._changed or self._content != content:
             self._fill(self._runs.lines(), self._runs.discs())
-            self._is_all_changed = self._is_selection_stale = True
+            self._content = content
+            self._is_selection_stale = True
         self._is_stale = False
         self._changed.clear()
         self.refresh_emphasis(pixel)
@@ -200,30 +220,36 @@ class FeatureLayer:
         if not self._actors:
             return
         self.areas.refresh(is_moving=self.is_thin, pixel=pixel)
-        if self._is_selection_stale:
+        content: _Content = "simple" if self.is_thin and self._pixel_sizes is not None else "all"
+        if self._is_selection_stale or self._emphasis_content != content:
             # Selected features are redrawn over all features, so that a change of the selection
             # does not rebuild the large arrays.
-            self._is_selection_stale = False
+            self._is_selection_stale, self._emphasis_content = False, content
             # Drawn in the same order as the other features, so that crossing features always
             # overlap in the same way.
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
             visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
-            runs = lines_of(visible, self._origin)
-            self._dress(
-                "+", _poly_data(runs, draws_polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA
-            )
+            self._dress("+", lines_of(visible, self._origin), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
-            is_omitted = (
-                self.is_thin and points >= THIN_ABOVE and name.startswith(("halo", "hidden"))
-            )
+            is_omitted = name.startswith(("halo", "hidden")) and self._is_simple(name[-1:])
             actor.SetVisibility(points > 0 and not is_omitted)
 
+    def _is_simple(self, mark: str) -> bool:
+        """Return whether lines are drawn without halos now; `mark` is "+" for the selected."""
+        points = self._line_points["+" if mark == "+" else ""]
+        return self.is_thin and points >= THIN_ABOVE
+
     def _fill(self, lines: Runs, discs: Runs) -> None:
-        self._dress("", _poly_data(lines, draws_polygons=False), LINE_WIDTH, HALO_EXTRA)
+        self._dress("", lines, LINE_WIDTH, HALO_EXTRA)
         vtk_data.show(self._actors["discs"], _poly_data(discs, draws_polygons=True))
 
-    def _dress(self, mark: str, data: vtkPolyData, width: float, halo_width: float) -> None:
+    def _dress(self, mark: str, lines: Runs, width: float, halo_width: float) -> None:
+        self._line_points[mark] = len(lines.points)
+        if self._is_simple(mark) and self._pixel_sizes is not None:
+            pixel_sizes = self._pixel_sizes(lines.points + self._origin)
+            lines = simplify(lines, MOVING_VERTEX_PIXELS * self.scale * pixel_sizes)
+        data = _poly_data(lines, draws_polygons=False)
         for name, line_width in (("halo", width + halo_width), ("line", width), ("hidden", width)):
             actor = self._actors[name + mark]
             vtk_data.show(actor, data)

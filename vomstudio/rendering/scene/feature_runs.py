@@ -55,6 +55,33 @@ class Runs:
         )
 
 
+def simplify(runs: Runs, spacings: FloatArray) -> Runs:
+    """Remove vertices that are close to their predecessors, keeping the ends of each run.
+
+    Parameters
+    ----------
+    runs : Runs
+        Runs of at least two points each.
+    spacings : (n,) float64
+        Length of line, at each point, along which one vertex remains.
+    """
+    if not len(runs.sizes):
+        return runs
+    ends = np.cumsum(runs.sizes)
+    starts = ends - runs.sizes
+    lengths = np.zeros(len(runs.points))
+    lengths[1:] = np.linalg.norm(np.diff(runs.points.astype(np.float64), axis=0), axis=1)
+    lengths[1:] /= spacings[1:]
+    lengths[starts] = 0.0
+    numbers = np.floor(np.cumsum(lengths))
+    is_kept = np.ones(len(numbers), np.bool_)
+    is_kept[1:] = numbers[1:] != numbers[:-1]
+    is_kept[starts] = is_kept[ends - 1] = True
+    return Runs(
+        runs.points[is_kept], np.add.reduceat(is_kept, starts, dtype=np.int64), runs.colors[is_kept]
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _Block:
     """Cached arrays for a block of features.

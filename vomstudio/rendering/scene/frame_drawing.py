@@ -32,6 +32,8 @@ BAND_POINTS = 25_000
 """Number of feature points that a software renderer draws in about 50 ms, including halos and
 hidden lines."""
 MAX_BANDS = 12
+MAX_ZOOM = 1.5
+"""Factor by which the view may zoom before the simplified lines are adapted to it."""
 
 
 class FramePicture:
@@ -65,6 +67,7 @@ class FramePicture:
         self._dome = EyeDome()
         self._was_moving = False
         self._bands: list[tuple[int, int]] = []
+        self._line_scale = 1.0
 
     @property
     def is_complete(self) -> bool:
@@ -104,6 +107,8 @@ class FramePicture:
         """Draw a picture now, using proxies if drawing the models takes too long."""
         if is_moving and not self._was_moving:
             self.pace.begin_moving()
+        if is_moving:
+            self._adapt_lines(is_first=not self._was_moving)
         self._was_moving = is_moving
         self.abandon()
         self._visibility.apply()
@@ -146,6 +151,13 @@ class FramePicture:
                 self._frame.is_complete = True
         if uses_bands:
             self._begin_bands()
+
+    def _adapt_lines(self, *, is_first: bool) -> None:
+        """Adapt the simplified lines to the view when it begins to move or has zoomed."""
+        scale = self._visibility.camera.metres_per_pixel(self._canvas.size[1])
+        if is_first or not 1.0 / MAX_ZOOM < scale / self._line_scale < MAX_ZOOM:
+            self._line_scale = scale
+            self._contents.features.begin_moving(self._visibility.pixel_sizes)
 
     def _proxies(self) -> list[Part]:
         """Return the proxies that are drawn if drawing the models takes too long."""
