@@ -17,7 +17,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.prepare import events, preparation
-from vomstudio.rendering.scene import frame_drawing
+from vomstudio.rendering.scene import feature_layer, frame_drawing
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -266,6 +266,56 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
     monkeypatch.setattr(frame_drawing, "BAND_POINTS", 10**9)
     assert np.array_equal(once_more, rest(scene))
     assert not np.array_equal(once_more, over)
+
+
+def test_a_large_selection_drawn_in_bands_is_the_one_drawn_at_once(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    rng = np.random.default_rng(9)
+    lines = {f"f{k}": UTM + rng.uniform((0, -0.3, 0), (10, 0.3, 8), (6, 3)) for k in range(60)}
+    scene.set_features(
+        {
+            k: FeatureDrawing(k, line, None, (1.0, 0.4, 0.2), "", line[0])
+            for k, line in lines.items()
+        }
+    )
+    scene.canvas.is_software = True
+    rest(scene)
+    pictures: dict[bool, list[np.ndarray]] = {}
+    for uses_bands in (False, True):
+        monkeypatch.setattr(frame_drawing, "MAX_EMPHASISED_AT_ONCE", 5 if uses_bands else 10**9)
+        monkeypatch.setattr(frame_drawing, "BAND_POINTS", 100)
+        pictures[uses_bands] = []
+        for names in (["f1", "f2"], [f"f{k}" for k in range(0, 60, 2)], []):
+            scene.set_selected(names)
+            scene.picture.draw_features()
+            assert scene.picture.shows_simple_emphasis == (uses_bands and len(names) > 5)
+            while scene.picture.layering:
+                scene.picture.draw_band()
+            assert scene.picture.is_complete
+            pictures[uses_bands].append(scene.canvas.pixels().astype(int))
+        scene.set_selected([f"f{k}" for k in range(0, 60, 3)])
+        pictures[uses_bands].append(rest(scene))
+    assert all(map(np.array_equal, pictures[False], pictures[True]))
+    assert not np.array_equal(pictures[True][0], pictures[True][1])
+
+
+@pytest.mark.full
+def test_lines_simplified_in_a_moving_view_are_complete_at_rest(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    show(scene, "w", wall(relief=0.0))
+    scene.camera.fit(scene.corners(), SIZE)
+    line = UTM + np.stack([np.linspace(0, 10, 80), np.zeros(80), np.linspace(0, 8, 80)], axis=1)
+    scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.4, 0.2), "", line[0])})
+    rested = rest(scene)
+    scene.picture.draw(is_moving=True)
+    assert not scene.picture.is_complete
+    assert np.array_equal(rest(scene), rested)
+    assert scene.picture.is_complete
 
 
 def test_features_that_change_while_a_frame_is_in_bands_are_in_it(

@@ -355,29 +355,34 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     return change(records, f"Change {attributes} of {description}", new_records)
 
 
-def has_name_of_other_type(records: Records, feature: Feature) -> bool:
-    """Return whether a feature has an automatic name of another type.
+def find_misnamed(records: Records, features: Iterable[Feature]) -> list[Feature]:
+    """Return the features that have an automatic name of another type.
 
     Parameters
     ----------
     records : Records
-    feature : Feature
-
-    Returns
-    -------
-    bool
+    features : iterable of Feature
     """
-    feature_type = records.get(feature.type_id) if isinstance(feature, Typed) else None
-    if not isinstance(feature_type, FeatureType) or not _AUTOMATIC_NAME.fullmatch(feature.name):
-        return False
-    prefixes = records.cached(_prefixes) if isinstance(records, RecordMap) else _prefixes(records)
-    return feature.name[:1] in prefixes - {feature_type.name[:1].upper()}
+    other_prefixes = _other_prefixes(records)
+    # There may be thousands of features, so the fast tests come first.
+    return [
+        feature
+        for feature in features
+        if feature.name[:1] in other_prefixes.get(getattr(feature, "type_id", ""), ())
+        and isinstance(feature, Typed)
+        and _AUTOMATIC_NAME.fullmatch(feature.name)
+    ]
 
 
-def _prefixes(records: Records) -> frozenset[str]:
-    """Return the first letters of the feature types, with which automatic names begin."""
-    types = (record for record in records.values() if isinstance(record, FeatureType))
-    return frozenset(feature_type.name[:1].upper() for feature_type in types)
+def _other_prefixes(records: Records) -> dict[str, frozenset[str]]:
+    """Return the letters with which automatic names of other types begin, for each type ID."""
+    types = (
+        records.of(FeatureType)
+        if isinstance(records, RecordMap)
+        else [record for record in records.values() if isinstance(record, FeatureType)]
+    )
+    prefixes = {feature_type.id: feature_type.name[:1].upper() for feature_type in types}
+    return {id_: frozenset(prefixes.values()) - {prefix} for id_, prefix in prefixes.items()}
 
 
 def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
@@ -400,19 +405,19 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     """
     names = NextNames(records)
     new_records: dict[str, Record | None] = {}
-    for id_ in ids:
-        feature = _get(records, id_, Feature)
-        if has_name_of_other_type(records, feature):
-            name = names.next_for(_get(records, feature.type_id, FeatureType))
-            new_records[id_] = renamed_feature = replace(feature, name=name)
-            names.reserve(renamed_feature)
+    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
+    for feature in find_misnamed(records, features):
+        assert isinstance(feature, Typed)
+        name = names.next_for(_get(records, feature.type_id, FeatureType))
+        new_records[feature.id] = renamed_feature = replace(feature, name=name)
+        names.reserve(renamed_feature)
     if not new_records:
         raise DocumentError(Finding("edit.no-change"))
     if len(new_records) > 1:
         return change(records, f"Rename {len(new_records)} features", new_records)
-    id_, feature = next(iter(new_records.items()))
-    assert isinstance(feature, Feature)
-    return change(records, f"Rename {records[id_].name} to {feature.name}", new_records)
+    id_, renamed = next(iter(new_records.items()))
+    assert isinstance(renamed, Feature)
+    return change(records, f"Rename {records[id_].name} to {renamed.name}", new_records)
 
 
 def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:

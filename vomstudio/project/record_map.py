@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Hashable, ItemsView, Iterator, KeysView, Mapping, ValuesView
+from collections.abc import (
+    Callable,
+    Hashable,
+    ItemsView,
+    Iterable,
+    Iterator,
+    KeysView,
+    Mapping,
+    ValuesView,
+)
 from types import MappingProxyType
 from typing import Any, TypeVar, overload
 
@@ -79,6 +88,11 @@ class RecordMap(Mapping[str, Record]):
             }
             self._class_members[cls] = members
         return list(members.values())
+
+    def select(self, ids: Iterable[str], cls: type[T]) -> list[T]:
+        """Return the records of a class with these IDs, in the order of the IDs."""
+        # The window requests thousands of records at once, which needs more time with a loop.
+        return [record for record in map(self._records.get, ids) if isinstance(record, cls)]
 
     def highest_number(self, prefix: str) -> int:
         """Return the highest number in names consisting of a prefix and a number, or 0."""

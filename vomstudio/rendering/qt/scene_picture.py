@@ -195,9 +195,10 @@ class ScenePicture(QObject):
             picture.draw_features()
             if picture.layering:
                 self._refine_timer.start()
-                return
+                if not picture.shows_simple_emphasis:
+                    return
             self._copy_pixels(scene)
-            if not picture.is_complete and not picture.refining:
+            if not picture.is_complete and not picture.refining and not picture.layering:
                 self._rest_soon()
         elif picture.layering and not self._refine_timer.isActive():
             # The view has been hidden in the meantime.

@@ -280,8 +280,8 @@ class Canvas:
         self.buffers.save("features", region)
         self.are_features_saved = True
 
-    def restore_features(self) -> None:
-        self.buffers.restore("features")
+    def restore_features(self, region: PixelRegion | None = None) -> None:
+        self.buffers.restore("features", region)
 
     # -- results
 

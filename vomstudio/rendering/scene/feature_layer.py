@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from itertools import count
 from typing import Literal
 
 import numpy as np
@@ -13,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
-from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, simplify, spots
+from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, simplify, spots
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 
@@ -64,6 +63,9 @@ class FeatureLayer:
         self._runs = FeatureRuns()
         self._corners: FloatArray = np.zeros((0, 3))
         self.is_thin = False
+        """Whether halos are omitted and lines simplified, if there are many."""
+        self.is_simplified = False
+        """Whether this was done in the last drawing."""
         self._is_stale = True
         self._changed: list[FeatureDrawing] = []
         self._content: _Content = "none"
@@ -72,8 +74,6 @@ class FeatureLayer:
         self._pixel_sizes: PixelSizes | None = None
         self._line_points = {"": 0, "+": 0}
         self._actors: dict[str, vtkActor] = {}
-        self._numbers: dict[str, int] = {}
-        self._next_number = count()
 
     def changed(self) -> FloatArray | None:
         """Return points (n, 3) of the features that have changed since the last drawing.
@@ -144,10 +144,8 @@ class FeatureLayer:
                 self._changed += [d for d in (self.drawings.get(key), drawing) if d is not None]
             if drawing is None:
                 self.drawings.pop(key, None)
-                self._numbers.pop(key, None)
             else:
                 self.drawings[key] = drawing
-                self._numbers.setdefault(key, next(self._next_number))
             self.areas.change(key, drawing)
         self._is_stale = self._is_stale or len(self._changed) > MAX_PARTIAL_CHANGES
         self._is_selection_stale = True
@@ -215,25 +213,29 @@ class FeatureLayer:
         self._changed.clear()
         self.refresh_emphasis(pixel)
 
-    def refresh_emphasis(self, pixel: Pixel | None = None) -> None:
-        """Update the actors of selected and live features."""
+    def refresh_emphasis(
+        self,
+        pixel: Pixel | None = None,
+        is_needed: Callable[[FloatArray], BoolArray] | None = None,
+    ) -> None:
+        """Update the actors of selected and live features; arguments as for `refresh`."""
         if not self._actors:
             return
         self.areas.refresh(is_moving=self.is_thin, pixel=pixel)
         content: _Content = "simple" if self.is_thin and self._pixel_sizes is not None else "all"
-        if self._is_selection_stale or self._emphasis_content != content:
+        if is_needed is not None or self._is_selection_stale or self._emphasis_content != content:
             # Selected features are redrawn over all features, so that a change of the selection
-            # does not rebuild the large arrays.
-            self._is_selection_stale, self._emphasis_content = False, content
-            # Drawn in the same order as the other features, so that crossing features always
-            # overlap in the same way.
-            keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
-            visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
-            self._dress("+", lines_of(visible, self._origin), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+            # does not rebuild the large arrays. They are drawn in the same order, so that
+            # crossing features always overlap in the same way.
+            self._is_selection_stale = False
+            self._emphasis_content = content if is_needed is None else "part"
+            lines = self._runs.lines_of_ids(self.selected, is_needed)
+            self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
             is_omitted = name.startswith(("halo", "hidden")) and self._is_simple(name[-1:])
             actor.SetVisibility(points > 0 and not is_omitted)
+        self.is_simplified = self._is_simple("") or self._is_simple("+")
 
     def _is_simple(self, mark: str) -> bool:
         """Return whether lines are drawn without halos now; `mark` is "+" for the selected."""

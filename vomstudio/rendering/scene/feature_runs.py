@@ -154,11 +154,25 @@ class FeatureRuns:
 
         `is_needed` receives World boxes (n, 2, 3), as minimum and maximum corners.
         """
-        blocks = self._all()
-        boxes = np.concatenate([np.zeros((0, 2, 3)), *(item.boxes for item in blocks)])
-        drawings = (drawing for item in blocks for drawing in item.shown)
-        selected_drawings = list(compress(drawings, is_needed(boxes).tolist()))
+        selected_drawings = self._select(is_needed)
         return lines_of(selected_drawings, self._origin), discs_of(selected_drawings, self._origin)
+
+    def lines_of_ids(
+        self,
+        ids: frozenset[str],
+        is_needed: Callable[[FloatArray], BoolArray] | None = None,
+    ) -> Runs:
+        """Return the lines of the visible features `ids`, by default wherever they are."""
+        drawings = [drawing for drawing in self._select(is_needed) if drawing.id in ids]
+        return lines_of(drawings, self._origin)
+
+    def _select(self, is_needed: Callable[[FloatArray], BoolArray] | None) -> list[FeatureDrawing]:
+        blocks = self._all()
+        drawings = [drawing for item in blocks for drawing in item.shown]
+        if is_needed is None:
+            return drawings
+        boxes = np.concatenate([np.zeros((0, 2, 3)), *(item.boxes for item in blocks)])
+        return list(compress(drawings, is_needed(boxes).tolist()))
 
     def box(self) -> FloatArray:
         """Return the bounds (2, 3) of the visible features, or (0, 3) without visible features."""

@@ -20,7 +20,12 @@ from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.dirty_region import PixelRegion, find_dirty_region, visible_in_region
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
-from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
+from vomstudio.rendering.scene.feature_layer import (
+    HALO_EXTRA,
+    LINE_WIDTH,
+    SELECTED_HALO_EXTRA,
+    SELECTED_WIDTH,
+)
 from vomstudio.rendering.scene.frame_progress import Entry, FrameProgress
 from vomstudio.rendering.scene.model_scene import Part
 from vomstudio.rendering.scene.texture_levels import TextureLevels
@@ -32,6 +37,9 @@ BAND_POINTS = 25_000
 """Number of feature points that a software renderer draws in about 50 ms, including halos and
 hidden lines."""
 MAX_BANDS = 12
+MAX_EMPHASISED_AT_ONCE = 500
+"""Number of selected features above which a software renderer draws them in bands, over a picture
+with simplified lines."""
 MAX_ZOOM = 1.5
 """Factor by which the view may zoom before the simplified lines are adapted to it."""
 
@@ -67,17 +75,24 @@ class FramePicture:
         self._dome = EyeDome()
         self._was_moving = False
         self._bands: list[tuple[int, int]] = []
+        self._emphasis_bands: list[tuple[int, int]] = []
         self._line_scale = 1.0
 
     @property
     def is_complete(self) -> bool:
         """Whether the last picture is complete."""
-        return self._frame.is_complete and not self._bands
+        is_simplified = self._contents.features.is_simplified
+        return self._frame.is_complete and not self.layering and not is_simplified
 
     @property
     def layering(self) -> bool:
         """Whether features are being drawn band by band."""
-        return bool(self._bands)
+        return bool(self._bands or self._emphasis_bands)
+
+    @property
+    def shows_simple_emphasis(self) -> bool:
+        """Whether the picture shows simplified lines of selected features, until all are drawn."""
+        return bool(self._emphasis_bands) and not self._bands
 
     @property
     def refining(self) -> bool:
@@ -86,7 +101,7 @@ class FramePicture:
 
     def abandon(self) -> None:
         """Discard the frame that is being refined, and mark the last picture as incomplete."""
-        self._bands = []
+        self._forget_bands()
         self._frame.abandon()
 
     def release(self) -> None:
@@ -179,7 +194,8 @@ class FramePicture:
 
         Afterwards call `draw_band` while `layering` is true, or else `refine`.
         """
-        begun_bands, self._bands = self._bands, []
+        begun_bands = self._bands
+        self._forget_bands()
         canvas, frame, eye = self._canvas, self._frame, self._visibility.eye
         if not canvas.is_surface_saved or eye is None:
             if not self.refining:
@@ -201,7 +217,10 @@ class FramePicture:
         if changed_features is None or self._contents.cameras.is_stale:
             self._render_layer(keep_picture=not is_refining)
         elif not len(changed_features):
-            self._render_emphasis()
+            uses_bands = self._is_emphasis_large and not is_refining
+            self._render_emphasis(is_simple=uses_bands)
+            if uses_bands:
+                self._begin_emphasis_bands()
         elif (region := find_dirty_region(changed_features, eye, canvas.size)) is not None:
             self._render_region(region, eye)
         else:
@@ -222,7 +241,7 @@ class FramePicture:
         self._nodes.look_around()
         self._levels.choose()
         self._visibility.size_points()
-        self._bands = []
+        self._forget_bands()
         self._frame.begin(self._visibility.parts())
 
     def refine(self) -> bool:
@@ -230,11 +249,11 @@ class FramePicture:
         frame, canvas = self._frame, self._canvas
         if frame.pending_parts is None:
             return True
-        if self._bands and frame.pending_parts:
+        if self.layering and frame.pending_parts:
             # More parts of the models have arrived, which must be drawn below the features.
-            self._bands = []
+            self._forget_bands()
             canvas.restore_surface()
-        if self._bands:
+        if self.layering:
             return self.draw_band() and self._end_rest()
         if self._levels.upload_one():
             return False
@@ -375,20 +394,67 @@ class FramePicture:
     def draw_band(self) -> bool:
         """Draw the features in the next band. Return whether it was the last band."""
         canvas, eye = self._canvas, self._visibility.eye
-        if not self._bands or eye is None:
-            self._bands = []
+        if not self.layering or eye is None:
+            self._forget_bands()
             return True
-        first_row, end_row = self._bands.pop(0)
+        bands_to_draw = self._bands or self._emphasis_bands
+        first_row, end_row = bands_to_draw.pop(0)
         band = PixelRegion(0, first_row, canvas.size[0] - 1, end_row - 1)
-        # The selection is drawn over all bands.
-        self._render_region(band, eye, draws_emphasis=not self._bands)
+        if bands_to_draw is self._bands:
+            # The selection is drawn over all bands.
+            is_last, is_large = not self._bands, self._is_emphasis_large
+            self._render_region(band, eye, draws_emphasis=is_last and not is_large)
+            canvas.are_features_saved = is_last
+            if is_last and is_large:
+                self._begin_emphasis_bands()
+        else:
+            self._render_emphasis_band(band, eye)
         canvas.wait()
-        canvas.are_features_saved = not self._bands
-        return not self._bands
+        return not self.layering
 
-    def _render_emphasis(self) -> None:
+    def _forget_bands(self) -> None:
+        self._bands, self._emphasis_bands = [], []
+
+    @property
+    def _is_emphasis_large(self) -> bool:
+        """Whether the selection is drawn in bands."""
+        count = len(self._contents.features.selected)
+        return self._canvas.is_software and count > MAX_EMPHASISED_AT_ONCE
+
+    def _begin_emphasis_bands(self) -> None:
+        count = math.ceil(self._contents.features.points / BAND_POINTS)
+        self._emphasis_bands = bands(self._canvas.size[1], min(count, MAX_BANDS))
+
+    def _render_emphasis_band(self, region: PixelRegion, eye: Eye) -> None:
+        """Draw the selected features in a part of the picture, over the saved features."""
+        canvas, features = self._canvas, self._contents.features
+        width = math.ceil((SELECTED_WIDTH + SELECTED_HALO_EXTRA) * features.scale)
+        wider_spot = region.enlarged(width)
+        features.refresh_emphasis(
+            self._visibility.pixel_at,
+            lambda boxes: visible_in_region(wider_spot, boxes, eye, canvas.size),
+        )
+
+        def before_emphasis() -> None:
+            canvas.restore_features(region)
+            canvas.confine(region)
+
+        canvas.render(
+            clears_canvas=False,
+            draws_surface=False,
+            draws_layer=False,
+            draws_emphasis=True,
+            before_emphasis=before_emphasis,
+        )
+
+    def _render_emphasis(self, *, is_simple: bool = False) -> None:
         """Draw the selected and live features over the saved picture of everything else."""
-        self._contents.features.refresh_emphasis(self._visibility.pixel_at)
+        features = self._contents.features
+        features.is_thin = is_simple
+        if is_simple:
+            features.begin_moving(self._visibility.pixel_sizes)
+        features.refresh_emphasis(self._visibility.pixel_at)
+        features.is_thin = False
         self._canvas.render(
             clears_canvas=False,
             draws_surface=False,

@@ -472,11 +472,14 @@ class ProjectTree(QWidget):
                     for item in items:
                         item.setSelected(True)
             else:
+                # Otherwise Qt would compute the position of every range.
+                self.tree.setUpdatesEnabled(False)
+                # Qt compares every new range with every old one, unless there is none.
+                self.tree.clearSelection()
                 self.tree.selectionModel().select(
-                    self.tree.find_ranges(set(ids)),
-                    QItemSelectionModel.SelectionFlag.ClearAndSelect
-                    | QItemSelectionModel.SelectionFlag.Rows,
+                    self.tree.find_ranges(set(ids)), QItemSelectionModel.SelectionFlag.Select
                 )
+                self.tree.setUpdatesEnabled(True)
             if ids and (item := self._items.get(ids[-1])) and not item.isHidden():
                 self.tree.scrollToItem(item)
 

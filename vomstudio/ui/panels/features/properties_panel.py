@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from html import escape
+from itertools import repeat
 from typing import Any, Literal
 
 from PySide6.QtCore import Qt
@@ -157,9 +158,8 @@ class PropertiesPanel(QWidget):
         layout.addStretch()
         return page
 
-    def _selected_ids(self) -> list[str]:
-        records = self._studio.records
-        return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
+    def _selected_features(self) -> list[Feature]:
+        return self._studio.session.records.select(self._studio.selection.ids, Feature)
 
     def _apply_typed_text(self) -> bool:
         """Apply typed text to the features that were displayed when it was typed.
@@ -194,16 +194,16 @@ class PropertiesPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the current state of the selected feature or model."""
-        selected_ids = self._selected_ids()
+        features = self._selected_features()
         # The selection may change before the field loses focus.
-        if self._shown_ids != selected_ids and self._apply_typed_text():
-            selected_ids = self._selected_ids()
-        self._shown_ids = selected_ids
+        if self._shown_ids != [f.id for f in features] and self._apply_typed_text():
+            features = self._selected_features()
+        self._shown_ids = [f.id for f in features]
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
         feature = get_feature(self._studio.records, current)
         if feature is not None:
-            self._show_feature(feature)
+            self._show_feature(feature, features)
             self._stack.setCurrentIndex(1)
         elif isinstance(record, Model):
             self._show_model(record)
@@ -237,14 +237,13 @@ class PropertiesPanel(QWidget):
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
         allow(self._keep, plane_relations.why_no_line(measurement))
 
-    def _show_feature(self, feature: Feature) -> None:
+    def _show_feature(self, feature: Feature, features: list[Feature]) -> None:
+        """Show the current feature, and which attributes differ among the selected features."""
         self._show_relation()
         measurement = self._studio.measured([feature.id])[feature.id]
         feature_kind = kind_of(feature)
         self._show_count(feature)
         attributes = {attribute.field: attribute for attribute in feature_kind.attributes}
-        records = self._studio.records
-        features = [f for id_ in self._shown_ids if (f := get_feature(records, id_)) is not None]
         for name, widget in self.fields.items():
             attribute = attributes.get(name)
             self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
@@ -274,7 +273,7 @@ class PropertiesPanel(QWidget):
     def _show_rename(self, features: list[Feature]) -> None:
         """Offer the next name of the type to features with the automatic name of another type."""
         records = self._studio.records
-        misnamed_features = [f for f in features if edits.has_name_of_other_type(records, f)]
+        misnamed_features = edits.find_misnamed(records, features)
         self._form.setRowVisible(self.rename, bool(misnamed_features))
         if len(misnamed_features) == 1 and isinstance(misnamed_features[0], Typed):
             feature_type = records[misnamed_features[0].type_id]
@@ -337,17 +336,16 @@ class PropertiesPanel(QWidget):
 
 def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line"] | None:
     """Return the geometry of the types that suit all typed features, or None if it differs."""
-    kinds = {kind_of(record) for record in records if isinstance(record, Typed)}
+    typed = {type(record): record for record in records}.values()
+    kinds = [kind_of(record) for record in typed if isinstance(record, Typed)]
     geometries = {kind.type_geometry for kind in kinds}
     return geometries.pop() if len(geometries) == 1 else None
 
 
 def _has_different_values(records: Iterable[Record | None], name: str) -> bool:
     """Return whether the records that have an attribute differ in its value."""
-    values = (value for r in records if (value := getattr(r, name, None)) is not None)
-    first = next(values, None)
-    # Stops at the first difference, because there may be thousands of records.
-    return any(value != first for value in values)
+    # A loop over thousands of records would take longer than everything else.
+    return len(set(map(getattr, records, repeat(name), repeat(None))) - {None}) > 1
 
 
 def _show_mixed_value(widget: QWidget) -> None:

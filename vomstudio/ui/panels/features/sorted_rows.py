@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import count
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelection,
+    QItemSelectionRange,
+    QModelIndex,
+    QPersistentModelIndex,
+    Qt,
+)
 
 from vomstudio.ui.panels.features.feature_filter import Test
+from vomstudio.ui.panels.features.row_runs import find_runs
 from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, column_flags
 
 _Index = QModelIndex | QPersistentModelIndex
@@ -60,6 +69,24 @@ class SortedRows(QAbstractTableModel):
     def find_row(self, source_row: int | None) -> int | None:
         """Return the position of a source row, or None if it is not shown."""
         return None if source_row is None else self._positions.get(source_row)
+
+    def find_rows(self, source_rows: Iterable[int | None]) -> list[int]:
+        """Return the positions of those source rows that are shown, in the same order."""
+        positions = map(self._positions.get, source_rows)  # type: ignore[arg-type]
+        return [row for row in positions if row is not None]
+
+    def ranges_of(self, rows: Iterable[int]) -> QItemSelection:
+        """Return rows, given by their positions, as the smallest number of ranges."""
+        ranges = QItemSelection()
+        last_column = len(COLUMNS) - 1
+        for first_row, last_row in find_runs(rows):
+            # Faster than `index`, which requests the size of the table.
+            ranges.append(
+                QItemSelectionRange(
+                    self.createIndex(first_row, 0), self.createIndex(last_row, last_column)
+                )
+            )
+        return ranges
 
     # --- order -------------------------------------------------------------------------------
     def _key(self, source_row: int) -> Any:

@@ -300,6 +300,10 @@ class OrientationModel(QAbstractTableModel):
         """Return the source row of a feature, or None if the feature is not listed."""
         return self._source_rows.get(id_)
 
+    def find_source_rows(self, ids: Iterable[str]) -> list[int | None]:
+        """Return the source row of each feature, or None for one that is not listed."""
+        return list(map(self._source_rows.get, ids))
+
     # --- Qt interface ------------------------------------------------------------------------
     def rowCount(self, parent: _Index = QModelIndex()) -> int:  # noqa: N802, B008
         return 0 if parent.isValid() else len(self._rows)

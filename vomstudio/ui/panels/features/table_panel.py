@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from PySide6.QtCore import (
-    QItemSelection,
     QItemSelectionModel,
     QModelIndex,
     QPoint,
@@ -327,29 +326,18 @@ class TablePanel(QWidget):
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        find_row, find_source_row = self._sorted.find_row, self.model.find_source_row
-        positions = (find_row(find_source_row(id_)) for id_ in ids)
-        rows = [row for row in positions if row is not None]
-        last_index = self._sorted.index(rows[-1], 0) if rows else QModelIndex()
-        # Runs of rows are faster, because Qt checks each column of each range.
-        rows.sort()
-        ranges = QItemSelection()
-        start = 0
-        for i in range(1, len(rows) + 1):
-            if i == len(rows) or rows[i] != rows[i - 1] + 1:
-                first_index, last_row_index = rows[start], rows[i - 1]
-                ranges.select(
-                    self._sorted.index(first_index, 0), self._sorted.index(last_row_index, 0)
-                )
-                start = i
+        rows = self._sorted.find_rows(self.model.find_source_rows(ids))
         selection = self.view.selectionModel()
         self._is_updating = True
-        selection.select(
-            ranges,
-            QItemSelectionModel.SelectionFlag.ClearAndSelect
-            | QItemSelectionModel.SelectionFlag.Rows,
-        )
-        if last_index.isValid():
+        # Otherwise Qt would compute the position of every range.
+        self.view.setUpdatesEnabled(False)
+        # Qt compares every new range with every old one, unless there is none.
+        selection.clearSelection()
+        # Qt would complete ranges of some columns itself, which takes longer.
+        selection.select(self._sorted.ranges_of(rows), QItemSelectionModel.SelectionFlag.Select)
+        if rows:
+            last_index = self._sorted.index(rows[-1], 0)
             selection.setCurrentIndex(last_index, QItemSelectionModel.SelectionFlag.NoUpdate)
             self.view.scrollTo(last_index)
+        self.view.setUpdatesEnabled(True)
         self._is_updating = False

@@ -8,6 +8,7 @@ from typing import Any
 from PySide6.QtCore import (
     QEvent,
     QItemSelection,
+    QItemSelectionRange,
     QMimeData,
     QModelIndex,
     QPersistentModelIndex,
@@ -32,6 +33,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTree
 
 from vomstudio.core.words import tr_n
 from vomstudio.ui.base.controls import Label
+from vomstudio.ui.panels.features.row_runs import find_runs
 
 ID = Qt.ItemDataRole.UserRole
 SORT = Qt.ItemDataRole.UserRole + 1
@@ -122,7 +124,16 @@ class FeatureTree(QTreeWidget):
         header.hideSection(SET)
         self._fit_timer = QTimer(self, singleShot=True, interval=FIT_DELAY_MS)
         self._fit_timer.timeout.connect(self._fit_sets)
+        self._longest: dict[int, QTreeWidgetItem] = {}
+        """Item with the longest name of each group that was measured, by the row of the group."""
         self.model().rowsInserted.connect(self._fit_timer.start)
+        self.model().rowsInserted.connect(self._add_names)
+        self.model().dataChanged.connect(
+            lambda first, last: self._add_names(first.parent(), first.row(), last.row())
+        )
+        self.model().rowsAboutToBeRemoved.connect(self._forget_names)
+        self.model().layoutChanged.connect(self._longest.clear)
+        self.model().modelReset.connect(self._longest.clear)
         # Limits the number of hidden rows that are measured for the column width.
         header.setResizeContentsPrecision(MAX_SINGLE_ITEMS)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -164,18 +175,47 @@ class FeatureTree(QTreeWidget):
     def _name_width(self) -> int:
         """Return the width of the longest name, also of rows out of sight, which Qt ignores."""
         width = self.sizeHintForColumn(NAME)
-        groups = (self.topLevelItem(i) for i in range(self.topLevelItemCount()))
-        for group in (
-            group_item
-            for group_item in groups
-            if group_item is not None and group_item.childCount()
-        ):
-            rows = (group.child(row) for row in range(group.childCount()))
-            items = [item for item in rows if item is not None]
-            max_length = max(items, key=_name_length)
-            hint = self.sizeHintForIndex(self.indexFromItem(max_length)).width()
-            width = max(width, 2 * self.indentation() + hint)
+        for row in range(self.topLevelItemCount()):
+            if row not in self._longest:
+                self._measure_names(row)
+            if (item := self._longest.get(row)) is not None:
+                hint = self.sizeHintForIndex(self.indexFromItem(item)).width()
+                width = max(width, 2 * self.indentation() + hint)
         return width
+
+    def _measure_names(self, row: int) -> None:
+        """Find the longest name of a group."""
+        group = self.topLevelItem(row)
+        children = [] if group is None else map(group.child, range(group.childCount()))
+        items = [item for item in children if item is not None]
+        if items:
+            self._longest[row] = max(items, key=_name_length)
+
+    def _add_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
+        """Compare new or changed names of a group with its longest name."""
+        if not parent.isValid():
+            self._longest.clear()
+            return
+        longest, group = self._longest.get(parent.row()), self.itemFromIndex(parent)
+        if longest is None or group is None:
+            return
+        for row in range(first_row, last_row + 1):
+            item = group.child(row)
+            if item is longest:
+                # It may have become shorter.
+                del self._longest[parent.row()]
+                return
+            if item is not None and _name_length(item) > _name_length(longest):
+                self._longest[parent.row()] = longest = item
+
+    def _forget_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
+        """Forget the longest name of a group if its item is about to be removed."""
+        if not parent.isValid():
+            self._longest.clear()
+            return
+        longest = self._longest.get(parent.row())
+        if longest and first_row <= self.indexFromItem(longest).row() <= last_row:
+            del self._longest[parent.row()]
 
     def edit(  # type: ignore[override]
         self,
@@ -189,28 +229,25 @@ class FeatureTree(QTreeWidget):
         return super().edit(index, trigger, event)
 
     def find_ranges(self, ids: set[str]) -> QItemSelection:
-        """Return the rows of these ids as the smallest number of ranges."""
+        """Return the rows of these features as the smallest number of ranges."""
         selection = QItemSelection()
+        model = self.model()
         for i in range(self.topLevelItemCount()):
             group = self.topLevelItem(i)
             assert group is not None
             parent = self.indexFromItem(group)
-            model = self.model()
-            start = None
-            for row in range(group.childCount() + 1):
-                child = group.child(row) if row < group.childCount() else None
-                is_inside = child is not None and child.data(NAME, ID) in ids
-                if is_inside and start is None:
-                    start = row
-                elif not is_inside and start is not None:
-                    selection.select(
-                        model.index(start, 0, parent), model.index(row - 1, SET, parent)
+            children = map(group.child, range(group.childCount()))
+            rows = (row for row, item in enumerate(children) if _record_id(item) in ids)
+            for first_row, last_row in find_runs(rows):
+                selection.append(
+                    QItemSelectionRange(
+                        model.index(first_row, 0, parent), model.index(last_row, SET, parent)
                     )
-                    start = None
+                )
         return selection
 
     def update_items(self, items: Iterable[QTreeWidgetItem]) -> None:
-        """Repaint items whose content has changed; many items of a group as one range."""
+        """Repaint items whose content has changed, as ranges of rows."""
         groups: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         for item in items:
             if (group := item.parent()) is not None:
@@ -218,13 +255,8 @@ class FeatureTree(QTreeWidget):
         model = self.model()
         for group, children in groups.values():
             parent = self.indexFromItem(group)
-            is_many = len(children) > MAX_SINGLE_ITEMS
-            rows = (
-                [(0, group.childCount() - 1)]
-                if is_many
-                else [(row, row) for row in map(group.indexOfChild, children)]
-            )
-            for first_row, last_row in rows:
+            rows = (self.indexFromItem(item).row() for item in children)
+            for first_row, last_row in find_runs(rows, MAX_SINGLE_ITEMS):
                 model.dataChanged.emit(
                     model.index(first_row, 0, parent), model.index(last_row, SET, parent)
                 )
@@ -305,6 +337,10 @@ class FeatureTree(QTreeWidget):
                     for column in range(self.columnCount()):
                         item.setBackground(column, brush)
         self._target = group
+
+
+def _record_id(item: QTreeWidgetItem) -> str:
+    return item.id if isinstance(item, FeatureItem) else str(item.data(NAME, ID))
 
 
 def _name_length(item: QTreeWidgetItem) -> int:
