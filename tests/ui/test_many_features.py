@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
+from tests import driver
 from tests.samples import bed
 from tests.ui.conftest import add_cliff
 from vomstudio.project import edits
 from vomstudio.project.edit import change
+from vomstudio.ui.base.actions import Actions
+from vomstudio.ui.panels.features import table_panel
 from vomstudio.ui.panels.features.project_tree import ProjectTree
+from vomstudio.ui.panels.features.sorted_rows import SortedRows
 from vomstudio.ui.panels.features.tree_view import NAME, ORIENTATION, SET
 
 COUNT = 120
@@ -32,19 +37,124 @@ def selected_rows(table) -> list[str]:
     return [table.model.id_at(table._sorted.mapToSource(row).row()) for row in rows]
 
 
-def test_the_table_reports_one_range_and_keeps_selection_and_order(window, studio, ids):
+def test_the_table_keeps_selection_and_order(window, studio, ids):
     table = window.table
     studio.selection.set(ids[::2])
-    changes: list[tuple[int, int]] = []
     resets: list[int] = []
-    table.model.dataChanged.connect(lambda a, b: changes.append((a.row(), b.row())))
     table._sorted.modelReset.connect(lambda: resets.append(1))
     studio.attempt(edits.set_attributes, ids[::2], set_name="J1")
-    assert changes == [(0, COUNT - 2)]
     assert not resets
     assert sorted(selected_rows(table)) == sorted(ids[::2])
     assert [table.model.row(i).set_name for i in range(4)] == ["J1", "", "J1", ""]
     assert studio.selection.ids == tuple(ids[::2])
+
+
+@pytest.mark.parametrize("rows", [[7], [3, 4, 5, 90, 91], list(range(40, 70)), [1, 60, 119]])
+def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
+    window, studio, ids, rows, monkeypatch
+):
+    evaluated: list[int] = []
+    evaluate = SortedRows._key
+    monkeypatch.setattr(
+        SortedRows, "_key", lambda self, row: evaluated.append(row) or evaluate(self, row)
+    )
+    ranges: list[tuple[int, int]] = []
+    window.table._sorted.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
+    studio.attempt(edits.set_attributes, [ids[row] for row in rows], set_name="J1")
+    assert sorted(evaluated) == rows
+    assert [row for first, last in ranges for row in range(first, last + 1)] == rows
+    assert len(ranges) == 1 + sum(b > a + 1 for a, b in pairwise(rows))
+
+
+def test_scattered_rows_are_evaluated_once_each_and_reported_as_one_range(
+    window, studio, ids, monkeypatch
+):
+    evaluated: list[int] = []
+    evaluate = SortedRows._key
+    monkeypatch.setattr(
+        SortedRows, "_key", lambda self, row: evaluated.append(row) or evaluate(self, row)
+    )
+    ranges: list[tuple[int, int]] = []
+    window.table._sorted.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
+    studio.attempt(edits.set_attributes, ids[::2], set_name="J1")
+    assert sorted(evaluated) == list(range(0, COUNT, 2))
+    assert ranges == [(0, COUNT - 2)]
+
+
+@pytest.mark.parametrize("step", [1, 2, 7])
+def test_a_selection_consists_of_the_smallest_number_of_whole_ranges(window, studio, ids, step):
+    studio.selection.set(ids[1:3])
+    studio.selection.set(ids[::step])
+    table, tree = window.table, window.tree.tree
+    assert set(selected_rows(table)) == set(ids[::step])
+    assert {item.id for item in tree.selectedItems()} == set(ids[::step])
+    for view, columns in ((table.view, table.model.columnCount()), (tree, tree.columnCount())):
+        ranges = view.selectionModel().selection()
+        assert len(ranges) == (1 if step == 1 else len(ids[::step]))
+        assert all(part.width() == columns for part in ranges)
+
+
+def test_more_rows_than_are_updated_at_once_are_updated_between_events(
+    window, studio, ids, monkeypatch
+):
+    monkeypatch.setattr(table_panel, "MAX_IMMEDIATE_FEATURES", 20)
+    monkeypatch.setattr(table_panel, "STEP_FEATURES", 30)
+    model = window.table.model
+    studio.attempt(edits.set_attributes, ids[:100], set_name="J1")
+    assert not any(model.row(i).set_name for i in range(COUNT))
+    # A later edit is not overtaken.
+    studio.attempt(edits.set_attributes, ids[:1], set_name="J2")
+    assert [model.row(i).set_name for i in (0, 1, 99, 100)] == ["J2", "J1", "J1", ""]
+    studio.attempt(edits.set_attributes, ids[:100], set_name="")
+    driver.wait(lambda: not any(model.row(i).set_name for i in range(COUNT)), "the rows")
+    studio.attempt(edits.delete, ids[:60])
+    assert model.rowCount() == window.table._sorted.rowCount() == COUNT - 60
+    studio.undo()
+    driver.wait(lambda: model.rowCount() == COUNT, "the rows")
+
+
+def test_the_tree_keeps_what_it_hides_when_many_others_are_deleted(window, studio, ids):
+    window.tree.filter.setText("B11")
+    assert window.tree._hidden_ids == set(ids[:110])
+    studio.attempt(edits.delete, ids[50:105])
+    items = window.tree._items
+    assert {id_ for id_ in ids if id_ in items} == {*ids[:50], *ids[105:]}
+    assert {id_ for id_ in ids if id_ in items and items[id_].isHidden()} == {
+        *ids[:50],
+        *ids[105:110],
+    }
+    assert [items[id_].parent().indexOfChild(items[id_]) for id_ in (*ids[:2], ids[105])] == [
+        0,
+        1,
+        50,
+    ]
+
+
+def test_the_width_of_names_follows_the_longest_one(window, studio, ids):
+    tree = window.tree.tree
+    widths = [tree._name_width()]
+    long_name = "B" * 40
+    for edit, names in (
+        (edits.set_attributes, {"name": long_name}),
+        (edits.set_attributes, {"name": "B5"}),
+        (edits.set_attributes, {"name": long_name}),
+        (edits.delete, {}),
+    ):
+        assert studio.attempt(edit, ids[5:6], **names)
+        widths.append(tree._name_width())
+    assert widths[0] == widths[2] == widths[4]
+    assert widths[1] == widths[3] > widths[0]
+
+
+def test_a_moving_camera_tests_no_command_that_depends_on_features(window, monkeypatch):
+    table = window.actions_table
+    asked: list[str] = []
+    why_not = Actions.why_not
+    monkeypatch.setattr(
+        Actions, "why_not", lambda self, name: asked.append(name) or why_not(self, name)
+    )
+    table.refresh_camera()
+    assert set(asked) == {"view_back", "view_forward", "orthographic"}
 
 
 @pytest.mark.full

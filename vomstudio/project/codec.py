@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from functools import cache
+from itertools import repeat
 from types import MappingProxyType
 from typing import Any
 
@@ -112,14 +114,30 @@ def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
             before[id_] = None if old_record is None else encode(old_record)
             after[id_] = None if new_record is None else encode(new_record)
             continue
-        names = [
-            field.name
-            for field in dataclasses.fields(new_record)
-            if getattr(old_record, field.name) != getattr(new_record, field.name)
-        ]
-        before[id_] = _encode({name: getattr(old_record, name) for name in names})
-        after[id_] = _encode({name: getattr(new_record, name) for name in names})
+        before[id_], after[id_] = map(_encode, _differing_values(old_record, new_record))
     return before, after
+
+
+def _differing_values(first: Record, second: Record) -> tuple[PlainValues, PlainValues]:
+    """Return the values of the fields in which two records of one class differ."""
+    names = _field_names(type(first))
+    # Most values are the same objects, and comparing long lines takes time.
+    differing = [
+        (name, a, b)
+        for name, a, b in zip(
+            names,
+            map(getattr, repeat(first), names),
+            map(getattr, repeat(second), names),
+            strict=True,
+        )
+        if a is not b and a != b
+    ]
+    return {name: a for name, a, _ in differing}, {name: b for name, _, b in differing}
+
+
+@cache
+def _field_names(cls: type) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(cls))
 
 
 def decode_edit(

@@ -49,7 +49,7 @@ class Edit:
     def check(self, records: Mapping[str, Record]) -> None:
         """Check that the records match `before`. Raises DocumentError."""
         for id_, record in self.before.items():
-            if records.get(id_) != record:
+            if (current := records.get(id_)) is not record and current != record:
                 raise DocumentError(Finding("edit.stale", label=self.label, record=id_))
 
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:

@@ -306,45 +306,24 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
     `method`, `plane_id`, `slip` and `slip_confidence`.
     """
-    new_records: dict[str, Record | None] = {}
-    for id_ in ids:
-        feature = _get(records, id_, Feature)
-        if "type_id" in values:
-            _get(records, values["type_id"], FeatureType)
-        if "name" in values:
-            check_name(str(values["name"]))
-        for field, value in values.items():
-            known_kind = [
-                attribute for attribute in kind_of(feature).attributes if attribute.field == field
-            ]
-            if known_kind and known_kind[0].form == "text":
-                check_name(str(value), may_be_empty=True)
-            if (
-                known_kind
-                and known_kind[0].form == "choice"
-                and value not in dict(known_kind[0].choices)
-            ):
-                raise DocumentError(
-                    Finding(
-                        "option.not-a-choice",
-                        value=value,
-                        choices=[word for word, _ in known_kind[0].choices],
-                    ),
-                    field=field,
-                )
-            if not known_kind:
-                raise DocumentError(
-                    Finding(
-                        "feature.no-attribute",
-                        feature=feature.name,
-                        attribute=field.replace("_", " "),
-                    )
-                )
-        # A newly selected regression uses the axis nearest to the normal.
-        defaults = {"axis": "auto"} if "method" in values else {}
-        new_records[id_] = replace(feature, **values, **defaults)
-    if not new_records:
+    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
+    if not features:
         raise DocumentError(Finding("selection.empty"))
+    if "type_id" in values:
+        _get(records, values["type_id"], FeatureType)
+    if "name" in values:
+        check_name(str(values["name"]))
+    # Checked once for each kind, because there may be thousands of features.
+    first_features: dict[type[Feature], Feature] = {}
+    for feature in features:
+        first_features.setdefault(type(feature), feature)
+    for feature in first_features.values():
+        _check_attributes(feature, values)
+    # A newly selected regression uses the axis nearest to the normal.
+    defaults = {"axis": "auto"} if "method" in values else {}
+    new_records: dict[str, Record | None] = {
+        feature.id: feature.but(**values, **defaults) for feature in features
+    }
     attribute_names = (
         key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values
     )
@@ -353,6 +332,32 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     if len(new_records) == 1:
         description = next(iter(new_records.values())).name  # type: ignore[union-attr]
     return change(records, f"Change {attributes} of {description}", new_records)
+
+
+def _check_attributes(feature: Feature, values: Mapping[str, Any]) -> None:
+    """Check that a feature has attributes, and that their values are valid for its kind."""
+    attributes = {attribute.field: attribute for attribute in kind_of(feature).attributes}
+    for field, value in values.items():
+        attribute = attributes.get(field)
+        if attribute is None:
+            raise DocumentError(
+                Finding(
+                    "feature.no-attribute",
+                    feature=feature.name,
+                    attribute=field.replace("_", " "),
+                )
+            )
+        if attribute.form == "text":
+            check_name(str(value), may_be_empty=True)
+        if attribute.form == "choice" and value not in dict(attribute.choices):
+            raise DocumentError(
+                Finding(
+                    "option.not-a-choice",
+                    value=value,
+                    choices=[word for word, _ in attribute.choices],
+                ),
+                field=field,
+            )
 
 
 def find_misnamed(records: Records, features: Iterable[Feature]) -> list[Feature]:

@@ -39,6 +39,7 @@ class RecordMap(Mapping[str, Record]):
     def __init__(self, records: Mapping[str, Record]) -> None:
         self._records = dict(records)
         self._class_members: dict[type[Any], dict[str, Any]] = {}
+        self._indices: dict[type[Any], list[dict[str, Any]]] = {}
         self._numbers: dict[str, Counter[int]] = {}
         self._counts: dict[Callable[[Record], Hashable], Counter[Any]] = {}
         self._cached: dict[Callable[[RecordMap], Any], Any] = {}
@@ -54,30 +55,47 @@ class RecordMap(Mapping[str, Record]):
                 self._records.pop(id_, None)
             else:
                 self._records[id_] = new_record
-            for cls, members in self._class_members.items():
-                if isinstance(new_record, cls):
-                    # The ID belonged to a record of another class, so its position in the order
-                    # differs.
-                    if old_record is not None and id_ not in members:
-                        self._class_members = {}
-                        break
+            is_same_class = type(old_record) is type(new_record)
+            if not is_same_class:
+                self._update_members(id_, old_record, new_record)
+            elif new_record is not None:
+                for members in self._indices_of(type(new_record)):
                     members[id_] = new_record
-                else:
-                    members.pop(id_, None)
             for get_key, counts in self._counts.items():
-                for record, step in ((old_record, -1), (new_record, 1)):
-                    key = None if record is None else get_key(record)
-                    if key is not None:
-                        counts[key] += step
-                        if not counts[key]:
-                            del counts[key]
-            for prefix, numbers in self._numbers.items():
-                if (number := number_of(prefix, old_record)) is not None:
-                    numbers[number] -= 1
-                    if not numbers[number]:
-                        del numbers[number]
-                if (number := number_of(prefix, new_record)) is not None:
-                    numbers[number] += 1
+                old_key = None if old_record is None else get_key(old_record)
+                new_key = None if new_record is None else get_key(new_record)
+                if old_key != new_key:
+                    _count(counts, old_key, new_key)
+            old_name, new_name = (getattr(r, "name", None) for r in (old_record, new_record))
+            if not is_same_class or old_name != new_name:
+                for prefix, numbers in self._numbers.items():
+                    _count(numbers, number_of(prefix, old_record), number_of(prefix, new_record))
+
+    def _update_members(
+        self, id_: str, old_record: Record | None, new_record: Record | None
+    ) -> None:
+        """Update the indices by class after a record was added, removed or replaced."""
+        for cls, members in self._class_members.items():
+            if isinstance(new_record, cls):
+                # The ID belonged to a record of another class, so its position in the order
+                # differs.
+                if old_record is not None and id_ not in members:
+                    self._class_members, self._indices = {}, {}
+                    break
+                members[id_] = new_record
+            else:
+                members.pop(id_, None)
+
+    def _indices_of(self, record_class: type[Any]) -> list[dict[str, Any]]:
+        """Return the indices that contain the records of a class."""
+        indices = self._indices.get(record_class)
+        if indices is None:
+            indices = self._indices[record_class] = [
+                members
+                for cls, members in self._class_members.items()
+                if issubclass(record_class, cls)
+            ]
+        return indices
 
     def of(self, cls: type[T]) -> list[T]:
         """Return the records of a class in the order in which they were added."""
@@ -87,6 +105,7 @@ class RecordMap(Mapping[str, Record]):
                 id_: record for id_, record in self._records.items() if isinstance(record, cls)
             }
             self._class_members[cls] = members
+            self._indices = {}
         return list(members.values())
 
     def select(self, ids: Iterable[str], cls: type[T]) -> list[T]:
@@ -155,6 +174,16 @@ class RecordMap(Mapping[str, Record]):
     def items(self) -> ItemsView[str, Record]:
         """Return the IDs with their records."""
         return self._records.items()
+
+
+def _count(counts: Counter[Any], old_key: Any, new_key: Any) -> None:
+    """Count a key that has replaced another one; None is not counted."""
+    if old_key is not None:
+        counts[old_key] -= 1
+        if not counts[old_key]:
+            del counts[old_key]
+    if new_key is not None:
+        counts[new_key] += 1
 
 
 def highest_number(records: Mapping[str, Record], prefix: str) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vomstudio.core.signals import Signal
 
@@ -37,5 +37,5 @@ class Selection:
 
     def retain(self, ids: Iterable[str]) -> None:
         """Deselect all records that are not in `ids`."""
-        known_ids = set(ids)
+        known_ids = ids if isinstance(ids, Mapping) else set(ids)
         self.set(i for i in self._ids if i in known_ids)

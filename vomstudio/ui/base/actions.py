@@ -44,6 +44,8 @@ class Command:
         Returns a menu text that depends on the current state.
     is_global : bool
         Whether the shortcut also acts in dialogs.
+    depends_on_camera : bool
+        Whether the state of the command changes when the camera moves.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Command:
     target: Callable[[], str | None] = lambda: None
     current_text: Callable[[], str] | None = None
     is_global: bool = False
+    depends_on_camera: bool = False
 
 
 @dataclass(frozen=True)
@@ -159,21 +162,30 @@ class Actions(QObject):
         """Update the state, text and tooltip of all actions once per batch of notifications."""
         call_after_notifications(self._refresh)
 
+    def refresh_camera(self) -> None:
+        """Update the actions that depend on the camera; others would test every feature."""
+        for name, command in self._commands.items():
+            if command.depends_on_camera:
+                self._refresh_command(name, command)
+
     def _refresh(self) -> None:
         for name, command in self._commands.items():
-            text = command.text if command.current_text is None else command.current_text()
-            state = _State(
-                text,
-                self.why_not(command.name),
-                command.target(),
-                None if command.is_checked is None else command.is_checked(),
-            )
-            if state != self._states.get(name):
-                self._states[name] = state
-                _show_state(self.all[name], command, state)
-            elif state.is_checked is not None:
-                # Qt has toggled it when it was triggered.
-                self.all[name].setChecked(state.is_checked)
+            self._refresh_command(name, command)
+
+    def _refresh_command(self, name: str, command: Command) -> None:
+        text = command.text if command.current_text is None else command.current_text()
+        state = _State(
+            text,
+            self.why_not(command.name),
+            command.target(),
+            None if command.is_checked is None else command.is_checked(),
+        )
+        if state != self._states.get(name):
+            self._states[name] = state
+            _show_state(self.all[name], command, state)
+        elif state.is_checked is not None:
+            # Qt has toggled it when it was triggered.
+            self.all[name].setChecked(state.is_checked)
 
     def commands(self) -> list[Command]:
         return list(self._commands.values())

@@ -106,6 +106,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             tip=tr("Return to the previous camera and clipping box."),
             why_not=view.history.why_not_back,
             is_viewport_key=True,
+            depends_on_camera=True,
         ),
         Command(
             "view_forward",
@@ -116,6 +117,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             tip=tr("Go forward to the later view."),
             why_not=view.history.why_not_forward,
             is_viewport_key=True,
+            depends_on_camera=True,
         ),
         Command(
             "orthographic",
@@ -127,6 +129,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             why_not=view.why_not,
             is_viewport_key=True,
             is_checked=lambda: view.is_orthographic,
+            depends_on_camera=True,
         ),
         Command(
             "trackball",

@@ -405,7 +405,7 @@ class MainWindow(QMainWindow):
         )
         self._join_panels(viewport)
         self.view.direction_changed.connect(self.view_panel.show_direction)
-        self.view.state_changed.connect(self.actions_table.refresh)
+        self.view.state_changed.connect(self.actions_table.refresh_camera)
         self.view.follow_camera()
         open_model = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         center_widget = center_widget_of(self.photo_tab, viewport)

@@ -53,6 +53,7 @@ from vomstudio.ui.panels.features.tree_view import (
     FeatureTree,
     TreeItem,
     remove_from_parent,
+    remove_items,
     sort_children,
 )
 
@@ -425,7 +426,7 @@ class ProjectTree(QWidget):
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected_ids(edit))))
             records = self._studio.records
             unsorted_nodes: list[QTreeWidgetItem] = []
-            is_shorter = False
+            removed_items: list[QTreeWidgetItem] = []
             for id_ in ids:
                 record = records.get(id_)
                 item_before = self._items.get(id_)
@@ -435,9 +436,12 @@ class ProjectTree(QWidget):
                     if old_name != record.name:
                         unsorted_nodes.append(self._items[id_])
                 elif item_before is not None and not isinstance(record, Feature):
-                    remove_from_parent(self._items.pop(id_))
+                    removed_items.append(self._items.pop(id_))
                     self._hidden_ids.discard(id_)
-                    is_shorter = True
+            # Qt resets the hidden state of the items that remain.
+            self._hidden_ids.difference_update(
+                str(item.data(NAME, ID)) for item in remove_items(removed_items)
+            )
             unsorted_nodes += self._show_features(
                 f for id_ in ids if isinstance(f := records.get(id_), Feature)
             )
@@ -451,7 +455,7 @@ class ProjectTree(QWidget):
             self.tree.setUpdatesEnabled(True)
         self._photos.apply_edit(edit)
         is_filtered_anew = self._update_counts()
-        if unsorted_nodes or is_shorter or is_filtered_anew:
+        if unsorted_nodes or removed_items or is_filtered_anew:
             # Qt deselects the items that are moved or hidden.
             self._show_selection(self._studio.selection.ids)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import count
 from typing import Any
 
@@ -22,6 +22,8 @@ from vomstudio.ui.panels.features.table_model import COLUMNS, OrientationModel, 
 _Index = QModelIndex | QPersistentModelIndex
 # The view is reset if a larger number of rows is added, removed or moved.
 MAX_SINGLE_UPDATES = 200
+# Changed rows in more ranges are reported as one range.
+MAX_RANGES = 20
 
 
 class SortedRows(QAbstractTableModel):
@@ -45,7 +47,8 @@ class SortedRows(QAbstractTableModel):
         source.rowsInserted.connect(self._insert_rows)
         source.rowsAboutToBeRemoved.connect(self._hide_rows)
         source.rowsRemoved.connect(self._delete_rows)
-        source.dataChanged.connect(self._update_rows)
+        source.rows_changed.connect(self._update_rows)
+        source.dataChanged.connect(self._update_range)
 
     def set_test(self, test: Test | None) -> None:
         """Show only the rows that pass the test; None shows all rows."""
@@ -200,24 +203,29 @@ class SortedRows(QAbstractTableModel):
             [row - row_count if row > last_row else row for row in self._shown_rows]
         )
 
-    def _update_rows(self, first_index: QModelIndex, last_index: QModelIndex) -> None:
+    def _update_range(self, first_index: QModelIndex, last_index: QModelIndex) -> None:
         source_rows = range(first_index.row(), last_index.row() + 1)
-        start, end = first_index.row(), last_index.row() + 1
-        previous_rows = self._keys[start:end], self._passes[start:end]
-        self._keys[start:end] = [self._key(source_row) for source_row in source_rows]
-        self._passes[start:end] = [self._passes_test(source_row) for source_row in source_rows]
-        if previous_rows != (self._keys[start:end], self._passes[start:end]):
+        self._update_rows(source_rows, first_index.column(), last_index.column())
+
+    def _update_rows(
+        self,
+        source_rows: Sequence[int],
+        first_column: int = 0,
+        last_column: int = len(COLUMNS) - 1,
+    ) -> None:
+        """Evaluate changed source rows, and report them in ranges."""
+        is_order_changed = False
+        for source_row in source_rows:
+            key, passes = self._key(source_row), self._passes_test(source_row)
+            if (key, passes) != (self._keys[source_row], self._passes[source_row]):
+                self._keys[source_row], self._passes[source_row] = key, passes
+                is_order_changed = True
+        if is_order_changed:
             self._update_shown_rows(self._sort_rows())
-        rows = [
-            row
-            for source_row in source_rows
-            if (row := self._positions.get(source_row)) is not None
-        ]
-        if rows:
-            # Views repaint only the visible rows.
+        # Views repaint only the visible rows.
+        for first_row, last_row in find_runs(self.find_rows(source_rows), MAX_RANGES):
             self.dataChanged.emit(
-                self.index(min(rows), first_index.column()),
-                self.index(max(rows), last_index.column()),
+                self.index(first_row, first_column), self.index(last_row, last_column)
             )
 
     # --- Qt interface ------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QPersistentModelIndex,
     Qt,
+    Signal,
 )
 
 from vomstudio.core.words import to_translate, tr
@@ -32,8 +33,6 @@ from vomstudio.ui.panels.features.feature_row import Row, create_row, has_figure
 _Index = QModelIndex | QPersistentModelIndex
 # The table is reset if a larger number of rows is removed.
 MAX_SINGLE_UPDATES = 200
-# A larger number of changed rows is reported as one range.
-MAX_SINGLE_CHANGES = 20
 _QUALITY_ORDER = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 
 
@@ -174,6 +173,9 @@ def _is_listed(feature: Feature) -> bool:
 class OrientationModel(QAbstractTableModel):
     """Table with one row per listed feature and the columns in COLUMNS."""
 
+    rows_changed = Signal(list)
+    """Emits the source rows of changed features."""
+
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
@@ -227,18 +229,10 @@ class OrientationModel(QAbstractTableModel):
             else:
                 self._rows[source_row] = row
                 changed_rows.append(source_row)
-        self._emit_changes(changed_rows)
+        if changed_rows:
+            self.rows_changed.emit(changed_rows)
         self._append_rows(new_rows)
         return bool(removed_ids or new_rows)
-
-    def _emit_changes(self, source_rows: list[int]) -> None:
-        """Report changed rows: single rows, or one range that contains all of them."""
-        if len(source_rows) > MAX_SINGLE_CHANGES:
-            spans = [(min(source_rows), max(source_rows))]
-        else:
-            spans = [(row, row) for row in source_rows]
-        for first_row, last_row in spans:
-            self.dataChanged.emit(self.index(first_row, 0), self.index(last_row, len(COLUMNS) - 1))
 
     def _append_rows(self, rows: dict[str, Row]) -> None:
         if rows:

@@ -45,6 +45,8 @@ from vomstudio.ui.panels.features.table_model import (
 WIDTH_SAMPLE_ROWS, MAX_WIDENING_ROWS = 50, 15
 # A larger number of features is listed in steps between events.
 MAX_IMMEDIATE_FEATURES = 200
+# Number of changed features that are updated between two events.
+STEP_FEATURES = 1000
 
 
 class TablePanel(QWidget):
@@ -252,8 +254,21 @@ class TablePanel(QWidget):
         if not ids:
             return
         self._portions.finish()
+        self._portions.start(self._update(ids))
+
+    def _update(self, ids: list[str]) -> Iterator[None]:
+        """Update the rows of features; those of many features in steps between events."""
         was_empty = self.model.rowCount() == 0
-        has_moved_rows = self.model.update(ids)
+        records = self._studio.records
+        has_moved_rows = self.model.update([id_ for id_ in ids if id_ not in records])
+        remaining_ids = [id_ for id_ in ids if id_ in records]
+        if len(remaining_ids) > MAX_IMMEDIATE_FEATURES:
+            # All panels refresh after an edit; this one lets them go first.
+            yield
+        for start in range(0, len(remaining_ids), STEP_FEATURES):
+            if start:
+                yield
+            has_moved_rows |= self.model.update(remaining_ids[start : start + STEP_FEATURES])
         self.model.update_comparisons()
         if self._studio.settings.color_by == "set":
             # A new set may change the colours of all others.

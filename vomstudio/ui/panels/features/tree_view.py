@@ -371,3 +371,19 @@ def remove_from_parent(item: QTreeWidgetItem) -> None:
     parent = item.parent()
     if parent is not None:
         parent.removeChild(item)
+
+
+def remove_items(items: list[QTreeWidgetItem]) -> list[QTreeWidgetItem]:
+    """Remove items from their parents. Return siblings that were removed and added again."""
+    if len(items) <= MAX_SINGLE_ITEMS:
+        for item in items:
+            remove_from_parent(item)
+        return []
+    groups = {id(group): group for item in items if (group := item.parent()) is not None}
+    removed_ids, remaining_items = set(map(id, items)), []
+    for group in groups.values():
+        # Removing many items one by one takes time for each of the others.
+        siblings = [item for item in group.takeChildren() if id(item) not in removed_ids]
+        group.addChildren(siblings)
+        remaining_items += siblings
+    return remaining_items
