@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.messages import by_code, refused, with_code
-from tests.samples import placed
+from tests.samples import bed, placed
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane, slip_from_rake
@@ -18,6 +18,7 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.patches import ids_to_runs, moments, outline
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.project import codec, edits
+from vomstudio.project.kinds import KINDS
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
@@ -25,6 +26,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements, measure_all
+from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import DEFAULT_TYPES, FeatureType, Group, Model
 from vomstudio.project.tables.project_table import project_table
 
@@ -309,3 +311,21 @@ def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model()
         verdict = measure_all(known, [feature])[0].verdict
         assert verdict.quality == "doubtful"
         assert by_code(verdict.reasons)["plane.levels"] == {"gap_m": pytest.approx(gap_m)}
+
+
+def test_a_copy_with_other_values_is_that_of_dataclasses() -> None:
+    # `Feature.but` creates no kind through its constructor.
+    assert not [kind.name for kind in KINDS if hasattr(kind.record, "__post_init__")]
+    trace = bed("t1")
+    copy = trace.but(set_name="J1", notes="wet")
+    assert copy == replace(trace, set_name="J1", notes="wet")
+    assert (trace.set_name, trace.notes) == ("", "")
+    with pytest.raises(TypeError):
+        trace.but(no_such_field=1)
+
+
+def test_records_of_some_ids_are_selected_in_their_order() -> None:
+    traces = [bed(f"t{i}") for i in range(4)]
+    records = RecordMap({trace.id: trace for trace in traces})
+    assert records.select(["t3", "none", "t1"], Trace) == [traces[3], traces[1]]
+    assert records.select(["t3"], FeatureType) == []

@@ -128,6 +128,38 @@ def test_while_the_view_moves_many_labels_are_moved_and_none_is_added(image, mon
     assert set(labels(moving=False)) == set("abcd")
 
 
+@pytest.mark.parametrize(
+    ("selected", "mode", "labelled"),
+    [(0, "auto", 0), (3, "auto", 3), (3, "none", 0), (0, "all", 40), (3, "selected", 3)],
+)
+def test_only_features_that_may_be_labelled_are_projected(image, selected, mode, labelled) -> None:
+    drawings = {
+        str(i): FeatureDrawing(str(i), LINE, None, (0.0, 0.4, 0.7), str(i), LINE[0])
+        for i in range(40)
+    }
+    projected: list[int] = []
+
+    def project(world):
+        projected.append(len(world))
+        return world[:, :2], np.ones(len(world), bool)
+
+    annotations = Annotations()
+    annotations.label_mode = mode
+    painter = QPainter(image)
+    for moving in (False, True):
+        annotations.paint(
+            painter,
+            drawings,
+            frozenset(list(drawings)[:selected]),
+            Camera(),
+            project,
+            (300.0, 120.0),
+            is_moving=moving,
+        )
+    painter.end()
+    assert projected == [5 * labelled] * 2
+
+
 # --- legend -------------------------------------------------------------------------------------
 def test_a_legend_without_entries_takes_no_room(image) -> None:
     before = image.copy()
