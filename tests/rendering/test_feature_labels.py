@@ -13,7 +13,7 @@ from vomstudio.rendering.qt.legend_painting import ColorEntry, ColorLegend
 from vomstudio.rendering.qt.painting import VERDICT_COLORS, LabelCache
 from vomstudio.rendering.scene.feature_runs import FeatureRuns
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.rendering.view.drawing import FeatureDrawing, Symbol
 
 RING = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 LINE = np.array([[0.0, 0, 0], [2, 0, 0]])
@@ -158,6 +158,48 @@ def test_only_features_that_may_be_labelled_are_projected(image, selected, mode,
         )
     painter.end()
     assert projected == [5 * labelled] * 2
+
+
+def test_changed_drawings_are_labelled_as_if_all_were_new(image) -> None:
+    symbol = Symbol("line", LINE[0], LINE[1], LINE[1], "30", 1.0)
+
+    def at(name: str, x: float, **more) -> FeatureDrawing:
+        place = np.array([x, 60.0, 0.0])
+        return FeatureDrawing(name, LINE[:0], None, (0.0, 0.4, 0.7), f"B {name}", place, **more)
+
+    def labels(annotations: Annotations, drawings, selected) -> dict[str, tuple[float, ...]]:
+        painter = QPainter(image)
+        annotations.paint(
+            painter,
+            drawings,
+            selected,
+            Camera(),
+            lambda world: (world[:, :2], np.ones(len(world), bool)),
+            (300.0, 120.0),
+        )
+        painter.end()
+        return {id_: box.getRect() for id_, box in annotations.label_boxes}
+
+    drawings = {name: at(name, 20.0 + 70.0 * i) for i, name in enumerate("abcd")}
+    selected = frozenset("ab")
+    annotations = Annotations()
+    labels(annotations, drawings, selected)
+    for changes in (
+        {"a": at("a", 40.0)},
+        {"b": None},
+        {"a": at("a", 30.0), "c": at("c", 150.0, visible=False)},
+        {"b": at("b", 100.0), "d": at("d", 240.0, symbol=symbol)},
+        {"d": None, "a": at("a", 60.0)},
+    ):
+        for name, drawing in changes.items():
+            drawings.pop(name, None)
+            if drawing is not None:
+                drawings[name] = drawing
+        annotations.change(changes)
+        for mode in ("all", "selected"):
+            fresh = Annotations()
+            fresh.label_mode = annotations.label_mode = mode
+            assert labels(annotations, drawings, selected) == labels(fresh, drawings, selected)
 
 
 # --- legend -------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from functools import cache
-from itertools import repeat
 from types import MappingProxyType
 from typing import Any
 
@@ -120,19 +119,14 @@ def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
 
 def _differing_values(first: Record, second: Record) -> tuple[PlainValues, PlainValues]:
     """Return the values of the fields in which two records of one class differ."""
-    names = _field_names(type(first))
     # Most values are the same objects, and comparing long lines takes time.
-    differing = [
-        (name, a, b)
-        for name, a, b in zip(
-            names,
-            map(getattr, repeat(first), names),
-            map(getattr, repeat(second), names),
-            strict=True,
-        )
-        if a is not b and a != b
+    old_values, new_values = vars(first), vars(second)
+    names = [
+        name
+        for name in _field_names(type(first))
+        if (value := old_values[name]) is not (new_value := new_values[name]) and value != new_value
     ]
-    return {name: a for name, a, _ in differing}, {name: b for name, _, b in differing}
+    return {name: old_values[name] for name in names}, {name: new_values[name] for name in names}
 
 
 @cache

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from vomstudio.core.signals import Signal
 from vomstudio.geology.fold_planes import FoldFilter
-from vomstudio.project.kinds import is_picked_plane
+from vomstudio.project.kinds import group_and_set, is_picked_plane
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import Record, Typed
 from vomstudio.project.selection import Selection
@@ -16,6 +17,7 @@ from vomstudio.studio.projects import Projects
 if TYPE_CHECKING:
     from vomstudio.project.fold_planes import FoldPlanes
 
+MAX_TESTED_PLANES = 50
 FOLD_TYPE = "bedding"
 """Feature type of the planes, because different types are never pooled silently."""
 
@@ -63,10 +65,7 @@ class FoldChoice:
     def planes(self) -> FoldPlanes:
         """Return the planes from which the fold axis is computed, cached until they may change."""
         records, measurements = self._projects.records, self._derived.measurements
-        selected_ids = self._selection.ids if self.is_selected else None
-        # Compared by identity, because equal records would be compared one by one.
-        owners = (records, measurements)
-        inputs = (*map(id, owners), records.revision, self.fold_filter, selected_ids)
+        inputs = self._key()
         if self._planes is None or self._inputs[2:] != inputs:
             from vomstudio.project.fold_planes import fold_planes
 
@@ -74,12 +73,35 @@ class FoldChoice:
             measured_planes = self._derived.measured(f.id for f in features)
             self._planes = fold_planes(records, features, measured_planes, self.fold_filter)
             # The owners are stored, so that no other object can have their identity.
-            self._inputs = (*owners, *inputs)
+            self._inputs = (records, measurements, *inputs)
         return self._planes
+
+    def _key(self) -> tuple[object, ...]:
+        """Return the inputs on which the planes depend."""
+        records, measurements = self._projects.records, self._derived.measurements
+        selected_ids = self._selection.ids if self.is_selected else None
+        # Compared by identity, because equal records would be compared one by one.
+        return id(records), id(measurements), records.revision, self.fold_filter, selected_ids
+
+    def has_planes(self, count: int) -> bool:
+        """Return whether there are at least so many planes, mostly without selecting them all."""
+        is_known = self._planes is not None and self._inputs[2:] == self._key()
+        if not is_known and not self.is_selected:
+            from vomstudio.project.fold_planes import fold_planes
+
+            records = self._projects.records
+            first_beds = list(islice(filter(is_bed, records.of(Typed)), MAX_TESTED_PLANES))
+            measurements = self._derived.measured(f.id for f in first_beds)
+            if len(fold_planes(records, first_beds, measurements, self.fold_filter)) >= count:
+                return True
+        return len(self.planes()) >= count
 
     def sets(self) -> list[str]:
         """Return the names of the sets to which the bedding planes belong."""
-        return sorted({f.set_name for f in self._projects.records.cached(_beds)} - {""})
+        counts = self._projects.records.count_by(group_and_set)
+        return sorted(
+            {name for group, name, is_picked in counts if is_picked and group == FOLD_TYPE} - {""}
+        )
 
 
 def _beds(records: RecordMap) -> tuple[Typed, ...]:

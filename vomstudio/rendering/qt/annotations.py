@@ -83,6 +83,21 @@ class _FeatureArrays:
     def count(self) -> int:
         return len(self.drawings)
 
+    def replace(self, id_: str, drawing: FeatureDrawing | None) -> bool:
+        """Replace or remove a drawing without symbol. Return False if this is impossible."""
+        row = self.rows.get(id_)
+        if row is None or self.drawings[row].symbol:
+            return False
+        if drawing is None:
+            del self.rows[id_]
+            self.labelled[row] = False
+            return True
+        if not (drawing.visible and drawing.label) or drawing.symbol:
+            return False
+        self.drawings[row], self.extents[row] = drawing, drawing.extent
+        self.is_measured[row], self.labelled[row] = False, True
+        return True
+
     def rows_of(self, ids: Iterable[str]) -> IntArray:
         """Return the rows of the drawings with these ids, ignoring missing ids."""
         rows = self.rows
@@ -130,6 +145,13 @@ class Annotations:
             frozenset(),
             np.zeros(0, np.bool_),
         )
+
+    def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
+        """Replace or remove drawings in the cached data; anything else discards it."""
+        if self._arrays is not None and not all(
+            self._arrays.replace(id_, drawing) for id_, drawing in changes.items()
+        ):
+            self.forget()
 
     def forget(self) -> None:
         """Discard the cached data after a change of the drawings."""

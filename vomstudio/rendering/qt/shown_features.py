@@ -70,7 +70,11 @@ class ShownFeatures:
                 self.drawings.pop(key, None)
             else:
                 self.drawings[key] = drawing
-        self._annotations.forget()
+        if self._cut():
+            # A changed feature may be outside the clipping box.
+            self._annotations.forget()
+        else:
+            self._annotations.change(changes)
         if self._lifetime.scene is not None:
             self._lifetime.scene.set_features(changes)
         self._picture.redraw_features()

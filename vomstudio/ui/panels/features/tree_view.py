@@ -128,9 +128,7 @@ class FeatureTree(QTreeWidget):
         """Item with the longest name of each group that was measured, by the row of the group."""
         self.model().rowsInserted.connect(self._fit_timer.start)
         self.model().rowsInserted.connect(self._add_names)
-        self.model().dataChanged.connect(
-            lambda first, last: self._add_names(first.parent(), first.row(), last.row())
-        )
+        self.model().dataChanged.connect(self._change_names)
         self.model().rowsAboutToBeRemoved.connect(self._forget_names)
         self.model().layoutChanged.connect(self._longest.clear)
         self.model().modelReset.connect(self._longest.clear)
@@ -207,6 +205,11 @@ class FeatureTree(QTreeWidget):
                 return
             if item is not None and _name_length(item) > _name_length(longest):
                 self._longest[parent.row()] = longest = item
+
+    def _change_names(self, first_index: QModelIndex, last_index: QModelIndex) -> None:
+        # The text of a group does not matter.
+        if (parent := first_index.parent()).isValid():
+            self._add_names(parent, first_index.row(), last_index.row())
 
     def _forget_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
         """Forget the longest name of a group if its item is about to be removed."""

@@ -57,8 +57,7 @@ class BeddingAxis:
 
         The axis itself is not computed if two available planes already give the answer.
         """
-        fold = self._studio.fold
-        if self._axis is None and fold.features() and len(fold.planes()) >= 2:
+        if self._axis is None and self._studio.fold.has_planes(2):
             return None
         axis = self.axis_or_reason()
         return axis if isinstance(axis, Finding) else None
