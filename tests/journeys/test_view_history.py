@@ -11,6 +11,7 @@ from tests.driver import click, drag, key, wait
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.selection.visible_region import element_count
 from vomstudio.studio.tools.select import SelectTool
+from vomstudio.ui.base.actions import Actions
 
 pytestmark = pytest.mark.full
 
@@ -83,6 +84,13 @@ def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
     assert opened.actions_table.all["view_back"].isEnabled()
     back(opened)
     assert np.allclose(view(opened), before, atol=1e-9)
+
+
+def test_a_move_updates_only_the_commands_that_depend_on_the_camera(opened, monkeypatch):
+    refreshed: list[str] = []
+    monkeypatch.setattr(Actions, "_refresh_command", lambda _, name, __: refreshed.append(name))
+    opened.view.state_changed.emit()
+    assert set(refreshed) == {"orthographic", "view_back", "view_forward"}
 
 
 def test_commands_are_updated_when_a_move_begins_and_ends(opened):
