@@ -202,3 +202,28 @@ def test_the_maximum_found_from_the_grid_is_that_of_the_lattice(n: int) -> None:
     expected_place, expected_top = densities.find_maximum(vectors)
     assert top == pytest.approx(expected_top, rel=1e-9)
     assert abs(place @ expected_place) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("size", [8, 21, 33])
+def test_tiles_of_any_grid_count_what_single_places_count(method: str, size: int) -> None:
+    """Sides that are, and are not, a multiple of the tile."""
+    v = scatter(3000, 11, (0.0, 2.0, -3.0))
+    _, grid = densities.density_grid(v, method, size=size)
+    _, lines = nets.hemisphere_grid(size)
+    expected = [densities.density(v, line, method)[0] for line in lines.reshape(-1, 3)]
+    assert np.median(np.abs(grid.ravel() - expected)) < 1e-9
+    near = np.isclose(grid.ravel(), expected, atol=1e-6)
+    # A pole on the very edge of a circle may fall on either side of it.
+    assert near.mean() >= (0.98 if method in ("kamb", "schmidt") else 1.0)
+
+
+@pytest.mark.parametrize("n", [1, 2, 30, 5000])
+def test_no_direction_near_the_maximum_is_denser(n: int) -> None:
+    v = scatter(n, 12, (1.0, 1.0, -1.0))
+    _, grid = densities.density_grid(v)
+    place, top = densities.find_maximum(v, grid=grid)
+    assert top >= grid.max() - 1e-12
+    beside = place + 0.003 * scatter(200, 13)
+    beside /= np.linalg.norm(beside, axis=1)[:, None]
+    assert densities.density(v, beside).max() <= top + 1e-9

@@ -20,9 +20,15 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
 from vomstudio.geology.stereonet import longitude_latitude_to_vectors
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
-from vomstudio.products.net.contours import DENSITY_NAMES, check_contour_sizes, describe_density
+from vomstudio.products.net.contours import (
+    DENSITY_NAMES,
+    ContourPlan,
+    check_contour_sizes,
+    describe_density,
+)
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetOptions
+from vomstudio.products.net.set_statistics import add_statistics, find_maxima
 from vomstudio.products.net.style import NetStyle
 
 
@@ -235,3 +241,19 @@ def test_even_a_few_can_be_contoured(method: str, n: int) -> None:
     few = make_sets({"a": ("line", np.arange(n) * 20.0, np.full(n, 30.0))})
     for each in (False, True):
         draw(NetContents(few, contour=method, contouring=Contouring(each_set=each)))
+
+
+def test_copies_with_the_same_contours_share_their_density() -> None:
+    plan = ContourPlan.of(NET)
+    assert ContourPlan.of(add_statistics(replace(NET, title="Joints"), {"maxima"})) is plan
+    assert ContourPlan.of(replace(NET, contouring=Contouring(sigma=4.0))) is not plan
+    assert ContourPlan.of(replace(NET, contour="kamb")) is not plan
+
+
+@pytest.mark.parametrize("each", [False, True])
+def test_the_marked_maximum_is_the_reported_one(each: bool) -> None:
+    net = replace(NET, contouring=Contouring(each_set=each))
+    density = describe_density(net)
+    assert density is not None
+    marked = [(mark.line.trend_deg, mark.line.plunge_deg) for mark in find_maxima(net)]
+    assert marked == [(part["trend_deg"], part["plunge_deg"]) for part in density["parts"]]

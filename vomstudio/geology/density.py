@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vomstudio.core.arrays import FloatArray
+from vomstudio.core.arrays import FloatArray, IntegerArray
 from vomstudio.core.words import to_translate
 from vomstudio.geology.stereonet import hemisphere_grid
 
@@ -78,15 +78,25 @@ def density(
     kernel = _Kernel.of(method, np.atleast_2d(np.asarray(vectors)).shape[0], sigma)
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     g = np.atleast_2d(np.asarray(position, dtype=np.float64))
-    densities = np.zeros(len(g))
-    for i in range(0, len(g), BLOCK_SIZE):
-        near_points = _select_contributing(v, g[i : i + BLOCK_SIZE], kernel)
-        step = max(1, MAX_PAIRS // max(len(near_points), 1))
-        for j in range(i, min(i + BLOCK_SIZE, len(g)), step):
-            k = min(j + step, i + BLOCK_SIZE)
-            densities[j:k] = kernel.count(np.abs(g[j:k] @ near_points.T))
-    correction = 0.0 if method == "schmidt" else 0.5
-    return np.maximum((densities - correction) / kernel.scale, 0.0)
+    return _density_of_blocks(v, g, np.arange(0, len(g), BLOCK_SIZE), kernel)
+
+
+def _density_of_blocks(
+    vectors: FloatArray, positions: FloatArray, starts: IntegerArray, kernel: _Kernel
+) -> FloatArray:
+    """Compute the density (m,) at blocks of adjacent positions, given their first rows."""
+    counts = np.zeros(len(positions))
+    for start, end in zip(starts, [*starts[1:], len(positions)], strict=True):
+        near_points = _select_contributing(vectors, positions[start:end], kernel)
+        if not len(near_points):
+            continue
+        step = max(1, MAX_PAIRS // len(near_points))
+        for j in range(start, end, step):
+            k = min(j + step, end)
+            cosine = positions[j:k] @ near_points.T
+            counts[j:k] = kernel.count(np.abs(cosine, out=cosine))
+    correction = 0.0 if kernel.method == "schmidt" else 0.5
+    return np.maximum((counts - correction) / kernel.scale, 0.0)
 
 
 @dataclass(frozen=True)
@@ -123,14 +133,15 @@ class _Kernel:
         return cls(method, cap, steepness, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steepness))
 
     def count(self, cosine: FloatArray) -> FloatArray:
-        """Return the counts (m,) for cosines (m, k)."""
+        """Return the counts (m,) for cosines (m, k), whose array is used as working memory."""
         if self.method in ("schmidt", "kamb"):
             return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
         if self.method == "linear_kamb":
             exceedance = np.maximum(cosine - (1.0 - self.cap), 0.0)
             return np.asarray(exceedance.sum(axis=1) * (2.0 / self.cap))
-        power = self.steep * (cosine - 1.0)
-        return np.asarray(np.exp(power, out=power).sum(axis=1))
+        cosine -= 1.0
+        cosine *= self.steep
+        return np.asarray(np.exp(cosine, out=cosine).sum(axis=1))
 
 
 def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) -> float:
@@ -198,9 +209,12 @@ def density_grid(
     steps, positions = hemisphere_grid(n)
     # Process the grid in tiles, because only few data contribute to a block of adjacent points.
     row, column = np.indices((n, n)) // TILE_SIZE
-    order = np.argsort((row * n + column).ravel(), kind="stable")
+    tiles = (row * n + column).ravel()
+    order = np.argsort(tiles, kind="stable")
+    starts = np.searchsorted(tiles[order], np.unique(tiles))
+    kernel = _Kernel.of(method, len(v), sigma)
     values = np.zeros(n * n)
-    values[order] = density(v, positions.reshape(-1, 3)[order], method, sigma)
+    values[order] = _density_of_blocks(v, positions.reshape(-1, 3)[order], starts, kernel)
     return steps, values.reshape(n, n)
 
 
@@ -327,7 +341,7 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
     """Find the local maximum of the density near a unit vector by ascent.
 
     Both smooth kernels are convex functions of position, so the sum of the data, weighted by the
-    slopes of their kernels, never decreases.
+    slopes of their kernels, never decreases. Newton's step replaces a step that ascends less.
     """
     position = start
     # The maximum is as wide as the kernel, so a few kernel radii include all relevant data.
@@ -339,10 +353,43 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
             slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
         else:
             slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
-        moved_positions = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
-        moved_positions /= np.linalg.norm(moved_positions)
-        change = float(np.abs(moved_positions - position).max())
-        position = moved_positions
+        pull = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
+        moved_position = pull / np.linalg.norm(pull)
+        if kernel.method == "exponential_kamb":
+            newton_position = _newton_step(vectors, position, slope, pull, kernel.steep)
+            candidates = np.stack([moved_position, newton_position])
+            moved_position = candidates[np.argmax(kernel.count(np.abs(candidates @ vectors.T)))]
+        change = float(np.abs(moved_position - position).max())
+        position = moved_position
         if change < 1e-12:
             break
     return np.asarray(position)
+
+
+def _newton_step(
+    vectors: FloatArray, position: FloatArray, slope: FloatArray, pull: FloatArray, steepness: float
+) -> FloatArray:
+    """Return the unit vector (3,) to which Newton's method moves on the sphere.
+
+    Parameters
+    ----------
+    vectors : (n, 3) ndarray
+    position : (3,) ndarray
+    slope : (n,) ndarray
+        Weights of the data.
+    pull : (3,) ndarray
+        Sum of the data, weighted and pointing to the hemisphere of `position`.
+    steepness : float
+
+    Returns
+    -------
+    (3,) ndarray
+        `position` if the density is not concave there.
+    """
+    basis = np.linalg.svd(position[None])[2][1:]
+    tangents = vectors @ basis.T
+    curvature = steepness * (tangents.T * slope) @ tangents - (pull @ position) * np.eye(2)
+    if np.linalg.eigvalsh(curvature)[-1] >= 0.0:
+        return position
+    moved_position = position - np.linalg.solve(curvature, basis @ pull) @ basis
+    return np.asarray(moved_position / np.linalg.norm(moved_position))

@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Line
-from vomstudio.products.net.contents import NetContents, NetSet
+from vomstudio.products.net.contents import Contouring, NetContents, NetSet
 from vomstudio.products.net.style import NetStyle, mix_colors
 
 DENSITY_NAMES = {
@@ -56,30 +56,13 @@ class ContourPlan:
     """Sets that are contoured together, for the legend; empty if they are all of one kind."""
 
     @classmethod
-    @lru_cache(maxsize=1)
     def of(cls, net: NetContents) -> ContourPlan | None:
-        """Plan the contours of a net; return None if not requested or without features."""
-        groups = contour_groups(net)
-        if net.contour is None or not groups:
-            return None
-        contouring = net.contouring
-        colors = Counter[str]()
-        parts = []
-        for net_set, vectors in groups:
-            steps, values = densities.density_grid(vectors, net.contour, sigma=contouring.sigma)
-            color = "" if net_set is None else net_set.color
-            parts.append(ContourGroup(net_set, steps, values, DASHES[colors[color] % len(DASHES)]))
-            colors[color] += 1
-        top = max(float(part.values.max()) for part in parts)
-        levels = contour_levels(net, top)
-        return cls(
-            net.contour,
-            contouring.sigma,
-            contouring.is_filled,
-            levels,
-            tuple(parts),
-            _describe_subject(net),
-        )
+        """Plan the contours of a net; return None if not requested or without features.
+
+        Copies of a net that differ in other contents share the plan, so that the density is
+        computed once.
+        """
+        return _plan_contours(net.sets, net.contour, net.contouring)
 
     @property
     def name(self) -> str:
@@ -92,6 +75,32 @@ class ContourPlan:
     @property
     def short_unit(self) -> str:
         return "% / 1 %" if self.method == "schmidt" else "σ"
+
+
+@lru_cache(maxsize=1)
+def _plan_contours(
+    sets: tuple[NetSet, ...], contour: str | None, contouring: Contouring
+) -> ContourPlan | None:
+    net = NetContents(sets, contour=contour, contouring=contouring)
+    groups = contour_groups(net)
+    if contour is None or not groups:
+        return None
+    colors = Counter[str]()
+    parts = []
+    for net_set, vectors in groups:
+        steps, values = densities.density_grid(vectors, contour, sigma=contouring.sigma)
+        color = "" if net_set is None else net_set.color
+        parts.append(ContourGroup(net_set, steps, values, DASHES[colors[color] % len(DASHES)]))
+        colors[color] += 1
+    top = max(float(part.values.max()) for part in parts)
+    return ContourPlan(
+        contour,
+        contouring.sigma,
+        contouring.is_filled,
+        contour_levels(net, top),
+        tuple(parts),
+        _describe_subject(net),
+    )
 
 
 def check_contour_sizes(net: NetContents) -> list[Finding]:

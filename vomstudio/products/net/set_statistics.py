@@ -18,7 +18,7 @@ from vomstudio.geology.statistics import (
     woodcock,
 )
 from vomstudio.products.net.contents import NetCircle, NetContents, NetMark, NetSet
-from vomstudio.products.net.contours import contour_groups
+from vomstudio.products.net.contours import ContourPlan, contour_groups
 
 _MIN_FEATURES = 3
 """Minimum number of features of a set for a girdle or a mean."""
@@ -82,16 +82,20 @@ def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     """
     method = net.contour or "exponential_kamb"
     contouring = net.contouring
+    plan = ContourPlan.of(net)
     groups = (
-        contour_groups(net)
-        if net.contour is not None
-        else [(set_, set_.vectors()) for set_ in net.sets if len(set_)]
+        [(set_, set_.vectors(), None) for set_ in net.sets if len(set_)]
+        if plan is None
+        else [
+            (set_, vectors, part.values)
+            for (set_, vectors), part in zip(contour_groups(net), plan.parts, strict=True)
+        ]
     )
     maxima = []
-    for contoured_set, vectors in groups:
+    for contoured_set, vectors, grid in groups:
         if len(vectors) < _MIN_FEATURES:
             continue
-        direction, top = find_maximum(vectors, method, contouring.sigma)
+        direction, top = find_maximum(vectors, method, contouring.sigma, grid)
         line = Line.from_vector(direction)
         unit = "% / 1 %" if method == "schmidt" else "σ"
         label = tr(
