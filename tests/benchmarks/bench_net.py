@@ -100,9 +100,9 @@ def main() -> None:
             drawn.image,
         )
         print(f"{n:>6,} {method or 'no contours'} (target {target:.2f} s)")
-        print(
-            f"       redraw       {took}\n       mplstereonet {peer}\n       emphasis     {emphasis}"
-        )
+        print(f"       redraw       {took}")
+        print(f"       mplstereonet {peer}")
+        print(f"       emphasis     {emphasis}")
     net = clusters(10_000)
     for method in (None, "linear_kamb", "kamb", "schmidt"):
         shown = [
