@@ -516,8 +516,24 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
     -------
     Line
     """
+    return Line.from_vector(rake_vector(plane, rake_deg))
+
+
+def rake_vector(plane: Plane, rake_deg: float) -> FloatArray:
+    """Return the unit vector (3,) of the lineation with a given rake on a plane.
+
+    Parameters
+    ----------
+    plane : Plane
+    rake_deg : float
+        Rake as returned by `rake_of`.
+
+    Returns
+    -------
+    (3,) ndarray
+    """
     sin_r, cos_r = sin_cos_deg(_require_finite_number(rake_deg, "rake"))
-    return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
+    return np.asarray(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:

@@ -85,7 +85,7 @@ def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArr
     if major_deg is None or minor_deg is None or major_deg >= 90.0:
         return None
     normal = plane.normal()
-    direction = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    direction = orientation.rake_vector(plane, fit.error_rake_deg)
     major_deg = max(
         major_deg, resolution_tilt_deg(fit, measurement.resolution_m, measurement.judged_as) or 0.0
     )

@@ -521,3 +521,31 @@ def test_rows_between_comments_and_separators_keep_their_line_numbers(tmp_path: 
     assert table.separators == (5,)
     assert table.cells(0) == ["a", "b", "-7", "c"]
     assert table.cells(3, 2) == ["3", "6"]
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    cells=st.lists(st.sampled_from(["a", "b", "ä", "ab", "1.000000e+00", "1", "", " a "])),
+    column=st.integers(0, 2),
+    delimiter=st.sampled_from(",;\t "),
+    quoted=st.booleans(),
+)
+def test_codes_of_labels_are_those_of_single_cells(
+    cells: list[str], column: int, delimiter: str, quoted: bool
+) -> None:
+    import tempfile
+
+    if delimiter == " ":
+        cells = [cell.strip() or "a" for cell in cells]
+    rows = [["0.5", "7"] for _ in cells]
+    for row, cell in zip(rows, cells, strict=True):
+        row.insert(column, f'"{cell}"' if quoted else cell)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "table.csv")
+        lines = [["u", "v", "w"], ["0", "0", "0"], *rows]
+        path.write_text("".join(delimiter.join(row) + "\n" for row in lines), encoding="utf-8")
+        result = read_table(path)
+    names, codes = result.label_codes(column)
+    labels = result.labels(column)
+    assert [names[code] for code in codes] == labels
+    assert names == list(dict.fromkeys(labels))

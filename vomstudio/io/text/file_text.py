@@ -77,7 +77,7 @@ def read_text(
     refuse_other_kind(path, accepted_names)
     raw_bytes = read_bytes(path)
     notes: list[Finding] = []
-    if not raw_bytes.strip():
+    if not raw_bytes or raw_bytes.isspace():
         raise InputError(Finding("file.empty"), file=path)
     if raw_bytes[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
@@ -102,9 +102,10 @@ def read_text(
             notes.append(Finding("file.encoding", encoding="Windows-1252"))
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if len(text) > _LONG_TEXT and text.count("\n") * _MIN_LINE_LENGTH > len(text):
+    line_count = text.count("\n")
+    if len(text) > _LONG_TEXT and line_count * _MIN_LINE_LENGTH > len(text):
         raise InputError(Finding("file.inflated"), file=path)
-    refuse_many_lines(path, text.count("\n"), max_lines)
+    refuse_many_lines(path, line_count, max_lines)
     return text, notes
 
 

@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import repeat
+from operator import itemgetter
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
@@ -214,7 +215,10 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
     comments: list[str] = []
     separators: list[int] = []
     # Almost all lines of a large table are data rows, which are copied in blocks.
-    other_rows = [i for i, line in enumerate(lines) if line[:1] in _NON_ROW_STARTS]
+    first_characters = map(itemgetter(slice(1)), lines)
+    other_rows = list(
+        itertools.compress(itertools.count(), map(_NON_ROW_STARTS.__contains__, first_characters))
+    )
     for previous, i in itertools.pairwise((-1, *other_rows, len(lines))):
         data += lines[previous + 1 : i]
         line_numbers += range(previous + 2, i + 1)

@@ -45,6 +45,15 @@ TABLE_EXTENSIONS = (".csv", ".txt", ".tsv", ".dat")
 _SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
 
 
+_BLOCK_ROWS = 50_000
+_MAX_LABEL_BYTES = 64
+"""Maximum length of labels that are compared character by character."""
+
+
+def _plain_label(cell: str) -> str:
+    return f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
+
+
 @dataclass(frozen=True, eq=False)
 class TextTable:
     """Rows of a text file. Columns are numbered from 0 here, but from 1 for users."""
@@ -107,11 +116,58 @@ class TextTable:
         Some programs write whole tables in scientific notation, so 1.000000e+00 becomes 1.
         """
         cells = self.cells(column)
-        labels = {
-            cell: f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
-            for cell in set(cells)
-        }
+        labels = {cell: _plain_label(cell) for cell in set(cells)}
         return [labels[cell] for cell in cells]
+
+    def label_codes(self, column: int) -> tuple[list[str], IntArray]:
+        """Return the distinct labels of a column in order of appearance, and their rows.
+
+        Returns
+        -------
+        labels : list of str
+            As returned by `labels`.
+        codes : (n,) int64
+            Index of the label of each row.
+        """
+        starts = self._run_starts(column)
+        if len(starts) < len(self):
+            lines = self._text.lines
+            cells = [cut(lines[row], self.delimiter)[column] for row in starts.tolist()]
+        else:
+            cells = self.cells(column)
+        codes_by_label: dict[str, int] = {}
+        codes_by_cell = {
+            cell: codes_by_label.setdefault(_plain_label(cell), len(codes_by_label))
+            for cell in dict.fromkeys(cells)
+        }
+        codes = np.fromiter(map(codes_by_cell.__getitem__, cells), np.int64, len(cells))
+        return list(codes_by_label), np.repeat(codes, np.diff(np.append(starts, len(self))))
+
+    def _run_starts(self, column: int) -> IntArray:
+        """Return the first rows of runs of rows with the same text in a column.
+
+        Rows of the same feature are usually adjacent, so that few cells become objects.
+        """
+        lines = self._text.lines
+        if self._text.rows is not None or self.delimiter == " ":
+            return np.arange(len(self))
+        blocks = [np.zeros(0, np.int64)]
+        for first in range(0, len(lines), _BLOCK_ROWS):
+            block = lines[first : first + _BLOCK_ROWS]
+            text = np.frombuffer("\n".join([*block, ""]).encode(), np.uint8)
+            is_end = (text == ord(self.delimiter)) | (text == ord("\n"))
+            ends = np.flatnonzero(is_end).reshape(len(block), self.width)
+            before = ends[:, column - 1] if column else np.append(-1, ends[:-1, -1])
+            lengths = ends[:, column] - before - 1
+            is_new = np.append(True, lengths[1:] != lengths[:-1])
+            if lengths.max() > _MAX_LABEL_BYTES:
+                is_new[:] = True
+                lengths[:] = 0
+            for i in range(int(lengths.max())):
+                characters = text[np.minimum(before + 1 + i, len(text) - 1)]
+                is_new[1:] |= (characters[1:] != characters[:-1]) & (lengths[1:] > i)
+            blocks.append(first + np.flatnonzero(is_new))
+        return np.concatenate(blocks)
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
         """Return the numbers in columns.
@@ -372,16 +428,19 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             line=int(table.line_numbers[0]),
             field=", ".join(table.label(column) for column in columns),
         )
+    codes: IntArray = np.zeros(len(table), np.int64)
     if by is None:
         warnings += _detect_groups(table, columns)
-        groups = ["1"] * len(table)
+        names = ["1"]
     elif by == "segment" and table.separators and not table.has(by):
-        groups = _segments(table)
+        codes = _segments(table)
+        names = [str(number + 1) for number in range(int(codes.max()) + 1)]
     else:
-        groups = table.labels(table.find(by))
-        unnamed_rows = [i for i, name in enumerate(groups) if not name and is_finite_row[i]]
-        if unnamed_rows:
-            is_finite_row[unnamed_rows] = False
+        names, codes = table.label_codes(table.find(by))
+        is_named = np.array([bool(name) for name in names])[codes]
+        unnamed_rows = np.flatnonzero(is_finite_row & ~is_named)
+        if len(unnamed_rows):
+            is_finite_row &= is_named
             lines = [int(n) for n in table.line_numbers[unnamed_rows]]
             warnings.append(
                 Finding("table.rows-left-out", count=len(lines), needed=f"'{by}'", lines=lines)
@@ -392,19 +451,16 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     file=table.path,
                     field=by,
                 )
-    words, word_findings = _kinds_and_sets(table, groups, is_finite_row, by)
-    named_groups = (
-        groups
-        if all(groups)
-        else [group for group, k in zip(groups, is_finite_row, strict=True) if k or group]
-    )
-    codes = {name: i for i, name in enumerate(dict.fromkeys(named_groups))}
-    point_codes = np.fromiter(
-        map(codes.__getitem__, itertools.compress(groups, is_finite_row)), np.int64
-    )
-    counts = np.bincount(point_codes, minlength=len(codes))
+    words, word_findings = _kinds_and_sets(table, names, codes, is_finite_row, by)
+    if "" in names:
+        # Rows without a name are left out.
+        unnamed_code = names.index("")
+        names.remove("")
+        codes -= codes > unnamed_code
+    point_codes = codes[is_finite_row]
+    counts = np.bincount(point_codes, minlength=len(names))
     return PointGroups(
-        ids=tuple(codes),
+        ids=tuple(names),
         points=np.ascontiguousarray(points[is_finite_row][np.argsort(point_codes, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped_lines,
@@ -415,14 +471,20 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 
 
 def _kinds_and_sets(
-    table: TextTable, groups: list[str], is_finite_row: BoolArray, group_column: str | None
+    table: TextTable,
+    names: list[str],
+    codes: IntArray,
+    is_finite_row: BoolArray,
+    group_column: str | None,
 ) -> tuple[Words[str], list[Finding]]:
     columns = [
         column for column in COLUMNS if group_column not in (None, column) and table.has(column)
     ]
+    if not columns:
+        return {}, []
     return group_words(
         {column: table.cells(table.find(column)) for column in columns},
-        groups,
+        [names[code] for code in codes.tolist()],
         is_finite_row.tolist(),
     )
 
@@ -491,18 +553,17 @@ def _refuse_large_coordinates(table: TextTable, columns: list[int], points: Floa
         )
 
 
-def _segments(table: TextTable) -> list[str]:
-    """Return the segment number of each row, from 1, according to the separators."""
+def _segments(table: TextTable) -> IntArray:
+    """Return the segment (n,) of each row, from 0, according to the separators."""
     segment = np.searchsorted(np.asarray(table.separators), table.line_numbers)
-    _, segment_ids = np.unique(segment, return_inverse=True)
-    return [str(n + 1) for n in segment_ids]
+    return np.unique(segment, return_inverse=True)[1].astype(np.int64)
 
 
 def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Finding]:
     """Return findings if the table seems to contain more than one feature."""
     warnings = []
-    if table.separators and len(parts := set(_segments(table))) > 1:
-        warnings.append(Finding("table.segments", count=len(parts)))
+    if table.separators and (count := int(_segments(table).max()) + 1) > 1:
+        warnings.append(Finding("table.segments", count=count))
     for column in range(table.width):
         has_group_name = (
             table.names is not None and normalise_name(table.names[column]) in _GROUP_NAMES

@@ -15,10 +15,10 @@ from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.plane_bands import PlaneBand, find_plane_band
 from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
-from vomstudio.geology.quality import judge
+from vomstudio.geology.quality import Verdict, judge
 from vomstudio.geometry.plane_figures import Method
-from vomstudio.geometry.planes import Axis, fit_planes
-from vomstudio.project.tables.orientation_table import Row, plane_row
+from vomstudio.geometry.planes import Axis, FittedPlane, fit_planes
+from vomstudio.project.tables.orientation_table import Row, plane_rows
 
 NO_METADATA: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
 _PROGRESS_STEP = 100
@@ -86,12 +86,11 @@ def fitted_planes(
     progress.stage(tr("Fitting planes"))
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
-    rows: list[Row] = []
     skipped_groups: list[dict[str, Any]] = []
+    names: list[Any] = []
+    used_fits: list[FittedPlane] = []
+    verdicts: list[Verdict] = []
     bands: dict[Any, PlaneBand] = {}
-    warnings: list[tuple[Finding, ...]] = []
-    # Vectorised: processing single vectors takes a hundred times as long.
-    planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
     progress.stage(tr("Assessing planes"), len(fits))
     for index, (name, fit) in enumerate(zip(ids, fits, strict=True)):
         if index % _PROGRESS_STEP == 0:
@@ -102,20 +101,15 @@ def fitted_planes(
         band = find_plane_band(fit, resolution_m=resolution_m)
         if band is not None:
             bands[name] = band
-        verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
-        warnings.append(verdict.warnings)
-        extra_columns: dict[str, Any] = {
-            column: values.get(name) or None for column, values in metadata.items()
-        }
-        rows.append(
-            plane_row(
-                fit,
-                verdict,
-                id=name,
-                frame=FRAME_AS_GIVEN,
-                resolution_m=resolution_m,
-                plane=next(planes),
-                **extra_columns,
-            )
+        names.append(name)
+        used_fits.append(fit)
+        verdicts.append(
+            judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
         )
-    return FittedPlanes(rows, skipped_groups, bands, warnings)
+    # Vectorised: processing single vectors takes a hundred times as long.
+    planes = Plane.from_normals([fit.normal for fit in used_fits])
+    rows = plane_rows(used_fits, verdicts, planes, resolution_m=resolution_m)
+    for name, row in zip(names, rows, strict=True):
+        row.update({column: values.get(name) or None for column, values in metadata.items()})
+        row.update(id=name, frame=FRAME_AS_GIVEN)
+    return FittedPlanes(rows, skipped_groups, bands, [verdict.warnings for verdict in verdicts])

@@ -50,6 +50,7 @@ UNITS = (
 )
 
 
+_PLANE_FIGURES = (*catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
 BATCH_ROWS = 256
 """Rows per batch. Small batches stay in the processor cache while their columns are converted,
 which halves the time compared with 50,000 rows at once."""
@@ -137,10 +138,23 @@ def plane_row(
         bend_deg=bend_deg,
         **fields,
     )
-    row = _detached_row(
-        measurement, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT
+    return _add_metadata(_detached_row(measurement, *_PLANE_FIGURES), metadata)
+
+
+def plane_rows(
+    fits: Sequence[FittedPlane],
+    verdicts: Sequence[Verdict],
+    planes: Sequence[Plane],
+    *,
+    resolution_m: float | None,
+) -> list[Row]:
+    """Return `plane_row` for many fits with their attitudes, several times faster."""
+    no_points = np.zeros((0, 3))
+    measurements = (
+        Measurement(no_points, resolution_m, None, fit, verdict, None, **fit_fields(fit, plane))
+        for fit, verdict, plane in zip(fits, verdicts, planes, strict=True)
     )
-    return _add_metadata(row, metadata)
+    return rows_of([Subject(None, measurement) for measurement in measurements], _PLANE_FIGURES)
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
