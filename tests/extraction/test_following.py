@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -189,6 +191,78 @@ def test_a_textured_mesh_is_followed_to_the_pixel(tmp_path: object) -> None:
     # The line is 5/256 m wide, and so is the way across it.
     assert np.abs(middle[:, 2] - expected).max() < 0.02
     assert path.snaps.max() < 0.01
+
+
+def textured_bed(folder: Path, count: int, pixels: int = 1) -> tuple[Mesh, np.ndarray]:
+    """Hills with the bed in a texture, so many pixels between vertices; and three on the bed."""
+    mesh, off = with_bed(hills(3.0 / (count - 1), count), np.random.default_rng(7))
+    assert mesh.colors is not None
+    picture = folder / "bed.png"
+    grid = mesh.colors.reshape(count, count, 3)[::-1]
+    Image.fromarray(grid.repeat(pixels, axis=0).repeat(pixels, axis=1)).save(picture)
+    index = np.arange(count**2)
+    uv = (np.stack([index % count, index // count], axis=1) + 0.5) / count
+    textured = Mesh(
+        mesh.vertices,
+        mesh.faces,
+        (Material("rock", picture),),
+        np.array([0, len(mesh.faces)]),
+        uv.astype(np.float32),
+    )
+    return textured, clicks(mesh, off)
+
+
+def test_a_long_path_over_a_texture_is_that_over_the_colours_of_its_vertices(
+    tmp_path: Path,
+) -> None:
+    """A long corridor has so many faces that they are not subdivided to the pixel."""
+    textured, way_points = textured_bed(tmp_path, 270)
+    surface = SurfaceGraph(textured)
+    path = Follower(surface, "dark").follow(way_points[[0, 2]])
+    assert surface.textures is not None
+    colours = np.rint(surface.textures.vertex_colours).astype(np.uint8)
+    coloured = Mesh(textured.vertices, textured.faces, colors=colours)
+    expected = Follower(SurfaceGraph(coloured), "dark").follow(way_points[[0, 2]])
+    np.testing.assert_array_equal(path.points, expected.points)
+
+
+@pytest.mark.parametrize(
+    ("kind", "cost"),
+    [("mesh", "colour"), ("texture", "colour"), ("texture", "curvature"), ("cloud", "dark")],
+)
+def test_a_path_does_not_depend_on_what_was_followed_before(
+    kind: str, cost: str, tmp_path: Path
+) -> None:
+    textured, way_points = textured_bed(tmp_path, 240, 6)
+    data: Mesh | PointCloud = textured
+    if kind != "texture":
+        textures = SurfaceGraph(textured).textures
+        assert textures is not None
+        colours = np.rint(textures.vertex_colours).astype(np.uint8)
+        mesh = Mesh(textured.vertices, textured.faces, colors=colours)
+        data = mesh if kind == "mesh" else PointCloud(mesh.vertices, colors=mesh.colors)
+    surface = SurfaceGraph(data)
+    Follower(surface, cost).follow(way_points)
+    Follower(surface, "dark").follow(way_points[[2, 1]])
+    near = np.stack([way_points[1], way_points[1] + [0.3, 0.1, 0.0]])
+    for ends in (way_points[[0, 2]], near):
+        kept = Follower(surface, cost).follow(ends)
+        fresh = Follower(SurfaceGraph(data), cost).follow(ends)
+        np.testing.assert_array_equal(kept.points, fresh.points)
+        np.testing.assert_array_equal(kept.costs, fresh.costs)
+
+
+def test_a_corridor_bends_as_the_whole_surface_does_at_their_common_vertices(
+    tmp_path: Path,
+) -> None:
+    textured, way_points = textured_bed(tmp_path, 60, 8)
+    surface = SurfaceGraph(textured)
+    one, other = way_points[:2] - surface.origin
+    part = surface.corridor(one, other, 1.4, 0.2)
+    own = part.row >= 0
+    assert own.sum() < len(part.row)  # it is subdivided
+    rough = dict(zip(surface.whole.row, surface.whole.roughness, strict=True))
+    np.testing.assert_allclose(part.roughness[own], [rough[row] for row in part.row[own]])
 
 
 def test_a_gap_that_no_path_crosses_is_said() -> None:

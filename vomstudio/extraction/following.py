@@ -169,10 +169,11 @@ class Follower:
     def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
         """Return whether searching the whole surface is faster than searching a corridor.
 
-        The costs of the whole surface are cached, which pays off for large corridors.
+        The costs of the whole surface are cached, which pays off for large corridors. Those of a
+        textured mesh have so many faces that these would not be subdivided either.
         """
         positions = len(self.surface.places)
-        if positions > _MAX_WHOLE_NODES or self.surface.refines:
+        if positions > _MAX_WHOLE_NODES:
             return False
         distance = float(np.linalg.norm(goal - start))
         span = CORRIDOR_STRETCH_FACTOR * distance + _MARGIN_SPACINGS * spacing
@@ -180,6 +181,7 @@ class Follower:
         return bool(
             area > _MAX_CORRIDOR_SHARE * positions * spacing**2
             and area > _MIN_CORRIDOR_NODES * spacing**2
+            and not self.surface.divides(start, goal, span)
         )
 
     def _over_whole(

@@ -175,6 +175,7 @@ class SurfaceGraph:
         assert self.textures is not None
         faces = np.flatnonzero(self._sound_faces)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)
+        vertex_fields = np.column_stack([vertex_fields, self._vertex_roughness[self._node[row]]])
         longest_edge = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
         for _ in range(_MAX_LEVEL):
             previous = len(places)
@@ -186,7 +187,8 @@ class SurfaceGraph:
             row = np.concatenate([row, np.full(len(places) - previous, -1)])
             material = material[parent]
         colours = self.textures.at(vertex_fields[:, :2], triangles, material, 0)
-        return self._welded_graph(places, triangles, colours, vertex_fields[:, 2:], row)
+        fields, rough = vertex_fields[:, 2:-1], vertex_fields[:, -1]
+        return self._welded_graph(places, triangles, colours, fields, row, lambda: rough)
 
     def _longest_edge(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
@@ -276,6 +278,27 @@ class SurfaceGraph:
     def refines(self) -> bool:
         """Whether the faces of corridors are subdivided to the pixel size of textures."""
         return self.is_mesh and self.textures is not None
+
+    def divides(self, start: FloatArray, end: FloatArray, max_length: float) -> bool:
+        """Return whether the faces of a corridor may be subdivided, which depends on their number.
+
+        Parameters
+        ----------
+        start, end : (3,) arrays
+            Positions relative to the origin.
+        max_length : float
+            Maximum length of the paths in the corridor.
+        """
+        if not self.refines:
+            return False
+        from vomstudio.extraction.path_kernels import list_nodes_in_ellipsoid
+
+        ends = np.array(start, np.float64), np.array(end, np.float64)
+        # A mesh has twice as many faces as vertices, apart from its border.
+        return (
+            list_nodes_in_ellipsoid(self.places, *ends, max_length, self._scratch[1])
+            < 1.1 * _MAX_NODES / 4
+        )
 
     def corridor(
         self, start: FloatArray, end: FloatArray, stretch_factor: float, margin: float
@@ -369,6 +392,7 @@ class SurfaceGraph:
         faces = np.flatnonzero(is_selected)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)
         level = self._level(places, vertex_fields[:, :2], triangles, material)
+        undivided = row, places, triangles
         for _ in range(level):
             places, vertex_fields, triangles, added_vertices = _divide_all(
                 places, vertex_fields, triangles
@@ -376,22 +400,40 @@ class SurfaceGraph:
             row = np.concatenate([row, np.full(added_vertices, -1)])
             material = np.tile(material, 4)
         colours = self.textures.at(vertex_fields[:, :2], triangles, material, level)
-        return self._welded_graph(places, triangles, colours, vertex_fields[:, 2:], row)
+        return self._welded_graph(
+            places,
+            triangles,
+            colours,
+            vertex_fields[:, 2:],
+            row,
+            lambda: self._divided_roughness(*undivided, level),
+        )
+
+    def _divided_roughness(
+        self, vertices: IntArray, places: FloatArray, triangles: IntArray, level: int
+    ) -> FloatArray:
+        """Return the roughness of vertices and of those that divisions of their faces add.
+
+        Only few costs require it, and that of the whole mesh takes seconds.
+        """
+        rough = self._vertex_roughness[self._node[vertices]][:, None]
+        for _ in range(level):
+            places, rough, triangles, _ = _divide_all(places, rough, triangles)
+        return rough[:, 0]
 
     def _textured_part(
         self, faces: IntArray
     ) -> tuple[IntArray, FloatArray, IntArray, FloatArray, IntArray]:
         """Return vertices, places, triangles, vertex fields and materials of some faces.
 
-        The vertex fields are the texture coordinates, the roughness and the fields of the model.
+        The vertex fields are the texture coordinates and the fields of the model.
         """
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
         used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
         places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
-        rough = self._vertex_roughness[self._node[used_vertices]]
         vertex_fields = np.column_stack(
-            [self.textures.uv[used_vertices], rough, *self._fields_of(used_vertices).values()]
+            [self.textures.uv[used_vertices], *self._fields_of(used_vertices).values()]
         )
         material = self.textures.material_of(faces)
         return used_vertices, places, triangles, vertex_fields, material
@@ -401,8 +443,9 @@ class SurfaceGraph:
         places: FloatArray,
         triangles: IntArray,
         colours: FloatArray,
-        vertex_fields: FloatArray,
+        fields: FloatArray,
         row: IntArray,
+        rough: Callable[[], FloatArray],
     ) -> Graph:
         node, first = _number_nodes(places)
         n = len(first)
@@ -413,8 +456,8 @@ class SurfaceGraph:
             np.ascontiguousarray(places[first]),
             *neighbour_lists(*_edges(node[triangles], n), n),
             mean,
-            {name: vertex_fields[first, 1 + i] for i, name in enumerate(names)},
-            lambda: vertex_fields[first, 0],
+            {name: fields[first, i] for i, name in enumerate(names)},
+            lambda: rough()[first],
             row[first],
         )
 
