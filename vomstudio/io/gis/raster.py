@@ -143,7 +143,7 @@ def open_geotiff(
                 del _checksums[id(dataset)]
                 with silence_libtiff():
                     dataset.close()
-        with rasterio.Env(), rasterio.open(path) as written:
+        with rasterio.Env(), rasterio.open(path, num_threads="all_cpus") as written:
             is_complete = _is_complete(written, path.stat().st_size) and _has_tiles(written, tiles)
     except RasterioError as error:
         raise _incomplete_error(display_path or path) from error
@@ -230,7 +230,7 @@ def _has_tiles(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> 
     block empty.
     """
     return all(
-        zlib.crc32(dataset.read(window=_window(*tile_position)).tobytes()) == tile_count
+        zlib.crc32(dataset.read(window=_window(*tile_position))) == tile_count
         for tile_position, tile_count in tiles.items()
     )
 
@@ -265,7 +265,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
     else:
         bands = np.ascontiguousarray(values[None])
     if (tiles := _checksums.get(id(dataset))) is not None:
-        tiles[window] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
+        tiles[window] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False))
     with silence_libtiff():
         dataset.write(bands, window=_window(*window))
 

@@ -177,10 +177,11 @@ class MeshSource:
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
         pixel_materials = self._material_of[face[pixels]]
-        for material_index in np.flatnonzero(np.bincount(pixel_materials)).tolist():
+        indices = np.flatnonzero(np.bincount(pixel_materials)).tolist()
+        for material_index in indices:
             yield (
                 material_index - 1 if 1 <= material_index <= count else None,
-                pixels[pixel_materials == material_index],
+                pixels if len(indices) == 1 else pixels[pixel_materials == material_index],
             )
 
     def _coarser_levels(self) -> dict[Path, int]:
