@@ -76,6 +76,12 @@ def test_starting_loads_nothing_slow(module: str) -> None:
     assert not loaded & set(QT_AND_VTK + SLOW_TO_IMPORT)
 
 
+def test_laspy_is_imported_without_its_http_client_which_others_may_import() -> None:
+    statements = "from vomstudio.io.models.las_library import import_laspy as f; assert f() is f()"
+    assert "requests" not in loaded_after(statements)
+    assert "requests" in loaded_after(f"{statements}; import requests")
+
+
 def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
     """But for the net, which draws with matplotlib and comes after the first frame."""
     modules = [m for m in modules_of("ui") if not m.endswith((".stereonet_panel", ".net.canvas"))]

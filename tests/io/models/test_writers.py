@@ -27,7 +27,7 @@ from vomstudio.core.findings import uncoded_finding
 from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.io.models import writing
+from vomstudio.io.models import writers, writing
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writers.las import SAMPLE_POINTS, quantise
 from vomstudio.io.models.writing import find_writers, write_model
@@ -506,6 +506,15 @@ def test_a_writer_of_another_package_writes_its_files(
         assert "no_such_package" in error.value.values["formats"]
     finally:
         writing.find_all.cache_clear()
+
+
+def test_the_usual_writer_is_the_first_that_names_the_ending() -> None:
+    """Which spares the import of the others must not change who writes."""
+    endings = {ending for writer in find_writers() for ending in writer.extensions}
+    assert endings >= writers.USUAL.keys()
+    for ending in writers.USUAL:
+        first = next(w for w in find_writers() if ending in w.extensions)
+        assert writing.choose_writer(Path(f"m{ending}")) is first
 
 
 def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(

@@ -7,6 +7,7 @@ third-party package that declares a `Writer` in the entry point group `vomstudio
 from __future__ import annotations
 
 import functools
+import importlib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -46,7 +47,13 @@ def find_writers() -> tuple[Writer, ...]:
 
 def choose_writer(path: Path) -> Writer:
     """Return the writer for a suffix. Raises UsageError with a list of supported formats."""
+    from vomstudio.io.models import writers
+
     suffix = path.suffix.lower()
+    if suffix in writers.USUAL:
+        module = importlib.import_module(f"{writers.__name__}.{writers.USUAL[suffix]}")
+        assert isinstance(module.WRITER, Writer)
+        return module.WRITER
     for writer in find_writers():
         if suffix in writer.extensions:
             return writer

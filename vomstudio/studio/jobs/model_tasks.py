@@ -31,13 +31,14 @@ START_WORKER = Job("start", Lane.MODELS, NoArguments, NoArguments, _start)
 
 
 def _warm(request: NoArguments, progress: Progress) -> NoArguments:
-    import laspy  # noqa: F401
     import lazrs  # noqa: F401
     import pyproj  # noqa: F401
     import scipy.spatial  # noqa: F401
 
     from vomstudio.io.models.formats.obj import warm_up
+    from vomstudio.io.models.las_library import import_laspy
 
+    import_laspy()
     warm_up()
     return NoArguments()
 

@@ -40,6 +40,7 @@ from vomstudio.io.models.formats._las_records import (
     replacement_rows,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
+from vomstudio.io.models.las_library import import_laspy
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 POINTS_PER_STEP = 500_000
@@ -64,7 +65,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     extra fields. The CRS is that of the file. For a truncated file, the available points are
     returned with a warning. Raises InputError if the file contains no points.
     """
-    import laspy
+    laspy = import_laspy()
     import lazrs
 
     findings: list[Finding] = []
@@ -119,7 +120,7 @@ def _short_message(error: BaseException) -> str:
 
 
 def _read(path: Path, size: int, progress: Progress, findings: list[Finding]) -> PointCloud:
-    import laspy
+    laspy = import_laspy()
 
     stream: Any = replace_chunk_table(path, size)
     refuse_blank(path, progress)

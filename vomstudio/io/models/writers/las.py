@@ -18,6 +18,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.las_library import import_laspy
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     field_names,
@@ -47,7 +48,7 @@ def write(out: WriteRequest) -> list[Finding]:
     The scale of the integers preserves the coordinates; the CRS is stored as WKT; colours have 16
     bits; fields are stored as standard fields or as extra dimensions with their own types.
     """
-    import laspy
+    laspy = import_laspy()
 
     findings: list[Finding] = []
     data = out.data
@@ -191,7 +192,7 @@ def _round(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
 def _columns(
     data: Mesh | PointCloud, header: Any, findings: list[Finding]
 ) -> list[tuple[str, AnyArray]]:
-    import laspy
+    laspy = import_laspy()
 
     columns: list[tuple[str, AnyArray]] = []
     extra_fields: dict[str, AnyArray] = {}

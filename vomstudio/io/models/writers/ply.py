@@ -6,7 +6,6 @@ import itertools
 from typing import Any
 
 import numpy as np
-from numpy.lib import recfunctions as rfn
 
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.files.atomic import atomic_group
@@ -158,6 +157,8 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
             continue
         # Write an empty list for a face without texture coordinates because (0, 0) would be a valid
         # position.
+        from numpy.lib import recfunctions as rfn
+
         block["n_uv"][~is_textured] = 0
         untextured_records = rfn.repack_fields(
             block[[name for name in block.dtype.names or () if name != "uv"]]
