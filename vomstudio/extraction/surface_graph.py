@@ -295,7 +295,7 @@ class SurfaceGraph:
 
         ends = np.array(start, np.float64), np.array(end, np.float64)
         # A mesh has twice as many faces as vertices, apart from its border.
-        return (
+        return bool(
             list_nodes_in_ellipsoid(self.places, *ends, max_length, self._scratch[1])
             < 1.1 * _MAX_NODES / 4
         )

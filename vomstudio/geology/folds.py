@@ -187,7 +187,7 @@ def fold_axis(
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
         At least two planes, degrees.
-    turns : Turns, optional
+    rotation_errors : Turns, optional
         Errors of the registrations of the n planes.
     bowed_deg : float, optional
         Difference in dip between the edges of a bowed model, degrees.

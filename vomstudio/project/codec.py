@@ -7,10 +7,10 @@ differ are written, so assigning ten thousand traces to another set does not cop
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
@@ -123,15 +123,15 @@ def _differing_values(first: Record, second: Record) -> tuple[PlainValues, Plain
     old_values, new_values = vars(first), vars(second)
     names = [
         name
-        for name in _field_names(type(first))
+        for name in _field_names(cast(Hashable, type(first)))
         if (value := old_values[name]) is not (new_value := new_values[name]) and value != new_value
     ]
     return {name: old_values[name] for name in names}, {name: new_values[name] for name in names}
 
 
 @cache
-def _field_names(cls: type) -> tuple[str, ...]:
-    return tuple(field.name for field in dataclasses.fields(cls))
+def _field_names(cls: Hashable) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(cast("type[Record]", cls)))
 
 
 def decode_edit(

@@ -265,7 +265,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
     else:
         bands = np.ascontiguousarray(values[None])
     if (tiles := _checksums.get(id(dataset))) is not None:
-        tiles[window] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False))
+        tiles[window] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).data)
     with silence_libtiff():
         dataset.write(bands, window=_window(*window))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from types import ModuleType
 from typing import cast
 
@@ -17,10 +18,7 @@ def import_laspy() -> ModuleType:
         modules = cast("dict[str, ModuleType | None]", sys.modules)
         modules["requests"] = None
         try:
-            import laspy
+            import_module("laspy")
         finally:
             del modules["requests"]
-        return laspy
-    import laspy
-
-    return laspy
+    return import_module("laspy")

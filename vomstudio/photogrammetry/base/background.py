@@ -150,7 +150,8 @@ def _angle_weights(scene: SparseScene) -> FloatArray:
     rays = scene.points[scene.track_points] - scene.centres[scene.track_views]
     rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-300)
     count = len(scene.points)
-    mean = np.stack([np.bincount(scene.track_points, ray, count) for ray in rays.T], axis=1)
+    sums = [np.bincount(scene.track_points, ray, count) for ray in rays.T]
+    mean = np.stack(sums, axis=1).astype(np.float64)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     sines = np.linalg.norm(np.cross(rays, mean[scene.track_points]), axis=1)
     widest = np.zeros(count)

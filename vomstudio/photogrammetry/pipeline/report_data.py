@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.arrays import GenericArray
 from vomstudio.core.findings import Finding, to_plain
 from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
@@ -35,7 +36,7 @@ def tie_points(scene: SparseScene, rock: RockExtent | None = None) -> PointCloud
 
     If some are behind the rock, the field `background` is 1 for these.
     """
-    fields = {
+    fields: dict[str, GenericArray] = {
         "error_px": scene.errors_px.astype(np.float32),
         "views": scene.track_lengths.astype(np.uint16),
     }

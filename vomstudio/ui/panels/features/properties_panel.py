@@ -336,8 +336,8 @@ class PropertiesPanel(QWidget):
 
 def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line"] | None:
     """Return the geometry of the types that suit all typed features, or None if it differs."""
-    typed = {type(record): record for record in records}.values()
-    kinds = [kind_of(record) for record in typed if isinstance(record, Typed)]
+    first_records = {type(record): record for record in records}.values()
+    kinds = [kind_of(record) for record in first_records if isinstance(record, Typed)]
     geometries = {kind.type_geometry for kind in kinds}
     return geometries.pop() if len(geometries) == 1 else None
 

@@ -74,12 +74,31 @@ class SortedRows(QAbstractTableModel):
         return None if source_row is None else self._positions.get(source_row)
 
     def find_rows(self, source_rows: Iterable[int | None]) -> list[int]:
-        """Return the positions of those source rows that are shown, in the same order."""
+        """Return the positions of those source rows that are shown, in the same order.
+
+        Parameters
+        ----------
+        source_rows : iterable of int or None
+            None stands for a feature that is not listed.
+
+        Returns
+        -------
+        list of int
+        """
         positions = map(self._positions.get, source_rows)  # type: ignore[arg-type]
         return [row for row in positions if row is not None]
 
     def ranges_of(self, rows: Iterable[int]) -> QItemSelection:
-        """Return rows, given by their positions, as the smallest number of ranges."""
+        """Return rows, given by their positions, as the smallest number of ranges.
+
+        Parameters
+        ----------
+        rows : iterable of int
+
+        Returns
+        -------
+        QItemSelection
+        """
         ranges = QItemSelection()
         last_column = len(COLUMNS) - 1
         for first_row, last_row in find_runs(rows):

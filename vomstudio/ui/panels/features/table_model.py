@@ -295,7 +295,17 @@ class OrientationModel(QAbstractTableModel):
         return self._source_rows.get(id_)
 
     def find_source_rows(self, ids: Iterable[str]) -> list[int | None]:
-        """Return the source row of each feature, or None for one that is not listed."""
+        """Return the source row of each feature.
+
+        Parameters
+        ----------
+        ids : iterable of str
+
+        Returns
+        -------
+        list of int or None
+            None for a feature that is not listed.
+        """
         return list(map(self._source_rows.get, ids))
 
     # --- Qt interface ------------------------------------------------------------------------

@@ -232,7 +232,16 @@ class FeatureTree(QTreeWidget):
         return super().edit(index, trigger, event)
 
     def find_ranges(self, ids: set[str]) -> QItemSelection:
-        """Return the rows of these features as the smallest number of ranges."""
+        """Return the rows of these features as the smallest number of ranges.
+
+        Parameters
+        ----------
+        ids : set of str
+
+        Returns
+        -------
+        QItemSelection
+        """
         selection = QItemSelection()
         model = self.model()
         for i in range(self.topLevelItemCount()):
@@ -240,7 +249,7 @@ class FeatureTree(QTreeWidget):
             assert group is not None
             parent = self.indexFromItem(group)
             children = map(group.child, range(group.childCount()))
-            rows = (row for row, item in enumerate(children) if _record_id(item) in ids)
+            rows = (k for k, item in enumerate(children) if item and _record_id(item) in ids)
             for first_row, last_row in find_runs(rows):
                 selection.append(
                     QItemSelectionRange(

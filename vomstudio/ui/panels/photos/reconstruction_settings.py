@@ -44,7 +44,19 @@ class ReconstructionSettings:
     def replace_control(
         self, control: Path | None, marks: Path | None, *, is_sidecar: bool
     ) -> ReconstructionSettings:
-        """Return a copy with these control files, or without ground control for None."""
+        """Return a copy with these control files.
+
+        Parameters
+        ----------
+        control, marks : Path or None
+            Without `control`, the copy has no ground control.
+        is_sidecar : bool
+            Whether the files were found beside the photos.
+
+        Returns
+        -------
+        ReconstructionSettings
+        """
         options = replace(
             self.options,
             gcp=None if control is None else str(control),

@@ -74,7 +74,13 @@ class RegionChoice:
         return tuple(round(float(value), digits) for value in (*low, *high))
 
     def show(self, region: tuple[float, ...]) -> None:
-        """Show a region as the clipping box of the outcrop."""
+        """Show a region as the clipping box of the outcrop.
+
+        Parameters
+        ----------
+        region : (6,) tuple of float
+            Minimum and maximum corner in the frame of the reconstruction.
+        """
         ends = np.reshape(region, (2, 3))
         corners = ClipBox.around(ends).corners()
         self._studio.display.set_clip(
@@ -84,7 +90,7 @@ class RegionChoice:
     def _to_world(self) -> FloatArray:
         """Return the placement of the model that was reconstructed from these photos."""
         out = self._survey.output_folder()
-        for model in self._studio.session.of(Model) if out is not None else ():
-            if Path(model.path).parts[:-1] == (RECONSTRUCTIONS, out.name):
+        for model in self._studio.session.of(Model):
+            if out is not None and Path(model.path).parts[:-1] == (RECONSTRUCTIONS, out.name):
                 return transform.matrix(model.to_world)
         return np.eye(4)
