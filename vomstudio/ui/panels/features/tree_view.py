@@ -386,7 +386,13 @@ def remove_from_parent(item: QTreeWidgetItem) -> None:
 
 
 def remove_items(items: list[QTreeWidgetItem]) -> list[QTreeWidgetItem]:
-    """Remove items from their parents. Return siblings that were removed and added again."""
+    """Remove items from their parents.
+
+    Returns
+    -------
+    list of QTreeWidgetItem
+        Siblings that were removed and added again.
+    """
     if len(items) <= MAX_SINGLE_ITEMS:
         for item in items:
             remove_from_parent(item)
