@@ -148,11 +148,11 @@ def placement_text(placement: Placed) -> str:
             for w in placement.without
         ]
         headers = [
-            tr("without"),
-            tr("its error"),
-            tr("model rotates"),
-            tr("others agree"),
-            tr("weakest 95 %"),
+            tr("left out"),
+            tr("deviation"),
+            tr("model rotates by"),
+            tr("others agree to"),
+            tr("weakest axis, 95 %"),
         ]
         block_texts.append(text_tables.table(headers, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*block_texts, *map(str, worst_axis_findings(placement))])

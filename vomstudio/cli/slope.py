@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes, or a project"))
     add_options(parser, SlopeFaces)
-    add_output(parser, tr("output table with the shares of each facet"))
+    add_output(parser, tr("output table with the critical share of each facet"))
     add_options(parser, SlopeOptions)
     add_table_options(parser)
 

@@ -82,7 +82,7 @@ class SlopeFaces(Options):
     paint: str | None = option(
         None,
         metavar="OUT.ply",
-        help=to_translate("write the labelled model with the shares of each facet"),
+        help=to_translate("write the labelled model, coloured by the critical share of each facet"),
     )
     plot: str | None = option(
         None,
