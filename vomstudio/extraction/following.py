@@ -169,8 +169,8 @@ class Follower:
     def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
         """Return whether searching the whole surface is faster than searching a corridor.
 
-        The costs of the whole surface are cached, which pays off for large corridors. Those of a
-        textured mesh have so many faces that these would not be subdivided either.
+        The costs of the whole surface are cached, which pays off for large corridors. A large
+        corridor of a textured mesh has too many faces to be subdivided.
         """
         positions = len(self.surface.places)
         if positions > _MAX_WHOLE_NODES:

@@ -369,7 +369,7 @@ def find_misnamed(records: Records, features: Iterable[Feature]) -> list[Feature
     features : iterable of Feature
     """
     other_prefixes = _other_prefixes(records)
-    # There may be thousands of features, so the fast tests come first.
+    # There may be thousands of features, so the fast tests are made first.
     return [
         feature
         for feature in features

@@ -478,7 +478,7 @@ class ProjectTree(QWidget):
             else:
                 # Otherwise Qt would compute the position of every range.
                 self.tree.setUpdatesEnabled(False)
-                # Qt compares every new range with every old one, unless there is none.
+                # Qt would compare every new range with every old one.
                 self.tree.clearSelection()
                 self.tree.selectionModel().select(
                     self.tree.find_ranges(set(ids)), QItemSelectionModel.SelectionFlag.Select

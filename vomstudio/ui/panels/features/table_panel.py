@@ -257,7 +257,7 @@ class TablePanel(QWidget):
         self._portions.start(self._update(ids))
 
     def _update(self, ids: list[str]) -> Iterator[None]:
-        """Update the rows of features; those of many features in steps between events."""
+        """Update the rows of features, many of them in steps between events."""
         was_empty = self.model.rowCount() == 0
         records = self._studio.records
         has_moved_rows = self.model.update([id_ for id_ in ids if id_ not in records])
@@ -346,7 +346,7 @@ class TablePanel(QWidget):
         self._is_updating = True
         # Otherwise Qt would compute the position of every range.
         self.view.setUpdatesEnabled(False)
-        # Qt compares every new range with every old one, unless there is none.
+        # Qt would compare every new range with every old one.
         selection.clearSelection()
         # Qt would complete ranges of some columns itself, which takes longer.
         selection.select(self._sorted.ranges_of(rows), QItemSelectionModel.SelectionFlag.Select)
