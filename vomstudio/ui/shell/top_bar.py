@@ -109,7 +109,7 @@ class TopBar(QWidget):
         self.search = self._button(actions["find_command"], _TEXT)
         actions["find_command"].setIconText(tr("Search (Ctrl+K)"))
         row.addWidget(self.search)
-        for name in ("view_back", "view_forward"):
+        for name in ("undo", "redo", "view_back", "view_forward", "home"):
             row.addWidget(self._button(actions[name], _ICON))
         self._menu_bar = window.menuBar()
         self._menu_bar.setCornerWidget(self, Qt.Corner.TopRightCorner)
