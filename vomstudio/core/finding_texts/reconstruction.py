@@ -111,15 +111,15 @@ TEXTS: dict[str, Entry] = {
     "background.left-out": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the tie points are background, more than {factor:.1f} times"
-            " as far away as the rock. It was left out; choose Keep background to include it."
+            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times as far"
+            " away as the rock. It was left out; Keep background includes it."
         ),
     ),
     "background.kept": (
         "info",
         to_translate(
-            "{share_percent:.0f} % of the tie points are background, more than {factor:.1f} times"
-            " as far away as the rock. It was kept and takes detail from the rock."
+            "{share_percent:.0f} % of the tie points are background, over {factor:.1f} times as far"
+            " away as the rock. It was kept and takes detail from the rock."
         ),
     ),
     "dense.too-few-photos": (
@@ -325,18 +325,18 @@ TEXTS: dict[str, Entry] = {
     "texture.pages-full": (
         "warning",
         to_translate(
-            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface,"
-            " because {count} page is full. Choose a higher quality or a smaller region."
+            "On 90 % of the surface, texture pixels cover up to {factor:.2g} photo pixels, because"
+            " {count} page is full. Use a higher quality or a region."
         ),
         to_translate(
-            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface,"
-            " because {count} pages are full. Choose a higher quality or a smaller region."
+            "On 90 % of the surface, texture pixels cover up to {factor:.2g} photo pixels, because"
+            " {count} pages are full. Use a higher quality or a region."
         ),
     ),
     "texture.coarse": (
         "warning",
         to_translate(
-            "Texture pixels are up to {factor:.2g} photo pixels large on 90 % of the surface, more"
+            "On 90 % of the surface, texture pixels cover up to {factor:.2g} photo pixels, more"
             " than {limit:g}, because many faces are steep."
         ),
     ),
