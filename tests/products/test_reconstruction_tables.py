@@ -74,14 +74,14 @@ def photo(name: str, error: float | None, **more: Any) -> dict[str, Any]:
     return row | more
 
 
-def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> None:
+def test_photos_with_twice_the_typical_error_and_weak_ones_are_marked(page: Pages) -> None:
     """The typical one is the median of those that are placed: 0.4 pixels."""
     rows = [
-        photo("a", 0.3),
+        photo("a", 0.3, position_error95_m=0.01234, rotation_error95_deg=0.0456),
         photo("b", 0.4),
         photo("c", 0.8),
         photo("d", 0.81),
-        photo("e", 0.2),
+        photo("e", 0.2, is_weak=True),
         photo("f", None, gsd_m=None, exposure=float("nan"), residual_m=None, camera=None),
     ]
     ((head, *body),) = tables(page(photo_rows=rows, scaled=True), "Photos")
@@ -94,8 +94,10 @@ def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> 
         "GSD, m",
         "exposure gain",
         "GPS residual, m",
+        "position ± (95 %), m",
+        "rotation ± (95 %), °",
     ]
-    assert [kind for kind, _ in body] == ["", "", "", "out", "", "out"]
+    assert [kind for kind, _ in body] == ["", "", "", "out", "out", "out"]
     assert body[0][1] == [
         "a",
         "6000 × 4000",
@@ -105,8 +107,10 @@ def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> 
         "0.0034",
         "1.26",
         "2.35",
+        "0.0123",
+        "0.046",
     ]
-    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not aligned", "–", "–", "–", "–"]
+    assert body[5][1] == ["f", "6000 × 4000", "unknown", "not aligned", *6 * ["–"]]
     ((head, *_),) = tables(page(photo_rows=rows), "Photos")
     assert "GSD, units" in head[1]
     lost = [photo("f", None)]
