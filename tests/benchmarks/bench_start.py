@@ -1,6 +1,9 @@
 """How soon the window is on the screen, its first frame, and the outcrop, beside CloudCompare.
 
-    xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' python -m tests.benchmarks.bench_start
+    xvfb-run -a -s '-screen 0 1600x1000x24 +extension GLX' \\
+        python -m tests.benchmarks.bench_start [ROOT]
+
+ROOT is another checkout, which is measured in turn with this one.
 
 It starts a window manager, because one shows a window some time after the program asks for it: work
 that does not wait for this delays the first paint, which is not seen on a bare X server. Each run
@@ -8,12 +11,13 @@ is a process of its own with its byte code stored, as in an installed program; t
 before the process is started, and the processor seconds beside them are those of the process.
 CloudCompare's window is looked for with xdotool every 10 ms, because `xdotool --sync` looks only
 every half second; its time is until the window is mapped. The first run fills the disk cache and
-is not counted.
+is not counted. The last lines are of one more run, with the time of every import in it.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import statistics
 import subprocess
@@ -43,6 +47,7 @@ import os, sys, time
 began = float(os.environ["BEGAN"])
 def lap(name):
     print(name, time.time() - began, time.process_time(), len(sys.modules), flush=True)
+    print("lap", name, file=sys.stderr, flush=True)
 from PySide6.QtCore import QTimer
 from vomstudio.ui.shell import main_window
 try:
@@ -72,15 +77,16 @@ sys.exit(start.run_window(sys.argv[1:]))
 """
 
 
-def ours(model: Path, home: Path) -> dict[str, Lap]:
-    """Return the laps of one start, by name."""
-    environment = dict(os.environ, BEGAN=str(time.time()), PYTHONPATH=str(ROOT))
+def start(root: Path, model: Path, home: Path, *options: str) -> tuple[dict[str, Lap], str]:
+    """Return the laps of one start, by name, and what the process wrote to stderr."""
+    home.mkdir(exist_ok=True)
+    environment = dict(os.environ, BEGAN=str(time.time()), PYTHONPATH=str(root))
     environment.update(XDG_STATE_HOME=str(home), VOMSTUDIO_SETTINGS=str(home / "s.toml"))
     # The first run compiles the modules, as an installation does.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     environment["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")
     done = subprocess.run(
-        [sys.executable, "-c", CHILD, str(model)],
+        [sys.executable, "-P", *options, "-c", CHILD, str(model)],
         env=environment,
         capture_output=True,
         text=True,
@@ -88,7 +94,18 @@ def ours(model: Path, home: Path) -> dict[str, Lap]:
         check=True,
     )
     laps = (line.split() for line in done.stdout.splitlines())
-    return {name: Lap(float(t), float(cpu), int(n)) for name, t, cpu, n in laps}
+    return {name: Lap(float(t), float(cpu), int(n)) for name, t, cpu, n in laps}, done.stderr
+
+
+def import_seconds(log: str) -> dict[str, float]:
+    """Return the time of all imports until each lap, from the log of `-X importtime`."""
+    seconds, total = {}, 0.0
+    for line in log.splitlines():
+        if line.startswith("lap "):
+            seconds[line.removeprefix("lap ")] = total
+        elif match := re.match(r"import time:\s+(\d+) \|", line):
+            total += int(match[1]) / 1e6
+    return seconds
 
 
 @contextmanager
@@ -130,18 +147,35 @@ def cloudcompare() -> float | None:
 
 def main() -> None:
     model = ROOT / "resources" / "outcrop" / "outcrop.obj"
-    runs, peer = [], []
+    roots = {"this": ROOT}
+    if len(sys.argv) > 1:
+        roots["other"] = Path(sys.argv[1]).resolve()
+    runs: dict[str, list[dict[str, Lap]]] = {name: [] for name in roots}
+    peer = []
     with tempfile.TemporaryDirectory() as home, window_manager() as manager:
         print(f"window manager: {manager}")
         for number in range(RUNS + 1):
-            # Every second time the peer first.
-            order = ("ours", "peer") if number % 2 == 0 else ("peer", "ours")
+            # Every second time in reverse order.
+            order = (*roots, "peer") if number % 2 == 0 else ("peer", *reversed(roots))
             for who in order:
-                if who == "ours":
-                    runs.append(ours(model, Path(home)))
-                else:
+                if who == "peer":
                     peer.append(cloudcompare())
-    runs, peer = runs[1:], [t for t in peer[1:] if t is not None]
+                else:
+                    runs[who].append(start(roots[who], model, Path(home) / who)[0])
+        logs = {
+            who: start(root, model, Path(home) / who, "-X", "importtime")[1]
+            for who, root in roots.items()
+        }
+    for who in roots:
+        print(f"{who}: {roots[who]}")
+        _report(runs[who][1:], import_seconds(logs[who]))
+    if times := [seconds for seconds in peer[1:] if seconds is not None]:
+        print(f"CloudCompare window mapped: median {statistics.median(times):.2f} s")
+    else:
+        print("CloudCompare or xdotool is not installed: no peer")
+
+
+def _report(runs: list[dict[str, Lap]], imports: dict[str, float]) -> None:
     for name, wanted in (("window", "0.35 s"), ("frame", "0.95 s"), ("outcrop", "-")):
         times = sorted(run[name].seconds for run in runs)
         low, high = times[0], times[-1]
@@ -150,10 +184,8 @@ def main() -> None:
             f"{name:8s} median {statistics.median(times):.2f} s  ({low:.2f}..{high:.2f}),"
             f" processor {busy:.2f} s, {runs[-1][name].modules} modules; wanted {wanted}"
         )
-    if peer:
-        print(f"CloudCompare window mapped: median {statistics.median(peer):.2f} s")
-    else:
-        print("CloudCompare or xdotool is not installed: no peer")
+    before_frame = imports["frame"] - imports["window"]
+    print(f"imports  {before_frame:.2f} s between window and frame; wanted 0.4 s")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 
 # A viewport that cannot draw must not prevent the net from being shown.
 _LONGEST_WAIT_MS = 5000
+# By then a model of the command line is usually open; compiling would delay it.
+_COMPILATION_DELAY_MS = 10_000
 
 
 class MainWindow(QMainWindow):
@@ -65,6 +67,8 @@ class MainWindow(QMainWindow):
         self._imports.stereonet_imported.connect(self._add_stereonet)
         self._imports.all_imported.connect(self._imports_done)
         self._is_drawing = False
+        self._compilation_timer = QTimer(self, singleShot=True, interval=_COMPILATION_DELAY_MS)
+        self._compilation_timer.timeout.connect(self._compile_kernels)
         self.viewport: Viewport | None = None
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
@@ -438,6 +442,9 @@ class MainWindow(QMainWindow):
         # Reads the journals of all abandoned projects.
         self.studio.offer_recovery(paths)
         warm_up.start_worker(self.studio)
+        self._compilation_timer.start()
+
+    def _compile_kernels(self) -> None:
         warm_up.compile_kernels(self.studio)
 
     def prepare_for_models(self) -> None:
@@ -455,7 +462,7 @@ class MainWindow(QMainWindow):
     def _import_net(self) -> None:
         if self._place.shows_outcrop:
             self._draw_outcrop()
-        else:
+        elif self.viewport is not None:
             self._imports.begin()
 
     def _join_panels(self, viewport: Viewport) -> None:
@@ -575,6 +582,7 @@ class MainWindow(QMainWindow):
             [
                 self._keep_arrangement,
                 self.view.save_camera,
+                self._compilation_timer.stop,
                 self._imports.stop,
                 self.view.close,
                 self._photo_shown.close,
