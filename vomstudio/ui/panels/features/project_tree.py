@@ -261,16 +261,19 @@ class ProjectTree(QWidget):
         updated: list[QTreeWidgetItem] = []
         unsorted: list[QTreeWidgetItem] = []
         for feature in features:
-            group = group_of(feature)
-            item, parent = self._find_or_create_item(feature, group)
-            assert isinstance(item, FeatureItem)
-            if item.name != feature.name or parent is not None:
-                item.name, item.sort_key = feature.name, natural_sort_key(feature.name)
-                unsorted.append(item)
-            if parent is not None:
-                new_tree_items.setdefault(group, (parent, []))[1].append(item)
-            else:
+            group, item = group_of(feature), self._items.get(feature.id)
+            if isinstance(item, FeatureItem) and item.group == group:
                 updated.append(item)
+                if item.name == feature.name:
+                    continue
+            else:
+                item, parent = self._find_or_create_item(feature, group)
+                assert isinstance(item, FeatureItem)
+                item.group = group
+                if parent is not None:
+                    new_tree_items.setdefault(group, (parent, []))[1].append(item)
+            item.name, item.sort_key = feature.name, natural_sort_key(feature.name)
+            unsorted.append(item)
         for parent, items in new_tree_items.values():
             parent.addChildren(items)
         self.tree.update_items(updated)
@@ -490,7 +493,7 @@ class ProjectTree(QWidget):
     def _show_visibility(self, ids: tuple[str, ...]) -> None:
         items = [item for id_ in ids if (item := self._items.get(id_))]
         with QSignalBlocker(self.tree):
-            self.tree.update_items(item for item in items if isinstance(item, FeatureItem))
+            self.tree.update_items([item for item in items if isinstance(item, FeatureItem)])
             for item in items:
                 if not isinstance(item, FeatureItem):
                     is_visible = self._studio.visible(str(item.data(NAME, ID)))

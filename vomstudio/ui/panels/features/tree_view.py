@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import (
@@ -75,7 +75,7 @@ class FeatureItem(TreeItem):
         apply: Callable[[FeatureItem, int, int, Any], None],
     ) -> None:
         super().__init__()
-        self.id, self.name = id_, ""
+        self.id, self.name, self.group = id_, "", ""
         self.sort_key: Any = None
         self._content, self._apply = content, apply
 
@@ -128,7 +128,6 @@ class FeatureTree(QTreeWidget):
         """Item with the longest name of each group that was measured, by the row of the group."""
         self.model().rowsInserted.connect(self._fit_timer.start)
         self.model().rowsInserted.connect(self._add_names)
-        self.model().dataChanged.connect(self._change_names)
         self.model().rowsAboutToBeRemoved.connect(self._forget_names)
         self.model().layoutChanged.connect(self._longest.clear)
         self.model().modelReset.connect(self._longest.clear)
@@ -206,11 +205,6 @@ class FeatureTree(QTreeWidget):
             if item is not None and _name_length(item) > _name_length(longest):
                 self._longest[parent.row()] = longest = item
 
-    def _change_names(self, first_index: QModelIndex, last_index: QModelIndex) -> None:
-        # The text of a group does not matter.
-        if (parent := first_index.parent()).isValid():
-            self._add_names(parent, first_index.row(), last_index.row())
-
     def _forget_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
         """Forget the longest name of a group if its item is about to be removed."""
         if not parent.isValid():
@@ -258,17 +252,18 @@ class FeatureTree(QTreeWidget):
                 )
         return selection
 
-    def update_items(self, items: Iterable[QTreeWidgetItem]) -> None:
-        """Repaint items whose content has changed, as ranges of rows."""
-        groups: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
-        for item in items:
-            if (group := item.parent()) is not None:
-                groups.setdefault(id(group), (group, []))[1].append(item)
+    def update_items(self, items: list[QTreeWidgetItem]) -> None:
+        """Repaint items whose content has changed; if there are many, all rows of all groups."""
         model = self.model()
-        for group, children in groups.values():
-            parent = self.indexFromItem(group)
-            rows = (self.indexFromItem(item).row() for item in children)
-            for first_row, last_row in find_runs(rows, MAX_SINGLE_ITEMS):
+        ranges: list[tuple[QModelIndex, int, int]] = []
+        if len(items) > MAX_SINGLE_ITEMS:
+            groups = (model.index(row, 0) for row in range(self.topLevelItemCount()))
+            ranges += [(group, 0, model.rowCount(group) - 1) for group in groups]
+        else:
+            indexes = map(self.indexFromItem, items)
+            ranges += [(index.parent(), index.row(), index.row()) for index in indexes]
+        for parent, first_row, last_row in ranges:
+            if parent.isValid() and last_row >= first_row:
                 model.dataChanged.emit(
                     model.index(first_row, 0, parent), model.index(last_row, SET, parent)
                 )
