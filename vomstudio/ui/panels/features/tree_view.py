@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from PySide6.QtCore import (
@@ -252,7 +252,7 @@ class FeatureTree(QTreeWidget):
                 )
         return selection
 
-    def update_items(self, items: list[QTreeWidgetItem]) -> None:
+    def update_items(self, items: Sequence[QTreeWidgetItem]) -> None:
         """Repaint items whose content has changed; if there are many, all rows of all groups."""
         model = self.model()
         ranges: list[tuple[QModelIndex, int, int]] = []
