@@ -516,24 +516,32 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
     -------
     Line
     """
-    return Line.from_vector(rake_vector(plane, rake_deg))
+    sin_r, cos_r = sin_cos_deg(_require_finite_number(rake_deg, "rake"))
+    return Line.from_vector(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
 
 
-def rake_vector(plane: Plane, rake_deg: float) -> FloatArray:
-    """Return the unit vector (3,) of the lineation with a given rake on a plane.
+def rake_vectors(
+    dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike, rake_deg: npt.ArrayLike
+) -> FloatArray:
+    """Return the unit vectors of lineations with given rakes on planes.
 
     Parameters
     ----------
-    plane : Plane
-    rake_deg : float
-        Rake as returned by `rake_of`.
+    dip_direction_deg, dip_deg : (n,) array_like
+        As of `Plane`.
+    rake_deg : (n,) array_like
+        Rakes as returned by `rake_of`.
 
     Returns
     -------
-    (3,) ndarray
+    (n, 3) ndarray
     """
-    sin_r, cos_r = sin_cos_deg(_require_finite_number(rake_deg, "rake"))
-    return np.asarray(cos_r * plane.strike_vector() + sin_r * plane.dip_vector())
+    dip = np.asarray(dip_deg, np.float64)
+    strike = wrap360(np.asarray(dip_direction_deg, np.float64) - 90.0)
+    strike = np.where(90.0 - dip < ANGLE_TOLERANCE_DEG, _wrap180(strike), strike)
+    sin_r, cos_r = sin_cos_deg(rake_deg)
+    along_strike = cos_r[:, None] * lines_to_vectors(strike, np.zeros_like(strike))
+    return np.asarray(along_strike + sin_r[:, None] * lines_to_vectors(strike + 90.0, dip))
 
 
 def slip_from_rake(plane: Plane, slip_rake_deg: float) -> Line:

@@ -6,7 +6,7 @@ projections of figures; each kind in `project/kinds` lists its figures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import floor, isfinite, log10
@@ -17,7 +17,7 @@ from vomstudio.geology.notation import format_error_deg as degrees
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.records import FeatureType, Model, OnAModel, Record, Typed, get
-from vomstudio.project.registration_errors import normal_covariance
+from vomstudio.project.registration_errors import normal_covariance, normal_covariances
 
 Unit = Literal["", "deg", "m", "m2"]
 Form = Literal[
@@ -56,6 +56,15 @@ class Subject:
     def model(self) -> Model | None:
         feature = self.feature
         return get(self.records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
+
+
+def cache_normal_covariances(subjects: Sequence[Subject]) -> None:
+    """Compute the covariances of many subjects together, which is many times faster."""
+    covariances = normal_covariances(
+        [subject.measured for subject in subjects], [subject.model for subject in subjects]
+    )
+    for subject, covariance in zip(subjects, covariances, strict=True):
+        vars(subject)["normal_covariance"] = covariance
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from vomstudio.project.tables.orientation_table import (
     Row,
     line_row,
     plane_row,
+    plane_rows,
     write_orientation_csv,
 )
 
@@ -386,6 +387,24 @@ def test_a_table_of_covariances_turns_with_the_world() -> None:
         for fit in (fit_plane(points), fit_plane(points @ turn.T))
     )
     assert turned == pytest.approx(turn @ first @ turn.T, abs=1e-9)
+
+
+def test_rows_of_many_planes_are_those_of_each_plane() -> None:
+    rng = np.random.default_rng(5)
+    fits = []
+    for number in range(300):
+        points = rng.normal(0, [4, 2, 0.02], (3 + number % 20, 3))
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] if number % 3 else np.eye(3)[[2, 0, 1]]
+        fits.append(fit_plane(points @ turn if number % 7 else points))
+    verdicts = [judge(fit, resolution_m=0.5, outcrop_normal=None) for fit in fits]
+    planes = Plane.from_normals([fit.normal for fit in fits])
+    rows = plane_rows(fits, verdicts, planes, resolution_m=0.5)
+    for fit, verdict, plane, row in zip(fits, verdicts, planes, rows, strict=True):
+        single = plane_row(fit, verdict, resolution_m=0.5, plane=plane)
+        assert row == {
+            name: pytest.approx(value, rel=1e-9, abs=1e-15) if type(value) is float else value
+            for name, value in single.items()
+        }
 
 
 def covariance_of(row: Row) -> np.ndarray:

@@ -24,7 +24,7 @@ from vomstudio.core.version import __version__
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.project import catalogue
-from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.figures import Figure, Subject, cache_normal_covariances
 from vomstudio.project.measurement import Measurement, fit_fields
 
 if TYPE_CHECKING:
@@ -70,9 +70,12 @@ def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
 def rows_of(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
     """Return `row_of` for subjects with the same figures, five times faster by columns."""
     rows: list[Row] = []
-    table_figures = _table_figures(tuple(figures))
+    table_figures = _table_figures(figures := tuple(figures))
+    has_covariances = not set(figures).isdisjoint(catalogue.NORMAL_COVARIANCE)
     for start in range(0, len(subjects), BATCH_ROWS):
         batch = subjects[start : start + BATCH_ROWS]
+        if has_covariances:
+            cache_normal_covariances(batch)
         columns: dict[str, list[Any]] = dict.fromkeys(COLUMNS, [None] * len(batch))
         for name, value in table_figures:
             columns[name] = _plain_column([value(subject) for subject in batch])
