@@ -1,13 +1,15 @@
 """How long a followed path takes on a surface of a million points, beside scipy's Dijkstra.
 
-    python -m tests.benchmarks.bench_paths [--side 1000] [--repeats 5]
+    python -m tests.benchmarks.bench_paths [--side 1000] [--repeats 5] [--growth 1 4 16]
 
 A hilly square of 10 x 10 m with a dark bed in noisy grey, as a mesh over a grid with colours or a
 texture, and as a cloud. Paths of 1, 3 and 9 m along the bed: `live` is the path to the cursor,
 which moves a little from one path to the next (the first of each cost computes what is cached),
 `whole` the best path of all, and `scipy` the plain shortest path over the same arcs and costs, once
 these are a matrix. Medians of wall and processor seconds, and the mean distance of the path from
-the bed's middle. The time of preparing 1/16, 1/4 and all of the points shows the growth.
+the bed's middle. The time of preparing 1/16, 1/4 and all of the points shows the growth. `--growth`
+prints the preparation of coloured meshes of so many million vertices instead, the paths of 9 m over
+them, and the exponents of both.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -140,11 +143,36 @@ def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -
         print(f"  scipy, all of it {plain(surface, next(ends), repeats):.3f} s")
 
 
+def growth(millions: list[float], repeats: int) -> None:
+    """Print the processor seconds of preparing and following meshes, and their exponents."""
+    results = []
+    for count in millions:
+        mesh, _, off = hill(round(1000 * count**0.5))
+        on = np.flatnonzero(np.abs(off) < 0.02)
+        bed = mesh.vertices[on[np.argsort(mesh.vertices[on, 0])]]
+        surface, taken = prepared(mesh)
+        ends, follower = moving_ends(bed, LENGTHS_M[-1]), Follower(surface, "dark")
+        first, _, live = seconds(lambda f=follower, e=ends: f.follow(next(e)), repeats)
+        results.append((len(mesh.vertices), taken, live))
+        print(
+            f"{len(mesh.vertices):>11,} vertices prepared in {taken:.2f} s (CPU), 9 m in"
+            f" {live:.3f} s (CPU), the first in {first:.2f} s",
+            flush=True,
+        )
+    for (fewer, *one), (more, *other) in pairwise(results):
+        exponents = np.log(np.divide(other, one)) / np.log(more / fewer)
+        print(f"exponent from {fewer:,}: {exponents[0]:.2f} prepared, {exponents[1]:.2f} followed")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--side", type=int, default=1000)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--growth", type=float, nargs="+", metavar="MILLIONS")
     args = parser.parse_args()
+    if args.growth:
+        growth(args.growth, args.repeats)
+        return
     for divisor in (4, 2):
         part = hill(args.side // divisor)[0]
         print(f"{len(part.vertices):,} points, made ready in {prepared(part)[1]:.3f} s (CPU)")

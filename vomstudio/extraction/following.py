@@ -23,6 +23,8 @@ PathLeg = tuple[FloatArray, FloatArray]
 CORRIDOR_STRETCH_FACTOR = 1.4
 _MARGIN_SPACINGS = 12.0
 _MAX_WHOLE_NODES = 3_000_000
+# Maximum size of a surface whose costs are cached, each of which takes about 100 bytes of memory.
+_MAX_CACHED_NODES = 20_000_000
 # A corridor that exceeds both this share and this number of nodes is not cut out of the surface.
 _MAX_CORRIDOR_SHARE = 0.15
 _MIN_CORRIDOR_NODES = 50_000
@@ -173,7 +175,7 @@ class Follower:
         corridor of a textured mesh has too many faces to be subdivided.
         """
         positions = len(self.surface.places)
-        if positions > _MAX_WHOLE_NODES:
+        if positions > _MAX_CACHED_NODES:
             return False
         distance = float(np.linalg.norm(goal - start))
         span = CORRIDOR_STRETCH_FACTOR * distance + _MARGIN_SPACINGS * spacing
