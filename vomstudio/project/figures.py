@@ -59,7 +59,13 @@ class Subject:
 
 
 def cache_normal_covariances(subjects: Sequence[Subject]) -> None:
-    """Compute the covariances of many subjects together, which is many times faster."""
+    """Compute the covariances of many subjects together, which is many times faster.
+
+    Parameters
+    ----------
+    subjects : sequence of Subject
+        Subjects whose cached covariances are set.
+    """
     covariances = normal_covariances(
         [subject.measured for subject in subjects], [subject.model for subject in subjects]
     )

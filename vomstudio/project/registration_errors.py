@@ -77,7 +77,18 @@ def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArr
 def normal_covariances(
     measurements: Sequence[Measurement], models: Sequence[Model | None]
 ) -> list[FloatArray | None]:
-    """Return `normal_covariance` of many measurements, many times faster."""
+    """Return `normal_covariance` of many measurements, many times faster.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+    models : sequence of Model or None
+        Model of each measurement.
+
+    Returns
+    -------
+    list of (3, 3) ndarray or None
+    """
     covariances: list[FloatArray | None] = [None] * len(measurements)
     rows = [_region_angles(measurement) for measurement in measurements]
     indices = [i for i, row in enumerate(rows) if row is not None]

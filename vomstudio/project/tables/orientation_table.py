@@ -151,7 +151,21 @@ def plane_rows(
     *,
     resolution_m: float | None,
 ) -> list[Row]:
-    """Return `plane_row` for many fits with their attitudes, several times faster."""
+    """Return `plane_row` for many fits, several times faster.
+
+    Parameters
+    ----------
+    fits, verdicts : sequence of FittedPlane, sequence of Verdict
+        Fits and verdicts in the World frame.
+    planes : sequence of Plane
+        Attitudes of the fits.
+    resolution_m : float or None
+        Resolution of the model around the points.
+
+    Returns
+    -------
+    list of Row
+    """
     no_points = np.zeros((0, 3))
     measurements = (
         Measurement(no_points, resolution_m, None, fit, verdict, None, **fit_fields(fit, plane))

@@ -276,9 +276,10 @@ def _points_of_blocks(
     high = np.concatenate([chunk.blocks.high for chunk in chunks])
     met_blocks = np.flatnonzero(are_boxes_hit(low - pad, high + pad, origin, direction))
     starts = np.concatenate([[0], np.cumsum(counts)])
-    of_chunk = np.searchsorted(starts, met_blocks, side="right") - 1
+    chunk_indices = np.searchsorted(starts, met_blocks, side="right") - 1
     points, ids = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.int64)]
-    for k, block in zip(of_chunk.tolist(), (met_blocks - starts[of_chunk]).tolist(), strict=True):
+    blocks = met_blocks - starts[chunk_indices]
+    for k, block in zip(chunk_indices.tolist(), blocks.tolist(), strict=True):
         chunk = chunks[k]
         run = slice(block * chunk.blocks.per_block, (block + 1) * chunk.blocks.per_block)
         points.append(chunk.points[run])
