@@ -231,7 +231,6 @@ def test_the_proposed_region_is_a_box_in_the_outcrop(window, sample, outcrop) ->
     dialog = open_dialog(window)
     assert not dialog.propose_button.isEnabled()
     assert not dialog.clip_button.isEnabled()
-    dialog.close()
     out = window.survey.output_folder()
     out.mkdir(parents=True)
     (out / "cameras.json").write_text("{}")
@@ -239,10 +238,10 @@ def test_the_proposed_region_is_a_box_in_the_outcrop(window, sample, outcrop) ->
     low, high = np.floor(box[0]), np.floor(box.mean(axis=0)) + 0.5
     proposal = [*low.tolist(), *high.tolist()]
     (out / "reconstruction.json").write_text(json.dumps({"proposed_region": proposal}))
-    dialog = open_dialog(window)
+    window.survey.changed.emit()
     tick(dialog.options.fields["keep_background"])
     driver.wait(lambda: window.survey.settings.options.keep_background, "the tick")
-    driver.click(dialog.propose_button)
+    QTest.mouseClick(dialog.propose_button, Qt.MouseButton.LeftButton)
     assert window.survey.settings.options.box == tuple(proposal)
     assert window.studio.display.clip_shown == ClipBox(tuple(low), tuple(high))
     # The region alone decides now.
