@@ -85,7 +85,7 @@ def measure(out: Path, survey: Survey) -> str:
         seen += inside & (survey.face.hits(view.centre, points - view.centre)[0] > 0.999)
     surface = rock_face.Face(vertices, mesh.faces.astype(np.int32), survey.face.paint)
     off = surface.distance(points[seen >= 2])
-    pixel = DISTANCE / FOCAL
+    pixel = DISTANCE / survey.views[0].intrinsics.focal[0]
     result = json.loads((out / "reconstruction.json").read_text())
     mb = sum(p.stat().st_size for p in out.glob("model*")) / 1e6
     return (
@@ -102,6 +102,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--times", type=float, default=6.0)
     parser.add_argument("--quality", default="low")
+    parser.add_argument("--columns", type=int, default=5, help="photos in each of two rows")
+    parser.add_argument("--width", type=int, default=900, help="of the photos, pixels")
     parser.add_argument("--ground", action="store_true")
     parser.add_argument("--none", action="store_true")
     parser.add_argument("--root", nargs="*", type=Path, default=[ROOT])
@@ -109,16 +111,17 @@ def main() -> None:
     arguments = parser.parse_args()
     times = None if arguments.none else arguments.times
     face = building_scene(times, ground=arguments.ground)
-    survey = Survey("background", face, tuple(views()), (36 * FOCAL / 1296,) * 12)
+    photos = tuple(views(arguments.columns, arguments.width))
+    survey = Survey("background", face, photos, (36 * FOCAL / 1296,) * len(photos))
     with tempfile.TemporaryDirectory(prefix="vom-background-") as temporary:
         folder = arguments.keep or Path(temporary)
-        photos = survey.write(folder / "photos")
+        photo_folder = survey.write(folder / "photos")
         for root in arguments.root:
             for words in ([], ["--keep-background"]):
                 if words and root.resolve() != ROOT:
                     continue
                 out = folder / "-".join(["out", root.resolve().name, arguments.quality, *words])
-                command = ["reconstruct", str(photos), "-o", str(out), "--threads", "1"]
+                command = ["reconstruct", str(photo_folder), "-o", str(out), "--threads", "1"]
                 command += ["--quality", arguments.quality, *words]
                 start = time.perf_counter()
                 done = subprocess.run(

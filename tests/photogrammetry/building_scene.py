@@ -12,9 +12,9 @@ DISTANCE, FOCAL = 8.0, 1190.0
 
 
 def building_scene(times: float | None, *, ground: bool) -> rock_face.Face:
-    """A face of 10 x 5 m, a building of which its photos show the upper half, and ground."""
-    rock = rock_face.rough_face(10.0, 5.0, 0.015)
-    parts = [rock]
+    """A face of 10 x 3.4 m, a building above and beside it in the photos, and ground."""
+    rough = rock_face.rough_face(10.0, 3.4, 0.015)
+    parts = [rock_face.Face(rough.vertices - [0, 0, 0.8], rough.faces, rough.paint)]
     if times is not None:
         y = DISTANCE * (times - 1)
         stone = rock_face.rock_paint(3, 0.015 * times)
