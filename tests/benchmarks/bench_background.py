@@ -52,7 +52,7 @@ def measure(out: Path, survey: Survey) -> str:
     made = np.array([view.centre for view in cameras.views]) + cameras.origin
     known = np.array([truth[view.name] for view in cameras.views])
     similarity = fit_similarity(made, known)
-    mesh = read_model(out / "model.obj").model
+    mesh = read_model(out / "model.obj").data
     vertices = similarity(mesh.vertices)
     corners = vertices[mesh.faces]
     centre = corners.mean(axis=1)

@@ -24,7 +24,7 @@ def share_on_rock(out: Path, survey: Survey) -> float:
     truth = {view.name: view.centre for view in survey.views}
     made = np.array([view.centre for view in cameras.views]) + cameras.origin
     fit = fit_similarity(made, np.array([truth[view.name] for view in cameras.views]))
-    mesh = read_model(out / "model.ply").model
+    mesh = read_model(out / "model.ply").data
     return float(np.mean(fit(mesh.vertices)[mesh.faces].mean(axis=1)[:, 1] < 2.5))
 
 

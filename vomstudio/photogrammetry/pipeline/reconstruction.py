@@ -141,7 +141,7 @@ class _Run:
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
         # Without a region, the keys of dependent stages do not change.
-        self.selected_stages: list[Any] = [tuple(settings.region)] if settings.region else []
+        self.selected_stages = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
         self.checkpoints.tidy()
 
@@ -158,8 +158,6 @@ class _Run:
         self.rock = find_rock(placed_scene.scene)
         self.has_background = self.region is None and self.rock.has_background
         self.is_trimmed = self.has_background and not self.settings.keep_background
-        if self.is_trimmed:
-            self.selected_stages = ["rock"]
         if self.has_background:
             code = "background.left-out" if self.is_trimmed else "background.kept"
             share_percent = 100 * self.rock.background_share
@@ -311,8 +309,8 @@ class _Run:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import select_pairs
 
-        # Depths of the background would take up the resolution of the disparities.
-        pairs = select_pairs(scene.select_points(self.rock.is_rock) if self.is_trimmed else scene)
+        # Within the depths of the rock, the background would be matched at wrong depths.
+        pairs = select_pairs(scene)
         if self.region is not None:
             pairs = pairs.select_views(self.region.views_of(scene))
         for text in pairs.left_out:
@@ -381,7 +379,8 @@ class _Run:
     ) -> tuple[PointCloud, StageFolder]:
         from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
 
-        stage = self.checkpoints.stage("cloud", depth_stage.key)
+        choice = ["rock"] if self.is_trimmed else []
+        stage = self.checkpoints.stage("cloud", depth_stage.key, *choice)
         if not stage.is_done:
             photos = undistorted.select([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
