@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.messages import refused
 from vomstudio.cli import main
 from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import PointGroups, read_points, read_table
 
@@ -339,6 +340,8 @@ words = st.text(
 def test_any_name_survives_a_csv_writer_of_others(
     tmp_path_factory: pytest.TempPathFactory, names: list[str]
 ) -> None:
+    # An apostrophe before a sign is how tables keep spreadsheets from evaluating a name.
+    assume(all(unescape_formula(name) == name for name in names))
     buffer = io.StringIO()
     writer = csv.writer(buffer, quoting=csv.QUOTE_ALL)
     writer.writerow(["x", "y", "z", "trace"])
