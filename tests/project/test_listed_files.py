@@ -312,8 +312,15 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
     assert "no heights" in error(flat).message
     other = tmp_path / "roads.geojson"
     other.write_text(flat.read_text())
-    assert error(other).code == "import.no-layers"
-    assert error(other).values["layers"] == ("stations", "contacts", "lithologies")
+    assert error(other).code == "import.nothing-usable"
+    assert error(other).values["reason"].code == "import.no-heights"
+    points = tmp_path / "wells.geojson"
+    points.write_text(
+        '{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, '
+        '"geometry": {"type": "Point", "coordinates": [15, 42, 3]}}]}'
+    )
+    assert error(points).code == "import.no-layers"
+    assert {"stations", "traces"} <= set(error(points).values["layers"])
     (tmp_path / "stations.csv").write_text("name,x,y,z\nA,1,2,3\nB,1,no,3\n")
     found = read_listed_features(tmp_path / "stations.csv", MODEL, records, CRS)
     assert [f.name for f in found.features] == ["A"]

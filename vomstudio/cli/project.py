@@ -80,13 +80,11 @@ def add_parser(subparsers: Subparsers) -> None:
         tr("Add traces, lines or patches from a table of World points"),
     )
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
-    import_parser = add(
-        "import", _import, tr("Add stations, contact lines and rock areas from a file")
-    )
+    import_parser = add("import", _import, tr("Add traces, planes, stations and areas from a file"))
     import_parser.add_argument(
         "file",
         metavar="FILE",
-        help=tr("file that the program exported: gpkg, geojson, shp, kml or csv"),
+        help=tr("layers (gpkg, geojson, shp, dxf, kml), a table, or an export of another program"),
     )
     accept = add(
         "accept", _accept, tr("Find facets or traces on a model and add them to the project")

@@ -66,7 +66,11 @@ from vomstudio.studio.placed_features import (
 from vomstudio.studio.placing.registering import rotation_deg, set_rotations_deg
 from vomstudio.studio.project_options import FeatureValues
 from vomstudio.studio.project_summary import matching_ids
-from vomstudio.studio.tools.local_surface import features_of_earlier_rules, remeasure
+from vomstudio.studio.tools.local_surface import (
+    features_of_earlier_rules,
+    remeasure,
+    surroundings_on,
+)
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.back_projection import ProjectedLines, Sidecar
@@ -623,7 +627,7 @@ class HeadlessProject:
         )
 
     def import_features(self, path: Path, model: Model) -> ImportedFeatures:
-        """Import the stations, contact lines and rock areas of a file in one edit.
+        """Import the features of a file in one edit, as `read_listed_features` reads them.
 
         Raises
         ------
@@ -642,6 +646,7 @@ class HeadlessProject:
             None if model_data.surface is None else model_data.surface.area_inside,
             model_data.bounds,
             self._progress,
+            surroundings_on(model_data.surface),
         )
         edit = edits.add_features(self.session.records, features.features)
         self.session.apply(edit)

@@ -210,8 +210,8 @@ TEXTS: dict[str, Entry] = {
     "import.no-layers": (
         "error",
         to_translate(
-            "The file contains no stations, contact lines or rock areas. Rename its layers to"
-            " {layers}."
+            "The file contains no features that can be imported. Draw 3-D lines, or rename its"
+            " layers to {layers}."
         ),
     ),
     "import.nothing-usable": (
@@ -228,6 +228,13 @@ TEXTS: dict[str, Entry] = {
     "import.no-heights": (
         "error",
         to_translate("It has no heights. Draw it in three dimensions."),
+    ),
+    "import.orientations-differ": (
+        "warning",
+        to_translate(
+            "{count} of {total} orientations in the file differ from the imported points by more"
+            " than their errors, {name} by {angle}°. Check the file."
+        ),
     ),
     "import.type-replaced": (
         "warning",

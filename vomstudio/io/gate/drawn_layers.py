@@ -384,14 +384,29 @@ def _frame(
         if is_only_layer and options.to_crs is None and is_in_degrees:
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
+    stated_crs = stated_frame(path, crs)
+    if stated_crs.text is None and options.unit is not None:
+        return StatedCrs(), options
+    return stated_crs, options
+
+
+def stated_frame(path: Path, crs: str | None) -> StatedCrs:
+    """Return the frame that a drawing states: by its CRS, a sidecar, or the unit of a DXF.
+
+    Parameters
+    ----------
+    path : Path
+    crs : str or None
+        CRS as reported by GDAL.
+    """
     if crs is None:
         sidecar, _ = table_crs(path, ())
         if sidecar.text is not None:
-            return sidecar, options
-    if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
-        unit_m = read_dxf_properties(path).unit_m
-        return StatedCrs(is_local=unit_m is not None, unit_m=unit_m), options
-    return StatedCrs(crs), options
+            return sidecar
+        if path.suffix.lower() == ".dxf":
+            unit_m = read_dxf_properties(path).unit_m
+            return StatedCrs(is_local=unit_m is not None, unit_m=unit_m)
+    return StatedCrs(crs)
 
 
 def _convert_to_world(

@@ -77,7 +77,7 @@ def readable_layers(
     try:
         with open_regular(path) as file:
             header = file.read(_HEAD_BYTES)
-        if not (_is_known(header) or (has_sheets and is_spreadsheet(header))):
+        if not (is_vector_file(header) or (has_sheets and is_spreadsheet(header))):
             raise read_error()
         if header.startswith(SQLITE_MARK):
             require_geopackage(path)
@@ -119,7 +119,14 @@ def readable_layers(
         raise read_error() from error
 
 
-def _is_known(head: bytes) -> bool:
+def is_vector_file(head: bytes) -> bool:
+    """Return whether a file is a vector file that GDAL may read.
+
+    Parameters
+    ----------
+    head : bytes
+        First bytes of the file.
+    """
     return head.startswith((SQLITE_MARK, _SHAPEFILE)) or (
         any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
     )

@@ -1,13 +1,12 @@
-"""Import of stations, contact lines and lithologies from files.
+"""Import of stations, contact lines, rock areas, traces and planes from files.
 
-The files are exports of this program or 3-D drawings with the same layer and column names.
+The files are exports of this program, 3-D drawings, or exports of other programs.
 """
 
 from __future__ import annotations
 
 import csv
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,34 +15,40 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import open_regular, read_small
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
-from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
+from vomstudio.geology.orientation import Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_model
-from vomstudio.geometry.lines import ring_area
-from vomstudio.geometry.matrices import Point
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
+from vomstudio.io.gate.stated_crs import table_crs
+from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines
+from vomstudio.io.gis.layer_reading import is_vector_file, symbol_layers
+from vomstudio.io.gis.wkb_shapes import shapes_from_wkb
 from vomstudio.io.text.encodings import decode_text
 from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
+from vomstudio.io.text.tables import TABLE_EXTENSIONS
 from vomstudio.io.text.wkt_columns import parse_wkt
-from vomstudio.project.kinds.contact import Contact
-from vomstudio.project.kinds.lithology import Lithology
-from vomstudio.project.kinds.station import (
-    STATION_KINDS,
-    Station,
-    StationKind,
-    merge_stations,
+from vomstudio.project.imports.listed_rows import (
+    LAYERS,
+    ListedRow,
+    ReadingReport,
+    stated_plane,
 )
+from vomstudio.project.imports.row_features import (
+    MIN_POINTS,
+    AreaInside,
+    FeatureFactory,
+    Surroundings,
+    check_measurements,
+)
+from vomstudio.project.kinds.station import merge_stations
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
 
-AreaInside = Callable[[FloatArray], float | None]
-LAYERS = ("stations", "contacts", "lithologies")
 _COLUMNS = (
     "name",
     "number",
@@ -60,9 +65,16 @@ _COLUMNS = (
     "lithology",
     "rock",
     "area_m2",
+    "set_name",
+    *("dip_direction_deg", "dip_direction", "dip_dir", "dipdir", "ddir", "dip_deg", "dip"),
 )
 """Columns that are read; a layer or table may have additional ones."""
 _WGS84 = "EPSG:4326"
+_DRAWN_LENGTHS = ("dimensions", "known_lines", "grids")
+"""Layers of this program's exports whose lines are not traces."""
+_MARKS = ("planes", "lines", "patches", "discs", "symbols", "control_points")
+"""Layers of this program's exports with other shapes, which repeat features or belong to none."""
+HEAD_BYTES = 4096
 MAX_TABLE_BYTES = 256 << 20
 ROWS_PER_PROGRESS_STEP = 2000
 """Number of rows between two progress reports, which also check for cancellation."""
@@ -86,27 +98,6 @@ class ImportedFeatures:
     warnings: tuple[Finding, ...]
 
 
-@dataclass(frozen=True)
-class _Row:
-    layer: str
-    points: FloatArray
-    values: Mapping[str, Any]
-    crs: str | None
-
-    def text(self, *names: str) -> str:
-        """Return the text of the first of these columns that is not empty, or ""."""
-        values = (self.values.get(name) for name in names)
-        value = next(
-            (
-                value
-                for value in values
-                if value is not None and value == value and str(value).strip()
-            ),
-            "",
-        )
-        return str(value).strip()
-
-
 def read_listed_features(
     path: Path,
     model: Model,
@@ -115,14 +106,14 @@ def read_listed_features(
     area_inside: AreaInside | None = None,
     bounds: FloatArray | None = None,
     progress: Progress | None = None,
+    surroundings: Surroundings | None = None,
 ) -> ImportedFeatures:
     """Read features from a file and assign them to a model.
 
     Parameters
     ----------
     path : Path
-        GeoPackage, GeoJSON, shapefile, KML or table (CSV with a `wkt` column, or stations with x,
-        y, z).
+        GeoPackage, GeoJSON, shapefile, DXF, KML or table.
     model : Model
     records : mapping
     crs : str or None
@@ -133,6 +124,9 @@ def read_listed_features(
     bounds : (2, 3) float64 or None
         Bounds of the model in its file frame, or None if it is not loaded.
     progress : Progress, optional
+    surroundings : callable or None
+        Function that returns the resolution and the outcrop normal around vertices; None if the
+        model is not loaded.
 
     Raises
     ------
@@ -141,133 +135,71 @@ def read_listed_features(
     """
     if not path.is_file():
         raise InputError(Finding("file.missing"), file=path)
-    is_table = path.suffix.lower() in (".csv", ".txt")
-    report = SilentProgress() if progress is None else progress
-    rows: list[_Row] = []
-    table_findings: list[Finding] = []
-    for row in _table(path, table_findings) if is_table else _layers(path, report):
+    progress = SilentProgress() if progress is None else progress
+    report = ReadingReport()
+    rows: list[ListedRow] = []
+    for row in _rows(path, report, progress):
         if not len(rows) % ROWS_PER_PROGRESS_STEP:
-            report.step(len(rows))
+            progress.step(len(rows))
         rows.append(row)
-    if not rows:
+    if not rows and not report.skipped:
         raise InputError(
             Finding("import.no-layers", layers=list(LAYERS)),
             file=path,
         )
     to_file = transform.invert(model.to_world)
-    types = {
-        record.name.casefold(): record.id
-        for record in records.values()
-        if isinstance(record, FeatureType)
-    }
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
+    factory = FeatureFactory(model, types, path.name, area_inside, surroundings)
     features: list[Feature] = []
-    skipped_rows: list[tuple[str, Finding]] = []
-    unknown_names: set[str] = set()
+    labels: dict[str, str] = {}
+    planes: dict[str, Plane] = {}
     world_points, findings = _points_in_world(rows, path, crs)
-    report.stage(tr("Importing features"), len(rows))
+    progress.stage(tr("Importing features"), len(rows))
     for index, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
         if not index % ROWS_PER_PROGRESS_STEP:
-            report.step(index)
-        name = row.text("name", "number", "id") or tr("row {number}", number=index)
-        if (reason := _invalid_points(row, points)) is not None:
-            skipped_rows.append((name, reason))
-            continue
+            progress.step(index)
+        row = replace(row, layer=factory.kind_of_line(row))
         file_points = transform.apply(to_file, points)
-        if (too_far := _distance_finding(file_points, bounds)) is not None:
-            skipped_rows.append((name, too_far))
+        reason = _invalid_points(row, points) or _distance_finding(file_points, bounds)
+        if reason is not None:
+            report.skipped.append((row.label(index), reason))
             continue
         vertices = tuple((x, y, z) for x, y, z in file_points.tolist())
-        kind = row.text("kind", "type").casefold()
-        if row.layer == "contacts" and kind and kind not in types:
-            unknown_names.add(kind)
-        type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
-        features.append(_feature(row, model, vertices, type_id, area_inside, points))
+        feature = factory.create(row, vertices, points)
+        features.append(feature)
+        labels[feature.id] = row.label(index)
+        if row.plane is not None:
+            planes[feature.id] = row.plane
+    problems, differences = check_measurements({**records, model.id: model}, features, planes)
+    report.skipped += [(labels[id_], problem) for id_, problem in problems.items()]
+    features = [feature for feature in features if feature.id not in problems]
     warnings: list[Finding] = [
-        *table_findings,
+        *report.findings,
         *findings,
-        *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown_names)),
+        *(Finding("import.type-replaced", type=kind) for kind in sorted(factory.unknown_types)),
+        *differences,
     ]
     if not features:
-        name, first_problem = skipped_rows[0]
+        name, first_problem = report.skipped[0]
         raise InputError(
             Finding("import.nothing-usable", name=name, reason=first_problem), file=path
         )
     features = merge_stations(features, transform.scale_factor(transform.matrix(model.to_world)))
-    return ImportedFeatures(tuple(features), tuple(skipped_rows), tuple(warnings))
-
-
-def _feature(
-    row: _Row,
-    model: Model,
-    vertices: tuple[Point, ...],
-    type_id: str,
-    area_inside: AreaInside | None,
-    points: FloatArray,
-) -> Feature:
-    name, notes = row.text("name"), row.text("notes", "note", "description")
-    if row.layer == "stations":
-        kind = row.text("kind", "what", "type").casefold()
-        station_kind: StationKind = next(
-            (choice for choice, _ in STATION_KINDS if choice == kind), "station"
-        )
-        return Station(
-            new_id("station"),
-            name,
-            model.id,
-            model.content_hash,
-            vertices[:1],
-            station_kind,
-            row.text("number", "station"),
-            row.text("photo"),
-            notes,
-        )
-    if row.layer == "contacts":
-        return Contact(
-            new_id("contact"),
-            name,
-            type_id,
-            model.id,
-            model.content_hash,
-            vertices,
-            row.text("set"),
-            notes,
-        )
-    lithology = Lithology(
-        new_id("lithology"),
-        name,
-        model.id,
-        model.content_hash,
-        vertices,
-        row.text("lithology", "rock"),
-        None,
-        notes,
-    )
-    area = None if area_inside is None else area_inside(np.asarray(vertices, np.float64))
-    if area is None and (area_text := row.text("area_m2")):
-        # The model is not loaded, so use the stored area if it is plausible.
-        scale = transform.scale_factor(transform.matrix(model.to_world))
-        try:
-            # Balloons of KML have the unit behind the value.
-            value = float(area_text.split()[0])
-        except ValueError:
-            value = 0.0
-        is_plausible = math.isfinite(value) and value >= 0.5 * ring_area(points) > 0.0
-        area = value / scale**2 if is_plausible else None
-    return replace(lithology, area=area)
+    return ImportedFeatures(tuple(features), tuple(report.skipped), tuple(warnings))
 
 
 def _points_in_world(
-    rows: Sequence[_Row], path: Path, crs: str | None
+    rows: Sequence[ListedRow], path: Path, crs: str | None
 ) -> tuple[list[FloatArray], tuple[Finding, ...]]:
     """Return the points of each row in the World frame, converting equal CRSs together."""
     points: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
-    for crs_text in dict.fromkeys(row.crs for row in rows):
-        row_indices = [i for i, row in enumerate(rows) if row.crs == crs_text]
+    for frame in dict.fromkeys(row.frame for row in rows):
+        row_indices = [i for i, row in enumerate(rows) if row.frame == frame]
         placed_points = points_to_world(
             np.concatenate([rows[i].points for i in row_indices]),
             file=path,
-            stated_crs=StatedCrs(crs_text),
+            stated_crs=frame,
             model=ModelFrame(crs),
         )
         findings += placed_points.findings
@@ -277,9 +209,9 @@ def _points_in_world(
     return points, tuple(dict.fromkeys(findings))
 
 
-def _invalid_points(row: _Row, points: FloatArray) -> Finding | None:
+def _invalid_points(row: ListedRow, points: FloatArray) -> Finding | None:
     """Return the reason why the points of a row cannot be used, or None if they are valid."""
-    minimum = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
+    minimum = MIN_POINTS[row.layer]
     if len(points) < minimum:
         return Finding("import.too-few-points", count=minimum)
     if not np.isfinite(row.points[:, 2]).all():
@@ -297,40 +229,77 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
 
 
 # --- files -----------------------------------------------------------------------------------
-def _layer_of(name: str) -> str:
-    """Return the kind of a layer or file, or "" for other layers."""
+def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[ListedRow]:
+    """Yield the rows of a file, whose format is recognised by its content."""
+    with open_regular(path) as file:
+        head = file.read(HEAD_BYTES)
+    if is_vector_file(head) or path.suffix.lower() not in TABLE_EXTENSIONS:
+        yield from _layers(path, report, progress)
+    else:
+        yield from _table(path, report.findings)
+
+
+def _layer_of(name: str, layers: Sequence[str] = LAYERS) -> str:
+    """Return the layer of an export that a layer or file is named after, or ""."""
     folded_name = name.casefold()
     return next(
-        (layer for layer in LAYERS if folded_name == layer or folded_name.endswith(f"_{layer}")), ""
+        (layer for layer in layers if folded_name == layer or folded_name.endswith(f"_{layer}")), ""
     )
 
 
-def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
-    import shapely
-
+def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[ListedRow]:
+    from vomstudio.io.gate.drawn_layers import stated_frame
     from vomstudio.io.gis.vector_layers import list_layers, read_layers
 
     def reading_error() -> InputError:
         return _reading_error(path)
 
-    names = [layer.name for layer in list_layers(path, reading_error, progress)]
+    listed = list_layers(path, reading_error, progress)
+    names = [layer.name for layer in listed]
     layer_by_name = {name: _layer_of(name) for name in names}
     if len(names) == 1 and not layer_by_name[names[0]]:
         layer_by_name = {names[0]: _layer_of(path.stem)}
-    read_names = [name for name, layer in layer_by_name.items() if layer]
+    symbols = symbol_layers(names)
+    read_names = [
+        layer.name
+        for layer in listed
+        if layer_by_name[layer.name]
+        or (
+            layer.kind is not None
+            and layer.name.casefold() not in symbols
+            and not _layer_of(layer.name, _DRAWN_LENGTHS)
+        )
+    ]
     if not read_names:
         return
-    for read in read_layers(path, read_names, _COLUMNS, reading_error, progress, is_flat=False):
+    is_dxf = path.suffix.lower() == ".dxf"
+    columns_to_read = (*_COLUMNS, *ENTITY_COLUMNS, "layer") if is_dxf else _COLUMNS
+    for read in read_layers(
+        path, read_names, columns_to_read, reading_error, progress, is_flat=False
+    ):
         crs = read.crs or (_WGS84 if path.suffix.lower() == ".kml" else None)
-        columns = {name.casefold(): values for name, values in (read.columns or {}).items()}
-        try:
-            shapes = shapely.from_wkb([] if read.shapes is None else read.shapes)
-        except shapely.GEOSException as error:
-            raise reading_error() from error
+        frame = stated_frame(path, crs)
+        shapes, surfaces = shapes_from_wkb(read.shapes)
+        columns = dict(read.columns or {})
+        if is_dxf:
+            is_kept, findings = select_lines(path, columns, surfaces)
+            report.findings += findings
+            shapes = shapes[is_kept]
+            columns = {name: values[is_kept] for name, values in columns.items()}
+        columns = {name.casefold(): values for name, values in columns.items()}
+        other_shapes_count = 0
         for i, shape in enumerate(shapes):
             values = {name: values[i] for name, values in columns.items()}
-            for points in _points(shape):
-                yield _Row(layer_by_name[read.name], points, values, crs)
+            group = str(values.pop("layer", "")) if is_dxf else read.name
+            layer = _layer_of(group) if is_dxf else layer_by_name[read.name]
+            plane = stated_plane(values)
+            for is_line, points in _points(shape):
+                if layer or (is_line and not _layer_of(group, _DRAWN_LENGTHS)):
+                    yield ListedRow(layer or "traces", points, values, frame, (group,), plane)
+                elif not _layer_of(group, (*_DRAWN_LENGTHS, *_MARKS)):
+                    other_shapes_count += 1
+        if other_shapes_count:
+            report.findings.append(Finding("drawing.other-shapes", count=other_shapes_count))
 
 
 def _reading_error(path: Path) -> InputError:
@@ -340,8 +309,11 @@ def _reading_error(path: Path) -> InputError:
     )
 
 
-def _points(shape: Any) -> Iterator[FloatArray]:
-    """Yield the points (n, 3) of each part without closing points; missing heights are NaN."""
+def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
+    """Yield the points (n, 3) of each part without closing points; missing heights are NaN.
+
+    They follow whether the part is a line.
+    """
     import shapely
 
     for part in shapely.get_parts(shape):
@@ -351,10 +323,10 @@ def _points(shape: Any) -> Iterator[FloatArray]:
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         is_closed = part.geom_type == "Polygon" and len(points) > 1
-        yield points[:-1] if is_closed else points
+        yield part.geom_type in ("LineString", "LinearRing"), points[:-1] if is_closed else points
 
 
-def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
+def _table(path: Path, findings: list[Finding]) -> Iterator[ListedRow]:
     """Yield the rows of a table. Findings about its CRS are appended to `findings`."""
     import shapely
 
@@ -365,7 +337,6 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     refuse_many_lines(path, len(lines), MAX_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
     frame, crs_findings = table_crs(path, comments)
-    crs = frame.text
     findings += crs_findings
     layer = _layer_of(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
@@ -392,11 +363,11 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
             kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(
                 shape.geom_type, layer
             )
-            for points in _points(shape) if kind else ():
-                yield _Row(kind, points, row, crs)
+            for _, points in _points(shape) if kind else ():
+                yield ListedRow(kind, points, row, frame)
         elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
             try:
                 position = [float(row[axis]) for axis in "xyz"]
             except ValueError:
                 position = [np.nan] * 3
-            yield _Row("stations", np.array([position]), row, crs)
+            yield ListedRow("stations", np.array([position]), row, frame)

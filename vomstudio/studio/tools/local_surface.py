@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,13 @@ def measure_surroundings(
         else (float(outcrop_normal[0]), float(outcrop_normal[1]), float(outcrop_normal[2]))
     )
     return surface.resolution_near(points), normal
+
+
+def surroundings_on(
+    surface: Surface | None,
+) -> Callable[[Sequence[Point]], tuple[float | None, Point | None]] | None:
+    """Return `measure_surroundings` for one surface, or None without a surface."""
+    return None if surface is None else partial(measure_surroundings, surface)
 
 
 def features_of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:

@@ -46,8 +46,8 @@ def tables() -> str:
 
 
 def layers_and_tables() -> str:
-    """Return the filter for stations, contact lines and rock areas."""
-    endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".csv")
+    """Return the filter for features in layers and tables."""
+    endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".dxf", ".xml", ".csv", ".txt", ".dat")
     return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
 
 

@@ -59,10 +59,10 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         ),
         Command(
             "import_listed",
-            tr("Import &stations…"),
+            tr("Import &features…"),
             lists.choose,
             icon="map-marker-plus",
-            tip=tr("Import stations, samples, contact lines and rock areas from exported files."),
+            tip=tr("Import traces, planes, stations and areas of other programs."),
             why_not=lambda: why_no_model(studio),
         ),
         Command(

@@ -1,4 +1,4 @@
-"""Import of stations, contact lines and rock areas from a file."""
+"""Import of features from a file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.records import Model
+from vomstudio.studio.tools.local_surface import surroundings_on
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import current_model, start_folder
 from vomstudio.ui.base.qt_background import QtBackground
@@ -33,7 +34,7 @@ class ListedImport(QObject):
         """Ask for a file and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
-            tr("Import stations, contact lines and rock areas"),
+            tr("Import features"),
             start_folder(self._studio),
             file_filters.layers_and_tables(),
         )
@@ -62,6 +63,7 @@ class ListedImport(QObject):
                 world_crs(target.frame.crs, target.frame.unit_m),
                 None if surface is None else surface.area_inside,
                 bounds,
+                surroundings=surroundings_on(surface),
             )
 
         studio.info(Finding("file.reading", file=path.name))
