@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from tests.samples import ZIGZAG
+from tests.samples import ZIGZAG, bed
 from tests.specimens.figures import command
 from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.exports.export import export_project
+from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.imports.feature_lists import ImportedFeatures, read_listed_features
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_one
-from vomstudio.project.records import DEFAULT_TYPES, Model
+from vomstudio.project.records import DEFAULT_TYPES, SURROUNDINGS_RULE, Model
 
 pytestmark = pytest.mark.filterwarnings("ignore:Measured:UserWarning")
 
@@ -70,13 +73,15 @@ def test_command_and_python_import_the_same_traces_in_one_step(tmp_path: Path) -
     code, result = command("project", tmp_path / "face.vom", "import", path)
     assert code == 0, result
     (by_command,) = [row["id"] for row in result["added"]]
-    with vs.Project.open(tmp_path / "face.vom") as project:
-        traces = project.traces().set_index("id")
-        columns = ["dip_direction_deg", "dip_deg", "resolution_m", "total95_deg", "kind"]
-        first, second = (traces.loc[id_, columns].tolist() for id_ in (by_python, by_command))
-        assert first == second
-        assert first[4] == "Joint"
-        assert first[2] > 0.0, "measured on the surface"
+    opened = ProjectFolder.open(tmp_path / "face.vom")
+    first, second = (opened.session.records[id_] for id_ in (by_python, by_command))
+    opened.close()
+    assert isinstance(first, Trace)
+    assert isinstance(second, Trace)
+    assert replace(first, id="", name="") == replace(second, id="", name="")
+    assert first.type_id == "joint"
+    assert first.resolution is not None, "measured on the surface"
+    assert first.rule == SURROUNDINGS_RULE
     code, result = command("project", tmp_path / "face.vom", "undo")
     assert result["features"] == 1
 
@@ -192,3 +197,42 @@ def test_a_drawing_in_millimetres_is_converted(tmp_path: Path) -> None:
     found = read(tmp_path / "a.dxf", replace(MODEL, placement=Frame("local")))
     assert np.array(found.features[0].vertices) == pytest.approx(np.array(ZIGZAG))
     assert "frame.unit-converted" in [finding.code for finding in found.warnings]
+
+
+# --- round trip -------------------------------------------------------------------------------
+@pytest.mark.parametrize("ending", ["gpkg", "shp", "geojson", "kml", "dxf"])
+def test_exported_traces_come_back_with_points_types_and_words(tmp_path: Path, ending: str) -> None:
+    traces = [
+        replace(bed("t1"), name="B1", set_name="S0", notes="wet", vertices=to_tuples(POINTS)),
+        replace(bed("t2"), name="J1", type_id="joint", vertices=to_tuples(POINTS + 3.0)),
+    ]
+    hinge = Lineation("l1", "L1", "fold_axis", "m1", HASH, to_tuples(POINTS[:3]))
+    opened = ProjectFolder.create(tmp_path / "face.vom")
+    opened.session.apply(edits.add_model(opened.session.records, MODEL))
+    opened.session.apply(edits.add_features(opened.session.records, [*traces, hinge]))
+    records = dict(opened.session.records)
+    opened.session.save()
+    opened.close()
+    export_project(tmp_path / "face.vom", ending, tmp_path / f"o.{ending}")
+    parts = ["o"] if ending in ("gpkg", "kml", "dxf") else ["o_traces", "o_lineations"]
+    features: list[Any] = []
+    for part in parts:
+        found = read_listed_features(tmp_path / f"{part}.{ending}", MODEL, records, CRS)
+        assert found.skipped == ()
+        expected = ["frame.reprojected"] if ending in ("kml", "geojson") else []
+        assert [finding.code for finding in found.warnings] == expected
+        features += found.features
+    assert len(features) == 3
+    back = {feature.type_id: feature for feature in features}
+    for feature in (*traces, hinge):
+        again = back[feature.type_id]
+        assert type(again) is type(feature)
+        assert np.array(again.vertices) == pytest.approx(np.array(feature.vertices), abs=1e-3)
+        if ending != "dxf":
+            # GDAL does not read the extended data of a DXF.
+            assert (again.name, again.set_name) == (feature.name, feature.set_name)
+            assert again.notes == feature.notes
+
+
+def to_tuples(points: np.ndarray) -> tuple[Any, ...]:
+    return tuple(tuple(point) for point in points.tolist())

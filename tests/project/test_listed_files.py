@@ -313,7 +313,7 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
     other = tmp_path / "roads.geojson"
     other.write_text(flat.read_text())
     assert error(other).code == "import.nothing-usable"
-    assert error(other).values["reason"].code == "import.no-heights"
+    assert "no heights" in error(other).values["reason"]
     points = tmp_path / "wells.geojson"
     points.write_text(
         '{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, '

@@ -229,6 +229,43 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("It has no heights. Draw it in three dimensions."),
     ),
+    "import.no-counterpart": (
+        "warning",
+        to_translate("A project has no such feature. Measure it again on the model."),
+    ),
+    "import.no-orientation": (
+        "warning",
+        to_translate("It has no orientation. Fit a plane in the other program first."),
+    ),
+    "import.no-points": (
+        "warning",
+        to_translate("It has no points. Export it with its points."),
+    ),
+    "import.gaps": (
+        "warning",
+        to_translate("Its segments are not connected. Export it again."),
+    ),
+    "import.several-shifts": (
+        "warning",
+        to_translate(
+            "The clouds of the file have different global shifts, so its position is unknown."
+            " Export one cloud."
+        ),
+    ),
+    "import.no-trace-column": (
+        "error",
+        to_translate(
+            "The table does not state which points belong to one trace. Add a header and a column"
+            " trace."
+        ),
+    ),
+    "import.coordinates-rounded": (
+        "warning",
+        to_translate(
+            "The file has coordinates with six digits only, so positions are uncertain by"
+            " {rounding} m. Use orientations, not positions."
+        ),
+    ),
     "import.orientations-differ": (
         "warning",
         to_translate(

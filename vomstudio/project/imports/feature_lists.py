@@ -15,7 +15,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular, read_small
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
@@ -28,16 +28,18 @@ from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines
 from vomstudio.io.gis.layer_reading import is_vector_file, symbol_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb
-from vomstudio.io.text.encodings import decode_text
-from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.tables import TABLE_EXTENSIONS
 from vomstudio.io.text.wkt_columns import parse_wkt
+from vomstudio.project.imports.attitude_json import attitude_rows, is_attitude_json
+from vomstudio.project.imports.compass_xml import compass_xml_rows, is_compass_xml
 from vomstudio.project.imports.listed_rows import (
     LAYERS,
     ListedRow,
     ReadingReport,
+    read_table_lines,
     stated_plane,
 )
+from vomstudio.project.imports.program_tables import program_table_rows
 from vomstudio.project.imports.row_features import (
     MIN_POINTS,
     AreaInside,
@@ -45,6 +47,7 @@ from vomstudio.project.imports.row_features import (
     Surroundings,
     check_measurements,
 )
+from vomstudio.project.imports.trace_tables import trace_table_rows
 from vomstudio.project.kinds.station import merge_stations
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
@@ -75,7 +78,6 @@ _DRAWN_LENGTHS = ("dimensions", "known_lines", "grids")
 _MARKS = ("planes", "lines", "patches", "discs", "symbols", "control_points")
 """Layers of this program's exports with other shapes, which repeat features or belong to none."""
 HEAD_BYTES = 4096
-MAX_TABLE_BYTES = 256 << 20
 ROWS_PER_PROGRESS_STEP = 2000
 """Number of rows between two progress reports, which also check for cancellation."""
 
@@ -211,11 +213,11 @@ def _points_in_world(
 
 def _invalid_points(row: ListedRow, points: FloatArray) -> Finding | None:
     """Return the reason why the points of a row cannot be used, or None if they are valid."""
+    if not np.isfinite(row.points[:, 2]).all():
+        return Finding("import.no-heights")
     minimum = MIN_POINTS[row.layer]
     if len(points) < minimum:
         return Finding("import.too-few-points", count=minimum)
-    if not np.isfinite(row.points[:, 2]).all():
-        return Finding("import.no-heights")
     return check_coordinates(points.ravel().tolist())
 
 
@@ -233,10 +235,22 @@ def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[Lis
     """Yield the rows of a file, whose format is recognised by its content."""
     with open_regular(path) as file:
         head = file.read(HEAD_BYTES)
-    if is_vector_file(head) or path.suffix.lower() not in TABLE_EXTENSIONS:
+    if is_vector_file(head):
         yield from _layers(path, report, progress)
+    elif is_compass_xml(head):
+        yield from compass_xml_rows(path, report)
+    elif is_attitude_json(head):
+        yield from attitude_rows(path, report)
+    elif path.suffix.lower() not in TABLE_EXTENSIONS:
+        raise _reading_error(path)
     else:
-        yield from _table(path, report.findings)
+        lines = read_table_lines(path)
+        for read in (program_table_rows, trace_table_rows):
+            rows = read(path, lines, report)
+            if rows is not None:
+                yield from rows
+                return
+        yield from _table(path, lines, report.findings)
 
 
 def _layer_of(name: str, layers: Sequence[str] = LAYERS) -> str:
@@ -317,7 +331,7 @@ def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
     import shapely
 
     for part in shapely.get_parts(shape):
-        if part.geom_type == "GeometryCollection":
+        if hasattr(part, "geoms"):
             yield from _points(part)
             continue
         ring = part.exterior if part.geom_type == "Polygon" else part
@@ -326,15 +340,10 @@ def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
         yield part.geom_type in ("LineString", "LinearRing"), points[:-1] if is_closed else points
 
 
-def _table(path: Path, findings: list[Finding]) -> Iterator[ListedRow]:
+def _table(path: Path, lines: list[str], findings: list[Finding]) -> Iterator[ListedRow]:
     """Yield the rows of a table. Findings about its CRS are appended to `findings`."""
     import shapely
 
-    try:
-        lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
-    refuse_many_lines(path, len(lines), MAX_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
     frame, crs_findings = table_crs(path, comments)
     findings += crs_findings

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from vomstudio.core.arrays import FloatArray
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gate.stated_crs import StatedCrs
 from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.encodings import decode_text
+from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.rows import parse_number
 
 LAYERS = ("stations", "contacts", "lithologies", "traces", "lineations")
 """Layers of this program's exports that are imported."""
 WORLD = StatedCrs()
+MAX_TABLE_BYTES = 256 << 20
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,8 @@ class ListedRow:
         Orientation that the file states for the points.
     notes : str
         Notes if the row has none of its own.
+    structure : str
+        Name of the structure that contains the row, used as its set.
     """
 
     layer: str
@@ -49,6 +58,7 @@ class ListedRow:
     groups: tuple[str, ...] = ()
     plane: Plane | None = None
     notes: str = ""
+    structure: str = ""
 
     def text(self, *names: str) -> str:
         """Return the text of the first of these columns that is not empty, or ""."""
@@ -96,6 +106,23 @@ def plane_from_angles(dip_direction_deg: float | None, dip_deg: float | None) ->
     """Return the plane with these angles, or None if one is missing or out of range."""
     if dip_direction_deg is None or dip_deg is None:
         return None
+    # NaN is out of range.
     if not (abs(dip_direction_deg) <= 720.0 and 0.0 <= dip_deg <= 90.0):
         return None
     return Plane(dip_direction_deg, dip_deg)
+
+
+def to_number(text: str | None) -> float:
+    """Return the number in a cell, or NaN."""
+    value = None if text is None else parse_number(text.strip(), decimal_comma=False)
+    return math.nan if value is None else value
+
+
+def read_table_lines(path: Path) -> list[str]:
+    """Return the lines of a text table. Raises InputError."""
+    try:
+        lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Finding("table.unreadable", reason=error), file=path) from error
+    refuse_many_lines(path, len(lines), MAX_OBJECTS)
+    return lines

@@ -73,7 +73,8 @@ class FeatureFactory:
         if row.layer == "lithologies":
             return self._lithology(row, vertices, points)
         notes = row.text("notes", "note", "description") or row.notes
-        model, name, set_name = self.model, row.text("name"), row.text("set", "set_name")
+        model, name = self.model, row.text("name")
+        set_name = row.text("set", "set_name") or self._structure(row)
         resolution, outcrop_normal = None, None
         if row.layer in ("traces", "lineations") and self.surroundings is not None:
             resolution, outcrop_normal = self.surroundings(vertices)
@@ -156,6 +157,12 @@ class FeatureFactory:
         ids = [each.id for each in self.types if each.geometry == geometry]
         default = "contact" if geometry == "plane" else "lineation"
         return default if default in ids else next(iter(ids), "")
+
+    def _structure(self, row: ListedRow) -> str:
+        """Return the structure that contains a row, unless it is named after the type."""
+        named_type = self._named_type(row)
+        type_names = () if named_type is None else (named_type.id, named_type.name.casefold())
+        return "" if row.structure.casefold() in type_names else row.structure
 
     def _station(self, row: ListedRow, vertices: tuple[Point, ...]) -> Station:
         kind = row.text("kind", "what", "type").casefold()
