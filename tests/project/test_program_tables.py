@@ -296,7 +296,17 @@ def test_rounded_positions_of_facets_are_reported(tmp_path: Path) -> None:
 
 
 # --- PRo3D --------------------------------------------------------------------------------------
-# AttitudeExport and CSVExport in src/PRo3D.Base/Annotation/Exporters of github.com/pro3d-space/PRo3D.
+# AttitudeExport, CSVExport and GeoJSONExport in src/PRo3D.Base/Annotation/Exporters of
+# github.com/pro3d-space/PRo3D.
+PRO3D_COLUMNS = (
+    *("key", "geometry", "projection", "semantic", "color", "thickness", "points", "height"),
+    *("heightDelta", "length", "wayLength", "dipAngle", "dipAzimuth", "strikeAzimuth", "rake"),
+    *("manualDip", "trueThickness", "bearing", "slope", "verticalDelta", "verticalThickness"),
+    *("horizontalDelta", "errorAvg", "errorMin", "errorMax", "errorStd", "sumOfSquares"),
+    *("minAngularError", "maxAngularError", "text", "groupName", "surfaceName", "x", "y", "z"),
+)
+
+
 def test_annotations_of_pro3d_become_traces(tmp_path: Path) -> None:
     path = tmp_path / "attitude.json"
     centre = POINTS.mean(axis=0)
@@ -329,18 +339,14 @@ def test_annotations_of_pro3d_become_traces(tmp_path: Path) -> None:
 
 def test_the_table_of_pro3d_has_planes_at_the_centres_of_annotations(tmp_path: Path) -> None:
     path = tmp_path / "annotations.csv"
-    names = (
-        "key,geometry,projection,semantic,color,thickness,points,height,heightDelta,length,"
-        "wayLength,dipAngle,dipAzimuth,strikeAzimuth,rake,manualDip,trueThickness,bearing,slope,"
-        "verticalDelta,verticalThickness,horizontalDelta,errorAvg,errorMin,errorMax,errorStd,"
-        "sumOfSquares,minAngularError,maxAngularError,text,groupName,surfaceName,x,y,z"
-    ).split(",")
-    cells = dict.fromkeys(names, "0")
+    cells = dict.fromkeys(PRO3D_COLUMNS, "0")
     cells |= {"key": "c99be640", "geometry": "DnS", "text": "bed 3", "groupName": "bedding"}
     cells |= {"dipAngle": "30.5", "dipAzimuth": "135.25", "surfaceName": "cliff"}
     cells |= dict(zip("xyz", map(str, POINTS[0]), strict=True))
     line = {**cells, "text": "edge", "dipAngle": "NaN", "dipAzimuth": "NaN"}
-    quoted = [[f'"{cell}"' for cell in row] for row in (names, cells.values(), line.values())]
+    quoted = [
+        [f'"{cell}"' for cell in row] for row in (PRO3D_COLUMNS, cells.values(), line.values())
+    ]
     path.write_text("".join(",".join(row) + "\n" for row in quoted))
     found = read(path)
     (plane,) = found.features

@@ -11,6 +11,7 @@ import contextlib
 import os
 import re
 import threading
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
@@ -100,6 +101,8 @@ def readable_layers(
             limit_for_file(path),
         ):
             pyogrio.set_gdal_config_options(NO_NETWORK)
+            # The faces of a DXF are rings that are not closed, which is no error.
+            warnings.filterwarnings("ignore", "Non closed ring detected", RuntimeWarning)
             try:
                 yield utf8_path
             finally:

@@ -274,6 +274,9 @@ def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[L
     if len(names) == 1 and not layer_by_name[names[0]]:
         layer_by_name = {names[0]: _layer_of(path.stem)}
     symbols = symbol_layers(names)
+    # The layers of planes in a KML export contain the lines of map symbols.
+    is_kml = path.suffix.lower() == ".kml"
+    other_layers = (*_DRAWN_LENGTHS, *_MARKS) if is_kml else _DRAWN_LENGTHS
     read_names = [
         layer.name
         for layer in listed
@@ -281,7 +284,7 @@ def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[L
         or (
             layer.kind is not None
             and layer.name.casefold() not in symbols
-            and not _layer_of(layer.name, _DRAWN_LENGTHS)
+            and not _layer_of(layer.name, other_layers)
         )
     ]
     if not read_names:
@@ -291,7 +294,7 @@ def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[L
     for read in read_layers(
         path, read_names, columns_to_read, reading_error, progress, is_flat=False
     ):
-        crs = read.crs or (_WGS84 if path.suffix.lower() == ".kml" else None)
+        crs = read.crs or (_WGS84 if is_kml else None)
         frame = stated_frame(path, crs)
         shapes, surfaces = shapes_from_wkb(read.shapes)
         columns = dict(read.columns or {})
