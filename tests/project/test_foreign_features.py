@@ -108,7 +108,7 @@ def test_a_line_of_a_line_type_becomes_a_lineation(tmp_path: Path) -> None:
 def test_an_unknown_type_is_reported(tmp_path: Path) -> None:
     found = read(geojson(tmp_path / "a.geojson", ({"kind": "Dyke"}, POINTS)))
     assert [(w.code, w.values) for w in found.warnings] == [
-        ("import.type-replaced", {"type": "dyke"})
+        ("import.type-replaced", {"type": "dyke", "used": "Contact"})
     ]
 
 

@@ -588,14 +588,15 @@ class ProjectChanges:
     def import_file(
         self, path: str | Path, *, model: str | ModelFacts | None = None
     ) -> tuple[str, ...]:
-        """Add the stations, contact lines and rock areas of a file, as one step.
+        """Add the traces, planes, stations, contact lines and rock areas of a file, as one step.
 
         Features that cannot be added are left out, with a warning.
 
         Parameters
         ----------
         path : str or Path
-            GeoPackage, GeoJSON, shapefile, KML or CSV, as written by `export`.
+            GeoPackage, GeoJSON, shapefile, DXF or KML; table of points; file as written by
+            `export`; or export of CloudCompare (Compass, Facets), PRo3D or Move.
         model : str or ProjectModel, optional
             Id or name of the model on which they lie; by default the only model.
 

@@ -275,7 +275,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "import.type-replaced": (
         "warning",
-        to_translate("The project has no feature type {type}, so Contact was used instead."),
+        to_translate("The project has no feature type {type}, so {used} was used instead."),
     ),
     "project.save-changes": ("info", to_translate("Save the changes to {project}?")),
     "project.memory-lost": (

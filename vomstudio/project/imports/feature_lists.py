@@ -178,7 +178,10 @@ def read_listed_features(
     warnings: list[Finding] = [
         *report.findings,
         *findings,
-        *(Finding("import.type-replaced", type=kind) for kind in sorted(factory.unknown_types)),
+        *(
+            Finding("import.type-replaced", type=kind, used=used)
+            for kind, used in sorted(factory.replaced_types.items())
+        ),
         *differences,
     ]
     if not features:

@@ -55,8 +55,9 @@ class FeatureFactory:
         Name of the file.
     area_inside, surroundings
         As for `read_listed_features`.
-    unknown_types : set of str
-        Names of types that the project does not contain, in lower case.
+    replaced_types : dict
+        Names of the types that are used in place of types that the project does not contain, by
+        the names of the latter in lower case.
     """
 
     model: Model
@@ -64,7 +65,7 @@ class FeatureFactory:
     source: str
     area_inside: AreaInside | None = None
     surroundings: Surroundings | None = None
-    unknown_types: set[str] = field(default_factory=set)
+    replaced_types: dict[str, str] = field(default_factory=dict)
 
     def create(self, row: ListedRow, vertices: tuple[Point, ...], points: FloatArray) -> Feature:
         """Create a feature from its vertices in the file frame and its points in World."""
@@ -152,11 +153,14 @@ class FeatureFactory:
         named_type = self._named_type(row)
         if named_type is not None and named_type.geometry == geometry:
             return named_type.id
+        types = [each for each in self.types if each.geometry == geometry]
+        if not types:
+            return ""
+        default_id = "contact" if geometry == "plane" else "lineation"
+        default = next((each for each in types if each.id == default_id), types[0])
         if kind := row.text("kind", "type"):
-            self.unknown_types.add(kind.casefold())
-        ids = [each.id for each in self.types if each.geometry == geometry]
-        default = "contact" if geometry == "plane" else "lineation"
-        return default if default in ids else next(iter(ids), "")
+            self.replaced_types[kind.casefold()] = default.name
+        return default.id
 
     def _structure(self, row: ListedRow) -> str:
         """Return the structure that contains a row, unless it is named after the type."""

@@ -47,7 +47,9 @@ def tables() -> str:
 
 def layers_and_tables() -> str:
     """Return the filter for features in layers and tables."""
-    endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".dxf", ".xml", ".csv", ".txt", ".dat")
+    from vomstudio.io.text.tables import TABLE_EXTENSIONS
+
+    endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".dxf", ".xml", *TABLE_EXTENSIONS)
     return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
 
 
