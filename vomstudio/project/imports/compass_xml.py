@@ -151,8 +151,8 @@ def _columns(lists: Element) -> FloatArray:
         cells = (lists.findtext(axis) or "").strip().rstrip(",").split(",")
         columns.append([to_number(cell) for cell in cells if cell.strip()])
     points = np.full((max(map(len, columns)), 3), np.nan)
-    for axis, column in enumerate(columns):
-        points[: len(column), axis] = column
+    for position, column in enumerate(columns):
+        points[: len(column), position] = column
     return points
 
 
@@ -170,4 +170,4 @@ def _shift(element: Element) -> Shift | None:
 def _global(points: FloatArray, shift: Shift) -> FloatArray:
     """Convert local coordinates (`ccShiftedObject::toGlobal3d`)."""
     scale, *offset = shift
-    return points / scale - np.array(offset)
+    return np.asarray(points / scale - np.array(offset), np.float64)
