@@ -101,7 +101,7 @@ def readable_layers(
             limit_for_file(path),
         ):
             pyogrio.set_gdal_config_options(NO_NETWORK)
-            # The faces of a DXF are rings that are not closed, which is no error.
+            # GDAL reports the faces of a DXF, which are valid rings that are not closed.
             warnings.filterwarnings("ignore", "Non closed ring detected", RuntimeWarning)
             try:
                 yield utf8_path

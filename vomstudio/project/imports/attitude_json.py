@@ -23,7 +23,13 @@ _NORMAL = 2
 
 
 def is_attitude_json(head: bytes) -> bool:
-    """Return whether a file is a list of annotations; `head` is its beginning."""
+    """Return whether a file is a list of annotations.
+
+    Parameters
+    ----------
+    head : bytes
+        First bytes of the file.
+    """
     return _ARRAY.match(head) is not None
 
 

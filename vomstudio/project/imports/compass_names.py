@@ -11,7 +11,13 @@ _GENERATED_NAME = re.compile(
 
 
 def object_name(name: str) -> str:
-    """Return the name of an object, or "" if the plugin generated it."""
+    """Return the name of an object, or "" if the plugin generated it.
+
+    Parameters
+    ----------
+    name : str
+        Name in the file.
+    """
     return "" if _GENERATED_NAME.search(name) else name
 
 

@@ -37,7 +37,13 @@ _NO_SHIFT: Shift = (1.0, 0.0, 0.0, 0.0)
 
 
 def is_compass_xml(head: bytes) -> bool:
-    """Return whether a file is an XML export of Compass; `head` is its beginning."""
+    """Return whether a file is an XML export of Compass.
+
+    Parameters
+    ----------
+    head : bytes
+        First bytes of the file.
+    """
     match = _ROOT.match(head)
     return match is not None and match[1].decode("ascii") in _TAGS
 

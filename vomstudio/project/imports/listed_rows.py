@@ -90,6 +90,11 @@ def stated_plane(values: Mapping[str, Any]) -> Plane | None:
     """Return the plane in the columns of dip direction and dip of a row, or None.
 
     Strikes are not used, because their convention is not known.
+
+    Parameters
+    ----------
+    values : mapping of str to Any
+        Attributes by column name.
     """
     angles: dict[str, float] = {}
     for name, value in values.items():
@@ -103,7 +108,12 @@ def stated_plane(values: Mapping[str, Any]) -> Plane | None:
 
 
 def plane_from_angles(dip_direction_deg: float | None, dip_deg: float | None) -> Plane | None:
-    """Return the plane with these angles, or None if one is missing or out of range."""
+    """Return the plane with these angles, or None if one is missing or out of range.
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : float or None
+    """
     if dip_direction_deg is None or dip_deg is None:
         return None
     # NaN is out of range.
@@ -113,13 +123,28 @@ def plane_from_angles(dip_direction_deg: float | None, dip_deg: float | None) ->
 
 
 def to_number(text: str | None) -> float:
-    """Return the number in a cell, or NaN."""
+    """Return the number in a cell, or NaN.
+
+    Parameters
+    ----------
+    text : str or None
+    """
     value = None if text is None else parse_number(text.strip(), decimal_comma=False)
     return math.nan if value is None else value
 
 
 def read_table_lines(path: Path) -> list[str]:
-    """Return the lines of a text table. Raises InputError."""
+    """Return the lines of a text table.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not text, or has too many lines.
+    """
     try:
         lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:

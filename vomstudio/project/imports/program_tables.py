@@ -52,7 +52,7 @@ def program_table_rows(
     report : ReadingReport
         Receives findings and the parts that are left out.
     """
-    if is_fracpaq(lines):
+    if _is_fracpaq(lines):
         return _fracpaq_rows(lines)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
     body = [line for line in lines if line.strip() and not line.startswith("#")]
@@ -206,7 +206,7 @@ def _pro3d(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Itera
         )
 
 
-def is_fracpaq(lines: list[str]) -> bool:
+def _is_fracpaq(lines: list[str]) -> bool:
     """Return whether each line contains the x and y of the nodes of one trace."""
     counts = set()
     for line in lines[:_MAX_SAMPLED_LINES]:

@@ -99,7 +99,7 @@ class FeatureFactory:
                 "plane",
                 row.plane.dip_direction_deg,
                 row.plane.dip_deg,
-                position=to_point(points[0]),
+                position=_to_point(points[0]),
                 source=self.source,
                 set_name=set_name,
                 notes=notes,
@@ -219,7 +219,7 @@ def _base(group: str) -> str:
     return group.rpartition("_")[0]
 
 
-def to_point(coordinates: FloatArray) -> Point:
+def _to_point(coordinates: FloatArray) -> Point:
     """Convert coordinates (3,) to a point."""
     x, y, z = coordinates.tolist()
     return (x, y, z)

@@ -1,4 +1,4 @@
-"""Traces in tables of points: one row for each point, with a column or blank lines between traces.
+"""Traces in tables of points, which a column or blank lines separate.
 
 Blank lines between objects are written by Move ("Insert line break between objects"; described in
 Move2FracPaq.m of FracPaQ).

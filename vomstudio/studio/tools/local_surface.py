@@ -41,7 +41,12 @@ def measure_surroundings(
 def surroundings_on(
     surface: Surface | None,
 ) -> Callable[[Sequence[Point]], tuple[float | None, Point | None]] | None:
-    """Return `measure_surroundings` for one surface, or None without a surface."""
+    """Return `measure_surroundings` for one surface, or None without a surface.
+
+    Parameters
+    ----------
+    surface : Surface or None
+    """
     return None if surface is None else partial(measure_surroundings, surface)
 
 
