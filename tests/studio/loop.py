@@ -21,7 +21,7 @@ class LoopTimer:
         self._due = None
 
     @property
-    def active(self) -> bool:
+    def is_active(self) -> bool:
         return self._due is not None
 
     def look(self) -> None:

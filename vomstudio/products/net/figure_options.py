@@ -99,7 +99,7 @@ class StereonetFigure(FigureLook):
         help=to_translate("figure width and height, or only its width, millimetres"),
         tip=to_translate("Width and height, such as 170x115, or only the width"),
         automatic_text=to_translate("width 170, automatic height"),
-        empty_text=to_translate("170, automatic height"),
+        empty_text=to_translate("170 x auto"),
     )
 
     def __post_init__(self) -> None:
