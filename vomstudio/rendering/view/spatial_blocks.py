@@ -26,8 +26,6 @@ from vomstudio.geometry.boxes import are_boxes_hit, box_range
 
 FACES_PER_BLOCK = 64
 POINTS_PER_BLOCK = 128
-CHUNKS_PER_STEP = 16
-"""Number of chunks of a cloud that a ray is compared with at once."""
 
 
 def spread_bits(v: UInt32Array) -> UInt32Array:
@@ -217,71 +215,40 @@ def points_near_ray(
     offset : (k,) float64
         Distance from the ray divided by the maximum distance, 0 to 1.
     """
+    rows_out, depth_out, off_out = [], [], []
     low, high = boxes
-    middle, diagonal = (low + high) / 2.0 - origin, high - low
-    far_depth = np.sqrt(np.einsum("ij,ij->i", middle, middle)) + np.sqrt(
-        np.einsum("ij,ij->i", diagonal, diagonal)
+    far_depth = np.linalg.norm((low + high) / 2.0 - origin, axis=1) + np.linalg.norm(
+        high - low, axis=1
     )
     pad = (radius + spread * far_depth)[:, None]
     enter, leave_distances = box_range(low - pad, high + pad, origin, direction)
     met_boxes = np.flatnonzero(leave_distances >= np.maximum(enter, 0.0))
-    met_boxes = met_boxes[np.argsort(enter[met_boxes])]
-    parts = []
     nearest_depth = np.inf
-    # Many chunks of a streamed cloud overlap. Each operation takes longer to start than to finish,
-    # so that a few chunks together take little longer than one.
-    for first in range(0, len(met_boxes), CHUNKS_PER_STEP):
-        farthest_enter = nearest_depth + thickness * (radius + spread * nearest_depth)
-        step = met_boxes[first : first + CHUNKS_PER_STEP]
-        batch = step[enter[step] <= farthest_enter]
-        if not len(batch):
+    for i in met_boxes[np.argsort(enter[met_boxes])]:
+        if enter[i] > nearest_depth + thickness * (radius + spread * nearest_depth):
             break
-        points, ids = _points_of_blocks(
-            [chunks[i] for i in batch], pad[batch, 0], origin, direction
+        chunk = chunks[i]
+        is_hit = are_boxes_hit(
+            chunk.blocks.low - pad[i], chunk.blocks.high + pad[i], origin, direction
         )
+        rows = chunk.blocks.elements(is_hit)
         if is_hidden is not None:
-            is_shown = ~is_hidden[ids]
-            points, ids = points[is_shown], ids[is_shown]
-        # Column by column: operations on rows of three are several times slower.
-        columns = np.ascontiguousarray(points.T, np.float64) - origin[:, None]
-        depth = direction @ columns
-        offsets = [column - depth * slope for column, slope in zip(columns, direction, strict=True)]
-        offset = np.sqrt(offsets[0] ** 2 + offsets[1] ** 2 + offsets[2] ** 2)
+            rows = rows[~is_hidden[chunk.point_ids[rows]]]
+        if not len(rows):
+            continue
+        q = chunk.points[rows] - origin
+        depth = q @ direction
+        offsets = q - depth[:, None] * direction
+        offset = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         allowed_distances = radius + spread * np.maximum(depth, 0.0)
         near_rows = np.flatnonzero((depth > 0.0) & (offset <= allowed_distances))
         if counts is not None and len(near_rows):
-            near_rows = near_rows[counts(points[near_rows].astype(np.float64))]
+            near_rows = near_rows[counts(chunk.points[rows[near_rows]].astype(np.float64))]
         if len(near_rows):
-            parts.append(
-                (
-                    ids[near_rows].astype(np.int64),
-                    depth[near_rows],
-                    offset[near_rows] / allowed_distances[near_rows],
-                )
-            )
-            nearest_depth = min(nearest_depth, float(parts[-1][1].min()))
-    if not parts:
+            rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
+            depth_out.append(depth[near_rows])
+            off_out.append(offset[near_rows] / allowed_distances[near_rows])
+            nearest_depth = min(nearest_depth, float(depth_out[-1].min()))
+    if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)
-    rows, depths, offs = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    return rows, depths, offs
-
-
-def _points_of_blocks(
-    chunks: list[PointChunk], pads: FloatArray, origin: FloatArray, direction: FloatArray
-) -> tuple[Float32Array, IntegerArray]:
-    """Return the points (k, 3) and their rows in the cloud of the blocks that a ray meets."""
-    counts = [len(chunk.blocks.low) for chunk in chunks]
-    pad = np.repeat(pads, counts)[:, None]
-    low = np.concatenate([chunk.blocks.low for chunk in chunks])
-    high = np.concatenate([chunk.blocks.high for chunk in chunks])
-    met_blocks = np.flatnonzero(are_boxes_hit(low - pad, high + pad, origin, direction))
-    starts = np.concatenate([[0], np.cumsum(counts)])
-    chunk_indices = np.searchsorted(starts, met_blocks, side="right") - 1
-    points, ids = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.int64)]
-    blocks = met_blocks - starts[chunk_indices]
-    for k, block in zip(chunk_indices.tolist(), blocks.tolist(), strict=True):
-        chunk = chunks[k]
-        run = slice(block * chunk.blocks.per_block, (block + 1) * chunk.blocks.per_block)
-        points.append(chunk.points[run])
-        ids.append(chunk.point_ids[run])
-    return np.concatenate(points), np.concatenate(ids)
+    return np.concatenate(rows_out), np.concatenate(depth_out), np.concatenate(off_out)
