@@ -24,7 +24,7 @@ debris, shadow, hole in the model).
 """
 MARK_TITLES = {
     UNINSPECTED_MARK: to_translate("not inspected"),
-    INSPECTED_MARK: to_translate("inspected"),
+    INSPECTED_MARK: to_translate("done"),
     EMPTY_MARK: to_translate("empty"),
     UNMEASURABLE_MARK: to_translate("unmeasurable"),
 }

@@ -24,7 +24,15 @@ from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.station import STATION_KINDS, Station, StationKind
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import SURROUNDINGS_RULE, Feature, FeatureType, Model, Record
+from vomstudio.project.records import (
+    SURROUNDINGS_RULE,
+    Feature,
+    FeatureType,
+    Model,
+    Picked,
+    Record,
+    Typed,
+)
 
 AreaInside = Callable[[FloatArray], float | None]
 Surroundings = Callable[[Sequence[Point]], tuple[float | None, Point | None]]
@@ -245,7 +253,9 @@ def check_measurements(
     findings : list of Finding
         ``import.orientations-differ`` if planes differ by more than their errors.
     """
-    measured_features = [each for each in features if isinstance(each, Trace | Lineation)]
+    measured_features = [
+        each for each in features if isinstance(each, Picked) and isinstance(each, Typed)
+    ]
     records = {**records, **{each.id: each for each in measured_features}}
     problems: dict[str, Finding] = {}
     differences: list[tuple[float, str]] = []
