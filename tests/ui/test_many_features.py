@@ -49,10 +49,8 @@ def test_the_table_keeps_selection_and_order(window, studio, ids):
     assert studio.selection.ids == tuple(ids[::2])
 
 
-@pytest.mark.parametrize("rows", [[7], [3, 4, 5, 90, 91], list(range(40, 70)), [1, 60, 119]])
-def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
-    window, studio, ids, rows, monkeypatch
-):
+def recorded_rows(window, monkeypatch) -> tuple[list[int], list[tuple[int, int]]]:
+    """Rows that the table evaluates from now on, and the ranges that it reports as changed."""
     evaluated: list[int] = []
     evaluate = SortedRows._key
     monkeypatch.setattr(
@@ -60,6 +58,14 @@ def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
     )
     ranges: list[tuple[int, int]] = []
     window.table._sorted.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
+    return evaluated, ranges
+
+
+@pytest.mark.parametrize("rows", [[7], [3, 4, 5, 90, 91], list(range(40, 70)), [1, 60, 119]])
+def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
+    window, studio, ids, rows, monkeypatch
+):
+    evaluated, ranges = recorded_rows(window, monkeypatch)
     studio.attempt(edits.set_attributes, [ids[row] for row in rows], set_name="J1")
     assert sorted(evaluated) == rows
     assert [row for first, last in ranges for row in range(first, last + 1)] == rows
@@ -69,13 +75,7 @@ def test_the_table_reports_the_ranges_of_exactly_the_rows_of_an_edit(
 def test_scattered_rows_are_evaluated_once_each_and_reported_as_one_range(
     window, studio, ids, monkeypatch
 ):
-    evaluated: list[int] = []
-    evaluate = SortedRows._key
-    monkeypatch.setattr(
-        SortedRows, "_key", lambda self, row: evaluated.append(row) or evaluate(self, row)
-    )
-    ranges: list[tuple[int, int]] = []
-    window.table._sorted.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
+    evaluated, ranges = recorded_rows(window, monkeypatch)
     studio.attempt(edits.set_attributes, ids[::2], set_name="J1")
     assert sorted(evaluated) == list(range(0, COUNT, 2))
     assert ranges == [(0, COUNT - 2)]
