@@ -4,11 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.core.words import tr, tr_n
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.geology.fractures.network import FractureNetwork
 from vomstudio.geology.fractures.trace_plane import TracePlane
 from vomstudio.project.tables.number_format import azimuth, figures, number
+
+PARAMETER_TEXTS = {
+    "exponent": to_translate("exponent {value}"),
+    "mean_m": to_translate("mean {value} m"),
+    "median_m": to_translate("median {value} m"),
+    "minimum_m": to_translate("minimum {value} m"),
+    "scale_m": to_translate("scale {value} m"),
+    "shape": to_translate("shape {value}"),
+    "sigma_log": to_translate("standard deviation of ln length {value}"),
+}
 
 
 def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
@@ -134,7 +144,8 @@ def _law_text(length: dict[str, Any]) -> str:
     if length["distribution"] is None:
         return tr("none: {reason}", reason=length["reason"]["message"])
     parameters = ", ".join(
-        f"{name} {figures(value)}" for name, value in length["parameters"].items()
+        tr(PARAMETER_TEXTS[name], value=figures(value))
+        for name, value in length["parameters"].items()
     )
     name = length["distribution"].replace("_", " ")
     if len(length["fits"]) < 2:
