@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from vomstudio.products.ortho.view_description import direction_text, end_labels
+from vomstudio.products.ortho.view_description import axis_labels, direction_text, end_labels
 from vomstudio.products.ortho.view_directions import view_along_line
 
 
@@ -40,12 +40,36 @@ def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> N
     assert local == (f"{(trend - 90) % 360:03d}, local", f"{(trend + 90) % 360:03d}, local", "up")
 
 
-def test_up_is_north_on_a_map_and_y_where_north_is_not_known() -> None:
-    for plunge, words in ((90, "N"), (89.9, "N"), (-90, "N"), (89.8, "up"), (0, "up")):
-        view = view_along_line(0, plunge)
-        assert end_labels(view)[2] == words
-        known = end_labels(replace(view, is_north_known=False))[2]
-        assert known == ("y" if words == "N" else "up")
+@pytest.mark.parametrize(
+    ("plunge", "label", "local_label"),
+    [
+        (90, "N", "y"),
+        (89.9, "N", "y"),
+        (-90, "N", "y"),
+        (45, "up", "up"),
+        (0, "up", "up"),
+        (-45, "up", "up"),
+    ],
+)
+def test_the_arrow_of_a_picture_is_north_on_a_map_and_up_on_a_wall(
+    plunge: float, label: str, local_label: str
+) -> None:
+    view = view_along_line(0, plunge)
+    assert end_labels(view)[2] == label
+    assert end_labels(replace(view, is_north_known=False))[2] == local_label
+
+
+@pytest.mark.parametrize("trend", range(0, 360, 45))
+@pytest.mark.parametrize("plunge", [46, 70, 89.8, -46, -89.8])
+def test_the_arrow_of_a_steep_view_is_named_by_its_azimuth(trend: int, plunge: float) -> None:
+    # Seen from above, the top of the picture is farther along the trend; from below, nearer.
+    azimuth = trend if plunge > 0 else (trend + 180) % 360
+    view = view_along_line(trend, plunge)
+    *_, label = end_labels(view)
+    wind, number = label.split()
+    assert int(number.strip("()")) == azimuth
+    assert axis_labels(view, "m")[1] == f"distance toward {wind} (m)"
+    assert end_labels(replace(view, is_north_known=False))[2] == f"{azimuth:03d}, local"
 
 
 def test_the_view_in_words() -> None:

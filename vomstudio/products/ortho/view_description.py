@@ -4,28 +4,41 @@ from __future__ import annotations
 
 import math
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_wind
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.geometry.view_frame import STEEP_DEG
+from vomstudio.geometry.view_frame import ROUNDING_DEG, STEEP_DEG
 from vomstudio.products.ortho.view_directions import AS_GIVEN, ViewDirection
+
+MAX_UPRIGHT_PLUNGE_DEG = 45.0
+"""Up in a picture is named *up* to this plunge; in steeper views it is named by its azimuth."""
 
 
 def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the labels for the left end, the right end, and the upward arrow."""
-    azimuth = _right_azimuth(view)
-    is_steep = abs(view.plunge_deg) >= STEEP_DEG
-    if not view.is_north_known:
-        left_text, right_text = (
-            tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
-        )
-        return left_text, right_text, "y" if is_steep else tr("up")
-    return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if is_steep else tr("up")
-
-
-def _right_azimuth(view: ViewDirection) -> float:
     right = view.frame.right
-    return wrap360(math.degrees(math.atan2(right[0], right[1])))
+    up_text = tr("up")
+    if abs(view.plunge_deg) >= STEEP_DEG:
+        up_text = "N" if view.is_north_known else "y"
+    elif _is_map_like(view):
+        up_text = _direction_label(view, -view.frame.down)
+    return _direction_label(view, -right), _direction_label(view, right), up_text
+
+
+def _is_map_like(view: ViewDirection) -> bool:
+    return abs(view.plunge_deg) > MAX_UPRIGHT_PLUNGE_DEG + ROUNDING_DEG
+
+
+def _direction_label(view: ViewDirection, direction: FloatArray) -> str:
+    azimuth = _azimuth_deg(direction)
+    if view.is_north_known:
+        return format_wind(azimuth)
+    return tr("{azimuth:03d}, local", azimuth=round(azimuth) % 360)
+
+
+def _azimuth_deg(direction: FloatArray) -> float:
+    return wrap360(math.degrees(math.atan2(direction[0], direction[1])))
 
 
 def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
@@ -40,16 +53,20 @@ def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
     -------
     (str, str)
     """
-    horizontal_title = tr("distance ({unit})", unit=unit)
-    vertical_title = tr("distance up ({unit})", unit=unit)
-    if view.is_north_known:
-        wind = format_wind(_right_azimuth(view)).partition(" ")[0]
-        horizontal_title = tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
-    if view.frame.is_vertical:
-        vertical_title = (
-            tr("distance toward N ({unit})", unit=unit) if view.is_north_known else horizontal_title
-        )
-    return horizontal_title, vertical_title
+    if not view.is_north_known:
+        horizontal_title = tr("distance ({unit})", unit=unit)
+        if _is_map_like(view):
+            return horizontal_title, horizontal_title
+        return horizontal_title, tr("distance up ({unit})", unit=unit)
+    horizontal_title = _distance_label(view.frame.right, unit)
+    if _is_map_like(view):
+        return horizontal_title, _distance_label(-view.frame.down, unit)
+    return horizontal_title, tr("distance up ({unit})", unit=unit)
+
+
+def _distance_label(direction: FloatArray, unit: str) -> str:
+    wind = format_wind(_azimuth_deg(direction)).partition(" ")[0]
+    return tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
 
 
 def direction_text(view: ViewDirection) -> str:
