@@ -41,7 +41,7 @@ _ROWS = 4
 """Rows of a list that are looked at."""
 
 
-def text_of(widget: QWidget) -> str:
+def decode_journal_text(widget: QWidget) -> str:
     """The text that a widget shows at the moment, without its mnemonic."""
     if isinstance(widget, QToolButton):
         style = widget.toolButtonStyle()
@@ -83,7 +83,7 @@ def texts(root: QWidget) -> Iterator[tuple[QWidget, str]]:
             owner = widget.parentWidget()
             if isinstance(owner, QComboBox | QAbstractSpinBox):
                 continue
-            text = text_of(widget)
+            text = decode_journal_text(widget)
             if text.strip() and widget.isVisible() and not widget.visibleRegion().isEmpty():
                 yield widget, text
 

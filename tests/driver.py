@@ -98,7 +98,7 @@ def dismiss(window: MainWindow) -> None:
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
     studio.cancel_tool()
-    if studio.project.untitled:
+    if studio.project.is_untitled:
         # Or it would ask what to do with hours of work.
         shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
     window.close()

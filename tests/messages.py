@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from vomstudio.core.errors import InputError, VomError, VomWarning
-from vomstudio.core.finding_texts import TEXTS, texts_of
+from vomstudio.core.finding_texts import TEXTS, get_texts
 from vomstudio.core.findings import Finding
 
 
@@ -95,14 +95,14 @@ def shown_codes(text: str) -> set[str]:
         for code in TEXTS
         if any(
             pattern and re.search(pattern, text, re.MULTILINE)
-            for pattern in map(_pattern, texts_of(code))
+            for pattern in map(_pattern, get_texts(code))
         )
     }
 
 
 def shown_values(text: str, code: str) -> dict[str, str]:
     """Return the values, as they are shown, of a finding that a text contains."""
-    for sentence in texts_of(code):
+    for sentence in get_texts(code):
         if match := re.search(_pattern(sentence), text, re.MULTILINE):
             return match.groupdict()
     raise AssertionError(f"{code} is not in {text!r}")

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import (
+    NorthReference,
     ObservationGroup,
-    ReadNorth,
     Registration,
     RegistrationPoint,
 )
@@ -50,7 +50,7 @@ def registration(**more: Any) -> Registration:
         "reach_m": 12.0,
         "normal": (0.0, -1.0, 0.0),
         "lens_bowing95_deg": 0.4,
-        "read_north": ReadNorth("magnetic", 3.2, 3.5, day="2024-05-12", doubt_deg=0.5),
+        "read_north": NorthReference("magnetic", 3.2, 3.5, day="2024-05-12", doubt_deg=0.5),
         "observations": (
             ObservationGroup("points", ("P1", "Ünkel")),
             ObservationGroup("lengths", ("A - B",)),

@@ -32,7 +32,7 @@ from vomstudio.studio.tools.element_tool import ElementTool
 from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell import screens
-from vomstudio.ui.shell.layout import FIRST
+from vomstudio.ui.shell.layout import DEFAULT_WORKSPACE
 from vomstudio.ui.shell.main_window import MainWindow
 from vomstudio.ui.shell.tour import Tour
 from vomstudio.ui.widgets.group_box import GroupBox
@@ -72,7 +72,7 @@ class PanelDefaults:
         self._modes += [
             partial(tool.set_mode, tool.mode),
             partial(tool.set_combine, tool.combine),
-            partial(tool.set_through, tool.is_through),
+            partial(tool.set_select_through, tool.is_through),
         ]
         if isinstance(tool, SelectTool):
             self._modes.append(partial(tool.set_target, tool.target))
@@ -180,7 +180,7 @@ def reset(
 def assert_unused(window: MainWindow) -> None:
     """Assert that no data, job or dialog of an earlier project is left."""
     studio = window.studio
-    assert studio.project.untitled
+    assert studio.project.is_untitled
     assert not studio.session.dirty
     assert not studio.session.features()
     assert not studio.models
@@ -207,7 +207,7 @@ def _finish_work(window: MainWindow) -> None:
     studio.cancel_tool()
     if studio.project.session.dirty:
         studio.project.session.discard_unsaved()
-    if studio.project.untitled:
+    if studio.project.is_untitled:
         # Otherwise the window asks whether to keep it.
         shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
     for job in list(studio.jobs.jobs.values()):
@@ -268,11 +268,11 @@ def _forget_user(window: MainWindow, home: Path) -> None:
 def _arrange(window: MainWindow) -> None:
     """Give window and docks the places of a first start."""
     workspaces = window.workspaces
-    screens.fit_first(window)
+    screens.set_default_size(window)
     window.move(0, 0)
     for name in workspaces._pages:
         workspaces._pages[name] = {"inspector": "project", "drawer": ""}
-    workspaces.switch(FIRST)
+    workspaces.switch(DEFAULT_WORKSPACE)
     window.net_overlay.reset()
     # The command docks it again but leaves it open.
     window.docks.close_page("second_view")

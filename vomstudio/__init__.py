@@ -9,7 +9,7 @@ import importlib
 from vomstudio.core.version import __version__
 
 # Text only: nothing below the application imports this module, and it imports nothing of them.
-_PLACES = {
+_API_MODULES = {
     "read": "models",
     "Mesh": "models",
     "PointCloud": "models",
@@ -58,18 +58,18 @@ _PLACES = {
     "ProjectModel": "projects",
     "sample": "samples",
 }
-_ELSEWHERE = {"CancelToken": "vomstudio.core.progress"}
+_CORE_MODULES = {"CancelToken": "vomstudio.core.progress"}
 
-__all__ = [*sorted([*_PLACES, *_ELSEWHERE, "errors"]), "__version__"]
+__all__ = [*sorted([*_API_MODULES, *_CORE_MODULES, "errors"]), "__version__"]
 
 
 def __getattr__(name: str) -> object:
     if name == "errors":
         value: object = importlib.import_module("vomstudio.core.errors")
-    elif name in _PLACES:
-        value = getattr(importlib.import_module(f"vomstudio.api.{_PLACES[name]}"), name)
-    elif name in _ELSEWHERE:
-        value = getattr(importlib.import_module(_ELSEWHERE[name]), name)
+    elif name in _API_MODULES:
+        value = getattr(importlib.import_module(f"vomstudio.api.{_API_MODULES[name]}"), name)
+    elif name in _CORE_MODULES:
+        value = getattr(importlib.import_module(_CORE_MODULES[name]), name)
     else:
         raise AttributeError(f"module 'vomstudio' has no attribute {name!r}")
     globals()[name] = value

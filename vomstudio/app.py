@@ -11,7 +11,7 @@ from typing import Any
 from vomstudio.core.early_stop import stop as stop_early
 from vomstudio.core.failures import stop_requests
 
-_STOPPING = [
+_STOP_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 
@@ -22,10 +22,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     previous_handlers = _handle_stop_signals()
     try:
         try:
-            return _run(words, previous_handlers, stopped_by_us=argv is None)
+            return _run(words, previous_handlers, owns_process=argv is None)
         finally:
             # The process that has nothing left but its exit code is not asked any more.
-            _leave(
+            _set_handlers(
                 dict.fromkeys(previous_handlers, signal.SIG_IGN)
                 if argv is None
                 else previous_handlers
@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("vomstudio: Cancelled.", file=sys.stderr)
         return 130
     finally:
-        stop_requests.forget()
+        stop_requests.clear_state()
         # An interruption that leaves code compiled from a text, as that of dataclasses is while
         # modules are read, makes Python end itself by the signal in spite of the exit code, unless
         # such code has run since.
@@ -55,31 +55,31 @@ def _handle_stop_signals() -> dict[int, Any]:
     """
     if threading.current_thread() is not threading.main_thread():
         return {}
-    stop_requests.forget()
+    stop_requests.clear_state()
     default_handlers = (signal.SIG_DFL, signal.default_int_handler, stop_early)
     previous_handlers = {
-        n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in default_handlers
+        n: signal.getsignal(n) for n in _STOP_SIGNALS if signal.getsignal(n) in default_handlers
     }
     for number in previous_handlers:
         stop_requests.listen(number)
     return previous_handlers
 
 
-def _leave(handlers: dict[int, Any]) -> None:
+def _set_handlers(handlers: dict[int, Any]) -> None:
     for number, handler in handlers.items():
         signal.signal(number, handler)
 
 
-def _run(words: list[str], before: dict[int, Any], *, stopped_by_us: bool) -> int:
+def _run(words: list[str], previous_handlers: dict[int, Any], *, owns_process: bool) -> int:
     """Run the command line, a worker, the graphics check or the window.
 
     Parameters
     ----------
     words : list of str
         Arguments of the command line.
-    before : dict
+    previous_handlers : dict
         Previous handlers of the signals that the window and the workers handle themselves.
-    stopped_by_us : bool
+    owns_process : bool
         Whether the process belongs to the program and ends with the exit code.
 
     Returns
@@ -89,22 +89,30 @@ def _run(words: list[str], before: dict[int, Any], *, stopped_by_us: bool) -> in
     """
     if words[:1] == ["--worker"]:
         # Ctrl+C reaches every process of a terminal. The parent process ends the worker.
-        _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
+        _set_handlers(
+            {number: signal.SIG_IGN for number in previous_handlers if number == signal.SIGINT}
+        )
     from vomstudio.core.languages import use_user_language
 
     use_user_language()
     if words[:1] == ["--graphics"]:
         # The parent process reports the cancellation.
-        _leave(dict.fromkeys(before, signal.SIG_DFL))
+        _set_handlers(dict.fromkeys(previous_handlers, signal.SIG_DFL))
     if words[:1] == ["--worker"]:
-        _leave({number: handler for number, handler in before.items() if number != signal.SIGINT})
-        from vomstudio.studio.jobs.worker import main as work
+        _set_handlers(
+            {
+                number: handler
+                for number, handler in previous_handlers.items()
+                if number != signal.SIGINT
+            }
+        )
+        from vomstudio.studio.jobs.worker import main as run_worker
 
-        return work()
+        return run_worker()
     if words[:1] == ["--graphics"]:
-        from vomstudio.rendering.scene.graphics import main as say
+        from vomstudio.rendering.scene.graphics import main as run_graphics_check
 
-        return say()
+        return run_graphics_check()
     from vomstudio.cli import opens_window
 
     if not opens_window(words):
@@ -112,10 +120,10 @@ def _run(words: list[str], before: dict[int, Any], *, stopped_by_us: bool) -> in
         from vomstudio.core.failures import log
 
         log.start("command")
-        if stopped_by_us:
+        if owns_process:
             stop_requests.watch()
         return command_line(words)
-    _leave(before)
+    _set_handlers(previous_handlers)
     from vomstudio.core.failures import crashes, exception_hooks
     from vomstudio.core.failures.error_collector import ERRORS
     from vomstudio.ui.shell.window_start import run_window
@@ -128,7 +136,7 @@ def _run(words: list[str], before: dict[int, Any], *, stopped_by_us: bool) -> in
         raise
     finally:
         exception_hooks.uninstall()
-    if stopped_by_us:
+    if owns_process:
         from vomstudio.core.failures.quick_exit import exit_without_finalising
 
         exit_without_finalising(code)

@@ -127,7 +127,7 @@ def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) ->
     project = vs.Project.create(folder)
     project.add_model(MODEL)
     # As a kernel that is killed leaves it.
-    desk = project._open_desk()
+    desk = project._open_project()
     desk.project.close()
     for _ in range(2):
         with (

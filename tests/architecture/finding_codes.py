@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vomstudio.core.finding_texts import TEXTS, texts_of
+from vomstudio.core.finding_texts import TEXTS, get_texts
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 HEADING = "### Codes of findings\n"
@@ -16,7 +16,7 @@ def table() -> str:
     """Return the rows: code, severity and text of every finding."""
     rows = ["| code | severity | text |", "|---|---|---|"]
     for code, (severity, *_) in sorted(TEXTS.items()):
-        text = texts_of(code)[-1]
+        text = get_texts(code)[-1]
         rows.append(f"| `{code}` | {severity} | {text.replace('|', chr(92) + '|')} |")
     return "\n".join(rows) + "\n"
 

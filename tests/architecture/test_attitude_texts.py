@@ -129,5 +129,5 @@ def test_a_measurement_is_written_so() -> None:
     )  # type: ignore[arg-type]
     assert measured.attitude() == f"{format_plane(Plane(120.0, 30.0))} ± {format_error_deg(3.2)}"
     assert measured.attitude("strike/dip") == "030/30 RHR ± 3.2°"
-    assert measured.attitude("strike/dip", omits_hand_rule=True) == "030/30 ± 3.2°"
+    assert measured.attitude("strike/dip", omit_hand_rule=True) == "030/30 ± 3.2°"
     assert format_line(Line(3.0, 4.0)) == format_attitude(Line(3.0, 4.0), None)

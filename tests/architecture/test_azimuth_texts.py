@@ -9,7 +9,7 @@ import numpy as np
 
 import vomstudio
 import vomstudio as vs
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 
 BY_ITSELF = re.compile(r"""\{[^{}]*(dip_direction|trend|strike)[a-z_0-9"'\]]*:[0-9,]*\.[0-9]f\}""")
 
@@ -25,9 +25,9 @@ def test_azimuths_are_written_by_what_knows_their_circle() -> None:
 
 
 def test_what_rounds_to_360_is_0() -> None:
-    assert plain_azimuth(359.99996) == "0.0000"
-    assert plain_azimuth(359.99994) == "359.9999"
-    assert plain_azimuth(7.004, 2) == "7.00"
+    assert format_plain_azimuth(359.99996) == "0.0000"
+    assert format_plain_azimuth(359.99994) == "359.9999"
+    assert format_plain_azimuth(7.004, 2) == "7.00"
 
 
 def test_a_plane_that_dips_to_the_north_says_so() -> None:

@@ -140,7 +140,7 @@ def test_the_documents_have_the_declared_tables() -> None:
 
 def _actions() -> tuple[str, ...]:
     """Return the actions of `vomstudio project`."""
-    return tuple(_parser_of("project")._subparsers_choices())
+    return tuple(_parser_of("project")._subcommand_names())
 
 
 def _parser_of(name: str) -> Parser:

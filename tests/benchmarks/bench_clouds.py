@@ -203,7 +203,7 @@ def run(app: QApplication, path: Path) -> None:
         hit = view.pick(view.width() * (0.3 + 0.2 * k), view.height() * 0.5)
         if hit is not None:
             for _ in range(6):
-                view.camera.zoom(0.7, view.world_of(hit))
+                view.camera.zoom(0.7, view.world_position(hit))
                 view.moves.moved()
                 pump(app, 0.05)
         pump(app, 0.3)

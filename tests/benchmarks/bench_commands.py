@@ -69,7 +69,7 @@ COMMANDS = (
     "convert two.obj out.ply --force",
 )
 
-Measured = dict[str, list[tuple[float, float]]]
+MeasuredValue = dict[str, list[tuple[float, float]]]
 
 
 def make_small_files(folder: Path) -> None:
@@ -98,9 +98,9 @@ def make_small_files(folder: Path) -> None:
         assert vomstudio(["convert", str(source), str(folder / name), "--force"]) == 0
 
 
-def interleaved(cases: dict[str, Callable[[], tuple[float, float]]], runs: int) -> Measured:
+def interleaved(cases: dict[str, Callable[[], tuple[float, float]]], runs: int) -> MeasuredValue:
     """Wall and processor seconds of each; one round before is not counted."""
-    found: Measured = {name: [] for name in cases}
+    found: MeasuredValue = {name: [] for name in cases}
     for count in range(runs + 1):
         for name, measure in cases.items():
             seconds = measure()

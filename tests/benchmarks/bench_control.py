@@ -27,10 +27,10 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.control import place_by_control
 from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import find_blunders
-from vomstudio.registration.combined import difference
-from vomstudio.registration.evidence import Evidence, marked_places, register
+from vomstudio.registration.evidence import Evidence, register, triangulate_marks
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import Similarity, fit_similarity
+from vomstudio.registration.similarity_observation import difference
 
 Array = npt.NDArray[np.float64]
 FACE = face(30)
@@ -45,7 +45,7 @@ class Case:
     """Points with errors, metres, one sigma, of each coordinate.
 
     survey_m : (east, north, up); stated : whether it is in the table
-    click_m : true error of the click; given_m : as stated, None for half of `resolution_m`
+    click_error_m : true error of the click; given_m : as stated, None for half of `resolution_m`
     drift : correlation of the errors of neighbours in the table
     blunder_m : size of the mistake in runs with one, 0 for no such runs
     """
@@ -55,7 +55,7 @@ class Case:
     shape: tuple[float, float, float]
     survey_m: tuple[float, float, float] = (0.01, 0.01, 0.01)
     stated: bool = True
-    click_m: float = 0.0
+    click_error_m: float = 0.0
     given_m: float | None = None
     resolution_m: float | None = None
     drift: float = 0.0
@@ -89,16 +89,18 @@ def draw_run(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
         wrong = int(rng.integers(case.count))
         away = rng.normal(size=3)
         world[wrong] += case.blunder_m * away / np.linalg.norm(away)
-    clicked = exact + rng.normal(size=exact.shape) * case.click_m
+    clicked = exact + rng.normal(size=exact.shape) * case.click_error_m
     model = truth.inverse(clicked + truth.translation)
     sigma = np.tile(case.survey_m if case.stated else (np.nan,) * 3, (case.count, 1))
     labels = [f"P{row}" for row in range(case.count)]
-    click_m = None if case.given_m is None else np.full(case.count, case.given_m)
+    click_error_m = None if case.given_m is None else np.full(case.count, case.given_m)
     covariance = None
     if case.resolution_m is not None:
         half = 0.5 * case.resolution_m / scale
         covariance = np.tile(half**2 * np.eye(3), (case.count, 1, 1))
-    control = Points(labels, model, world, sigma, click_m=click_m, covariance=covariance)
+    control = Points(
+        labels, model, world, sigma, click_error_m=click_error_m, covariance=covariance
+    )
     return Run(control, truth, None if wrong is None else labels[wrong])
 
 
@@ -220,7 +222,7 @@ def by_register(
     scene: SparseScene, views: list[View], world: Array, sigma: float | None, marks: list[Mark]
 ) -> tuple[Similarity, Array, Array]:
     evidence = Evidence(views={view.name: view for view in views})
-    places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
+    places = triangulate_marks(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
     rows = [row for row in range(len(world)) if f"P{row}" in places]
     evidence.pairs = Pairs(
         tuple(f"P{row}" for row in rows),
@@ -256,7 +258,7 @@ CASES = (
             f"{n} points on a {name}, survey 1 cm, click 4 cm: given",
             n,
             shape,
-            click_m=0.04,
+            click_error_m=0.04,
             given_m=0.04,
         )
         for n, name, shape in (
@@ -273,7 +275,7 @@ CASES = (
             f"{n} points in a quarry, survey 1 cm, click 4 cm: half of 8 cm",
             n,
             QUARRY,
-            click_m=0.04,
+            click_error_m=0.04,
             resolution_m=0.08,
         )
         for n in (3, 6, 20)
@@ -283,21 +285,21 @@ CASES = (
         6,
         WALL,
         (0.02, 0.02, 0.04),
-        click_m=0.01,
+        click_error_m=0.01,
         given_m=0.01,
     ),
     Case(
         "6 points on a wall, survey 1 cm, click 4 cm: taken as exact",
         6,
         WALL,
-        click_m=0.04,
+        click_error_m=0.04,
         given_m=0.0,
     ),
     Case(
         "3 points on a wall, survey 1 cm, click 4 cm: taken as exact",
         3,
         WALL,
-        click_m=0.04,
+        click_error_m=0.04,
         given_m=0.0,
     ),
     Case(
@@ -305,7 +307,7 @@ CASES = (
         6,
         WALL,
         stated=False,
-        click_m=0.04,
+        click_error_m=0.04,
         given_m=0.04,
     ),
     *(
@@ -316,7 +318,7 @@ CASES = (
             shape,
             GNSS,
             stated,
-            click_m=0.005,
+            click_error_m=0.005,
             given_m=0.005,
             drift=drift,
             blunder_m=0.0,

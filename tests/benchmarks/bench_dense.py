@@ -31,9 +31,9 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.colmap_workspace import write_workspace
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap, DepthOptions, depth_map, make_task
-from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse_depth_maps, neighbours_by_name
 from vomstudio.photogrammetry.dense.pairs import select_pairs
-from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto, UndistortTask, undistort
 
 DISTANCE, FOCAL = 8.0, 1100.0
 GSD = DISTANCE / FOCAL
@@ -51,7 +51,7 @@ def survey():
     face = lying_face()
     lens = Intrinsics.pinhole(1200, 864, FOCAL, 600.0, 432.0)
     rng = np.random.default_rng(11)
-    photos: list[Undistorted] = []
+    photos: list[UndistortedPhoto] = []
     for row in range(2):
         for column in range(6):
             centre = np.array([-3.9 + 1.56 * column, -1.0 + 2.0 * row, DISTANCE])
@@ -79,10 +79,10 @@ def fuse_with_colmap(
     folder: Path,
     scene: SparseScene,
     maps: Sequence[DepthMap],
-    photos: Sequence[Undistorted],
+    photos: Sequence[UndistortedPhoto],
     *,
-    fewest_views: int = 2,
-    reprojection_px: float = 1.0,
+    min_views: int = 2,
+    max_reprojection_px: float = 1.0,
 ) -> PointCloud:
     """COLMAP's own fusion of the maps; for comparison."""
     import pycolmap
@@ -100,8 +100,8 @@ def fuse_with_colmap(
             folder / "stereo" / "normal_maps" / name
         )
     options = pycolmap.StereoFusionOptions()
-    options.min_num_pixels = fewest_views
-    options.max_reproj_error = reprojection_px
+    options.min_num_pixels = min_views
+    options.max_reproj_error = max_reprojection_px
     options.max_normal_error = 25.0
     made = pycolmap.stereo_fusion(
         folder / "fused.ply", folder, input_type="geometric", options=options, output_type="ply"
@@ -136,7 +136,7 @@ def main() -> None:
         around = neighbours_by_name(scene, pairs)
         for fewest in (2, 3):
             start, cpu = time.perf_counter(), time.process_time()
-            cloud = fuse(names, maps, photos, around, FusionOptions(fewest_views=fewest))
+            cloud = fuse_depth_maps(names, maps, photos, around, FusionOptions(min_views=fewest))
             wall, cpu = time.perf_counter() - start, time.process_time() - cpu
             label = f"  {fewest} views, {wall:.1f} s ({cpu:.1f} s cpu)"
             report(label, face, cloud.points, truth)
@@ -144,7 +144,7 @@ def main() -> None:
             for fewest in (2, 3):
                 with tempfile.TemporaryDirectory() as folder:
                     start = time.perf_counter()
-                    cloud = fuse_with_colmap(Path(folder), scene, maps, photos, fewest_views=fewest)
+                    cloud = fuse_with_colmap(Path(folder), scene, maps, photos, min_views=fewest)
                     wall = time.perf_counter() - start
                 report(f"  COLMAP, {fewest} views, {wall:.1f} s", face, cloud.points, truth)
 

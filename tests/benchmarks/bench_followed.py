@@ -209,7 +209,7 @@ def measured(made: Outcrop, cost: str) -> Followed | None:
     cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
     error = float(np.degrees(np.arccos(cosine)))
     rest = fit_remaining_plane(
-        path.points, find_jumps(path.points, path.costs, path.at, made.spacing)
+        path.points, find_jumps(path.points, path.costs, path.way_point_rows, made.spacing)
     )
     return Followed(fit, face, path, rest, error, made.spacing)
 

@@ -76,7 +76,7 @@ class Outcrop:
         if cost != AUTO:
             return Follower(self.surface, cost).follow(clicks)
         near = self.vertices
-        return follow_best(self.surface, clicks, near.resolution_near, near.outcrop_normal)[0]
+        return follow_best(self.surface, clicks, near.local_resolution, near.outcrop_normal)[0]
 
 
 def _rows(folder: str, name: str) -> list[dict[str, str]]:
@@ -122,9 +122,9 @@ def print_beds(outcrop: Outcrop, name: str, cost: str, seeds: int, beds: int) ->
 def _measured(outcrop: Outcrop, path: Path, normal: Floats) -> tuple[float, float, str]:
     """Return the true error, the stated error (degrees) and the verdict."""
     fit, near = fit_plane(path.points), outcrop.vertices
-    face, resolution = near.outcrop_normal(path.points), near.resolution_near(path.points)
+    face, resolution = near.outcrop_normal(path.points), near.local_resolution(path.points)
     rest = fit_remaining_plane(
-        path.points, find_jumps(path.points, path.costs, path.at, resolution or 0.0)
+        path.points, find_jumps(path.points, path.costs, path.way_point_rows, resolution or 0.0)
     )
     stretch = None if rest is None else rest.error95_deg(fit, resolution, face)
     total = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)

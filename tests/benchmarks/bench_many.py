@@ -24,7 +24,7 @@ from vomstudio.core.progress import SilentProgress
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
-from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps, neighbours_by_name
 from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 from vomstudio.photogrammetry.surface import meshing, texture
@@ -77,7 +77,7 @@ def run(count: int) -> dict[str, float]:
     names = [scene.views[plan.view].name for plan in pairs.plans]
     mine = [straight[plan.view] for plan in pairs.plans]
     around = neighbours_by_name(scene, pairs)
-    cloud = timed("fuse", lambda: fuse(names, maps, mine, around))
+    cloud = timed("fuse", lambda: fuse_depth_maps(names, maps, mine, around))
     options = meshing.MeshingOptions(faces=FACES_EACH * count, threads=2)
     steps = Stages("surface", taken)
     mesh = meshing.build_surface(cloud, options, steps, scene.centres).mesh

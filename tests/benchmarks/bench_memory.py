@@ -43,16 +43,16 @@ def viewed(name: str, width: int, height: int, k: float = 0.0, x: float = 0.0): 
 
 def of_features(width: int, height: int, size: int) -> tuple[Any, int]:
     from vomstudio.photogrammetry.align.features import (
-        ExtractTask,
+        ExtractionTask,
         FeatureOptions,
-        extract,
+        extract_features,
         extraction_memory,
     )
 
     options = FeatureOptions(max_size=size)
-    extract(ExtractTask(encoded(200, 160), None, options))
-    task = ExtractTask(encoded(width, height), None, options)
-    return lambda: extract(task), extraction_memory(width, height, options)
+    extract_features(ExtractionTask(encoded(200, 160), None, options))
+    task = ExtractionTask(encoded(width, height), None, options)
+    return lambda: extract_features(task), extraction_memory(width, height, options)
 
 
 def of_straight(width: int, height: int, size: int) -> tuple[Any, int]:
@@ -71,14 +71,14 @@ def of_straight(width: int, height: int, size: int) -> tuple[Any, int]:
 
 def of_depths(width: int, height: int, size: int) -> tuple[Any, int]:
     from vomstudio.photogrammetry.dense import depthmaps
-    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
     method = "patchmatch" if size == 1000 else "sgbm"
     w, h = size, round(size * height / width)
 
     def task(w: int, h: int) -> depthmaps.DepthTask:
         photo = encoded(w, h)
-        photos = [Undistorted(photo, None, viewed(str(x), w, h, x=0.3 * x)) for x in range(5)]
+        photos = [UndistortedPhoto(photo, None, viewed(str(x), w, h, x=0.3 * x)) for x in range(5)]
         points = np.random.default_rng(0).uniform([-3, -2, 4.8], [3, 2, 5.2], (500, 3))
         return depthmaps.DepthTask(photos[0], tuple(photos[1:]), (method,) * 4, 4.0, 6.0, points)
 

@@ -100,11 +100,11 @@ def plain(surface: SurfaceGraph, ends: np.ndarray, repeats: int) -> float:
     """scipy's seconds."""
     graph = surface.whole
     first = np.repeat(np.arange(len(graph.places)), np.diff(graph.starts))
-    length = np.linalg.norm(graph.places[first] - graph.places[graph.near], axis=1)
+    length = np.linalg.norm(graph.places[first] - graph.places[graph.neighbours], axis=1)
     costs = node_costs(graph, "dark")
-    step = length * 0.5 * (costs[first] + costs[graph.near])
+    step = length * 0.5 * (costs[first] + costs[graph.neighbours])
     n = len(graph.places)
-    arcs = csr_array((step, graph.near, graph.starts), (n, n))
+    arcs = csr_array((step, graph.neighbours, graph.starts), (n, n))
     start = int(surface.tree.query(ends[0] - surface.origin)[1])
     return seconds(lambda: dijkstra(arcs, indices=start, return_predecessors=True), repeats)[1]
 
@@ -131,15 +131,15 @@ def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -
             live = seconds(lambda f=follower, e=ends: f.follow(next(e)), repeats)
             line = f"  {cost:7s}{length:4.0f} m  live {live[0]:.3f} s, then {live[1]:.3f} s"
             line += f" (CPU {live[2]:.3f} s)"
-            if not surface.refines:
+            if not surface.can_refine:
                 whole = seconds(
-                    lambda f=follower, e=ends: f.follow(next(e), is_whole=True), repeats
+                    lambda f=follower, e=ends: f.follow(next(e), uses_whole_surface=True), repeats
                 )
                 line += f"  whole {whole[0]:.3f} s, then {whole[1]:.3f} s"
             beside = np.abs((follower.follow(next(ends)).points - MIDDLE) @ NORMAL).mean()
             wanted = f"; wanted {WANTED_9_M_S}" if length == LENGTHS_M[-1] else ""
             print(f"{line}  from the middle {1e3 * beside:.0f} mm{wanted}", flush=True)
-    if not surface.refines:
+    if not surface.can_refine:
         print(f"  scipy, all of it {plain(surface, next(ends), repeats):.3f} s")
 
 

@@ -26,8 +26,8 @@ from vomstudio.geology.view_attitudes import camera_rotations, error_axes
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.control.attitude_tables import attitude_table
-from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, match_attitudes
-from vomstudio.registration.observations import Attitudes, Directions, Observed, Points
+from vomstudio.registration.attitude_evidence import MOUNT_SIGMA_DEG, match_attitudes
+from vomstudio.registration.observations import Attitudes, Directions, ObservationKind, Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import rotation_covariance
 
@@ -41,7 +41,7 @@ class Case:
     """draw : observations of a true rotation; weak : (3, 3) the true covariance, or None"""
 
     name: str
-    draw: Callable[[np.random.Generator, Array], list[Observed]]
+    draw: Callable[[np.random.Generator, Array], list[ObservationKind]]
     weak: Callable[[], Array] | None = None
 
 
@@ -59,8 +59,8 @@ def _points(
     stated: bool,
     shape: tuple[float, float, float] = (1.0, 0.4, 0.5),
     name: str = "points",
-) -> Callable[[np.random.Generator, Array], list[Observed]]:
-    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+) -> Callable[[np.random.Generator, Array], list[ObservationKind]]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[ObservationKind]:
         model = _spread(np.random.default_rng(n), n, shape)
         world = _to_world(model, turn) + rng.normal(size=(n, 3)) * sigma
         told = np.tile(np.array(sigma) if stated else np.full(3, np.nan), (n, 1))
@@ -76,11 +76,11 @@ def _weak_of(n: int, sigma: tuple[float, float, float], shape: tuple[float, floa
 
 def _compass(
     n: int, deg: float, north_deg: float = 0.0, stated_deg: float | None = None
-) -> Callable[[np.random.Generator, Array], list[Observed]]:
+) -> Callable[[np.random.Generator, Array], list[ObservationKind]]:
     """north_deg : one sigma of what all are off alike; stated_deg : what is stated of it, None for
     the same"""
 
-    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[ObservationKind]:
         model = Rotation.random(n, random_state=n).as_matrix()[:, :, 0]
         world = model @ turn.T
         wrong = rng.normal(size=world.shape) * np.radians(deg)
@@ -165,8 +165,10 @@ def named_shares(n: int, mistake: str | None, runs: int, *, stated: bool) -> Nam
     return Named(right / runs, wrong / runs, first / runs)
 
 
-def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
-    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+def _gimbal(
+    n: int, north_deg: float
+) -> Callable[[np.random.Generator, Array], list[ObservationKind]]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[ObservationKind]:
         fixed = np.random.default_rng(n)
         angles = np.column_stack(
             [fixed.uniform(0, 360, n), fixed.uniform(-50, 10, n), fixed.uniform(-3, 3, n)]
@@ -184,19 +186,21 @@ def _gimbal(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], 
     return draw
 
 
-def _phones(n: int, north_deg: float) -> Callable[[np.random.Generator, Array], list[Observed]]:
+def _phones(
+    n: int, north_deg: float
+) -> Callable[[np.random.Generator, Array], list[ObservationKind]]:
     """The vertical by accelerometers, off by 0.7 deg in each photo and by 1 deg against the camera
     in all, the azimuth by compasses, off by 5 deg each and by what they have in common; no accuracy
     stated."""
 
-    def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
+    def draw(rng: np.random.Generator, turn: Array) -> list[ObservationKind]:
         fixed = np.random.default_rng(n)
         angles = np.column_stack(
             [fixed.uniform(0, 360, n), fixed.uniform(-30, 10, n), fixed.uniform(-5, 5, n)]
         )
         true = camera_rotations(angles)
         trembling = Rotation.from_rotvec(np.radians(0.7) * rng.normal(size=(n, 3))).as_matrix()
-        mount = Rotation.from_rotvec(np.radians(MOUNT_DOUBT_DEG) * rng.normal(size=3)).as_matrix()
+        mount = Rotation.from_rotvec(np.radians(MOUNT_SIGMA_DEG) * rng.normal(size=3)).as_matrix()
         down = -(trembling @ true @ mount)[:, 2, :]
         read = angles[:, 0] + 5.0 * rng.normal(size=n) + north_deg * rng.normal()
         names = tuple(str(i) for i in range(n))

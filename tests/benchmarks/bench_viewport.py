@@ -34,7 +34,7 @@ from PySide6.QtGui import QMouseEvent  # noqa: E402
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget  # noqa: E402
 
 SIZE = (1400, 900)
-TEXTURES = 4
+TEXTURE_FORMATS = 4
 TEXTURE_SIDE = 4096
 ORIGIN = np.array([576_700.0, 5_188_100.0, 180.0])
 
@@ -46,8 +46,8 @@ def outcrop(triangles: int, folder: Path):  # type: ignore[no-untyped-def]
     rows = int((triangles / 2 / (100 / 60)) ** 0.5)
     columns = triangles // 2 // rows
     vertices, faces, uvs, offsets, base = [], [], [], [0], 0
-    splits = np.linspace(0, columns, TEXTURES + 1).astype(int)
-    for k in range(TEXTURES):
+    splits = np.linspace(0, columns, TEXTURE_FORMATS + 1).astype(int)
+    for k in range(TEXTURE_FORMATS):
         i = np.arange(splits[k], splits[k + 1] + 1)
         x, z = np.meshgrid(i * 100.0 / columns, np.linspace(0.0, 60.0, rows + 1))
         y = 2.0 * np.sin(x / 3.0) * np.cos(z / 5.0) + 0.4 * np.sin(3.1 * x + 1.7 * z)
@@ -61,7 +61,7 @@ def outcrop(triangles: int, folder: Path):  # type: ignore[no-untyped-def]
         faces.append(np.stack([a, a + wide + 1, a + wide], 1))
         offsets.append(offsets[-1] + 2 * len(a))
         base += wide * (rows + 1)
-    materials = tuple(Material(f"face{k}", picture(folder, k)) for k in range(TEXTURES))
+    materials = tuple(Material(f"face{k}", picture(folder, k)) for k in range(TEXTURE_FORMATS))
     return Mesh(
         np.concatenate(vertices),
         np.concatenate(faces).astype(np.int32),
@@ -164,7 +164,7 @@ def zoom(app: QApplication, view, heart: Heartbeat) -> None:  # type: ignore[no-
     if hit is None:
         print("zoom                            nothing in the middle of the view")
         return
-    about, before = view.world_of(hit), view.moves.camera_state()
+    about, before = view.world_position(hit), view.moves.camera_state()
     rests = []
     heart.restart()
     for _ in range(8):
@@ -262,7 +262,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     started = time.perf_counter()
     view.display.set_mode("field")
     view.display.set_field("m", FieldStyle(ELEVATION))
-    pump(app, 60.0, lambda: view.display.scale_of("m") is not None)
+    pump(app, 60.0, lambda: view.display.color_scale("m") is not None)
     there = time.perf_counter() - started
     pump(app, 60.0, whole)
     spent = time.perf_counter() - started
@@ -279,7 +279,7 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
         f"and back                        {time.perf_counter() - started:6.2f} s, "
         f"{heart.report()}, {memory_mb() - before:+.0f} MB"
     )
-    box = ClipBox.around(scene.models["m"].corners_world())
+    box = ClipBox.from_points(scene.models["m"].corners_world())
     view.clip.set_box(box)
     pump(app, 0.1)
     pump(app, 60.0, whole)
@@ -479,7 +479,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     from vomstudio.studio.tools.interaction_types import Preview
 
     mesh = outcrop(int(millions * 1e6), folder)
-    print(f"\n== {len(mesh.faces):,} triangles, {TEXTURES} textures of {TEXTURE_SIDE}^2")
+    print(f"\n== {len(mesh.faces):,} triangles, {TEXTURE_FORMATS} textures of {TEXTURE_SIDE}^2")
     window = QMainWindow()
     window.resize(*SIZE)
     view = Viewport()
@@ -547,7 +547,7 @@ def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     print(f"coming to rest                  {rest:6.2f} s, {heart.report()}")
     line = np.array(
         [
-            view.world_of(h)
+            view.world_position(h)
             for h in (view.pick(SIZE[0] * (0.4 + 0.02 * k), SIZE[1] * 0.5) for k in range(8))
             if h is not None
         ]
@@ -681,7 +681,7 @@ def main() -> None:
             TEXTURE_SIDE = 64
             memory(app, options.memory, folder)
             return
-        for k in range(TEXTURES):
+        for k in range(TEXTURE_FORMATS):
             picture(folder, k)
         if options.second:
             second_view(app, options.second, folder)

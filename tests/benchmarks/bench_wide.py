@@ -27,7 +27,7 @@ from tests.photogrammetry.dense.dense_truth import (
 from tests.photogrammetry.rock_face import photograph
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
-from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps, neighbours_by_name
 from vomstudio.photogrammetry.dense.pairs import select_pairs
 from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 
@@ -65,7 +65,7 @@ def main() -> None:
             begun = time.process_time()
             maps = [depth_map(make_task(plan, photos.__getitem__)) for plan in pairs.plans]
             used = (time.process_time() - begun) / len(maps)
-            cloud = fuse(names, maps, photos, neighbours_by_name(scene, pairs))
+            cloud = fuse_depth_maps(names, maps, photos, neighbours_by_name(scene, pairs))
             chosen = np.random.default_rng(0).permutation(len(cloud.points))[:40_000]
             median, most = accuracy(face, cloud.points[chosen])
             print(

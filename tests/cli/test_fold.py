@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import shown_codes
-from vomstudio.io.text.orientation_reading import BY_FILE_NAME
+from vomstudio.io.text.orientation_reading import FILE_NAME_CONVENTION
 
 # Beds of an upright fold about a horizontal north-south axis.
 FOLD = [(90, 20), (90, 40), (90, 60), (270, 30), (270, 50), (88, 30), (272, 45)]
@@ -42,7 +42,7 @@ def test_the_same_file_with_a_header_needs_no_option(run, write, data_dir: Path)
 def test_the_name_of_a_file_without_header_may_tell_the_convention(run, data_dir: Path) -> None:
     found = run("fold", data_dir / "planes" / "big_elk_strike_dip.txt", "--json").json
     assert round(found["beta"]["trend_deg"], 1) == 125.3
-    assert BY_FILE_NAME in found["convention"]
+    assert FILE_NAME_CONVENTION in found["convention"]
 
 
 def test_the_same_file_without_either_is_refused_with_the_way_out(

@@ -12,7 +12,7 @@ import vomstudio as vs
 from tests import frames
 from tests.frames import ZONE, bed_grid, convert, write_cloud, write_table
 from tests.messages import codes
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 HEADER = "x,y,z"
 PAIRS = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z"
@@ -53,13 +53,15 @@ class TestFramesOfTables:
         header, points, words = COMMANDS[name]
         metric = write_table(tmp_path / "metric.csv", points(), ZONE, header)
         expected = figures(name, run(*words.format(table=metric).split(), "--json").json)
-        feet = METRES["us-ft"]
+        feet = METRES_PER_UNIT["us-ft"]
         heights = points() / np.tile([1.0, 1.0, feet], len(header.split(",")) // 3)
         mixed = write_table(tmp_path / "mixed.csv", heights, f"{ZONE}+6360", header)
         answer = run(*words.format(table=mixed).split(), "--json").json
         assert figures(name, answer) == pytest.approx(expected, rel=1e-6)
         assert "frame.unit-converted" in codes(answer)
-        all_feet = write_table(tmp_path / "feet.csv", points() / METRES["ft"], None, header)
+        all_feet = write_table(
+            tmp_path / "feet.csv", points() / METRES_PER_UNIT["ft"], None, header
+        )
         answer = run(*words.format(table=all_feet).split(), "--unit", "ft", "--json").json
         assert figures(name, answer) == pytest.approx(expected, rel=1e-6)
 

@@ -14,11 +14,11 @@ import pytest
 from vomstudio.cli.common.command_help import (
     EXAMPLES,
     GENERAL,
-    OWN_FILES,
     SOURCES,
-    examples_of,
-    group_of,
-    grouped,
+    USER_FILES,
+    command_examples,
+    group_actions,
+    help_group,
 )
 from vomstudio.cli.common.entry import build_parser
 
@@ -39,13 +39,13 @@ PARSERS = {parser.prog: parser for parser in parsers()}
 
 
 def test_every_command_and_action_has_two_examples_and_no_other_has() -> None:
-    assert all(len(set(examples_of(program))) == 2 for program in PARSERS)
+    assert all(len(set(command_examples(program))) == 2 for program in PARSERS)
     assert len(EXAMPLES) == len(PARSERS)
 
 
 @pytest.mark.parametrize("program", PARSERS)
 def test_the_parser_of_a_command_accepts_its_examples(program: str) -> None:
-    for example in examples_of(program):
+    for example in command_examples(program):
         name, *words = shlex.split(example)
         assert name == "vomstudio"
         if program != "vomstudio project":
@@ -58,25 +58,27 @@ def test_the_parser_of_a_command_accepts_its_examples(program: str) -> None:
 @pytest.mark.parametrize("program", PARSERS)
 def test_the_help_shows_the_examples_and_where_their_files_come_from(program: str) -> None:
     shown = PARSERS[program].format_help()
-    for example in examples_of(program):
+    for example in command_examples(program):
         assert example in shown
         for word in shlex.split(example):
             written = f" -o {word}" in example
             if word.startswith("resources/"):
                 assert (ROOT / word).exists()
-            elif (word in SOURCES or word in OWN_FILES) and not written:
-                assert f"{word}: " in shown or any(f" -o {word}" in e for e in examples_of(program))
+            elif (word in SOURCES or word in USER_FILES) and not written:
+                assert f"{word}: " in shown or any(
+                    f" -o {word}" in e for e in command_examples(program)
+                )
 
 
 @pytest.mark.parametrize("program", PARSERS)
 def test_the_examples_run_one_after_the_other(program: str) -> None:
-    first, second = examples_of(program)
+    first, second = command_examples(program)
     written = [re.search(r" -o (\S+)| (\S+) create", each) for each in (first, second)]
     assert written[0] is None or written[1] is None or written[0][0] != written[1][0]
 
 
 def test_every_table_of_an_example_can_be_written_by_a_command_that_the_help_shows() -> None:
-    examples = [shlex.split(each) for program in PARSERS for each in examples_of(program)]
+    examples = [shlex.split(each) for program in PARSERS for each in command_examples(program)]
     tables = {
         word
         for words in examples
@@ -91,7 +93,7 @@ def test_every_table_of_an_example_can_be_written_by_a_command_that_the_help_sho
 @pytest.mark.parametrize("program", PARSERS)
 def test_every_argument_is_in_one_group_and_general_options_come_last(program: str) -> None:
     actions = PARSERS[program]._actions
-    groups = grouped(actions)
+    groups = group_actions(actions)
     assert sum(map(len, groups.values())) == len(actions)
     assert [*groups][-1] == GENERAL
-    assert {group_of(a) for a in actions if "--json" in a.option_strings} <= {GENERAL}
+    assert {help_group(a) for a in actions if "--json" in a.option_strings} <= {GENERAL}

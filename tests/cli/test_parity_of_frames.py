@@ -18,13 +18,13 @@ import pytest
 import vomstudio as vs
 from tests.frames import bed_grid, convert, write_cloud, write_prj, write_table
 from tests.messages import codes
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 pytestmark = pytest.mark.full
 
 ZONE, FEET_CRS = "EPSG:32618", "EPSG:2263"
 ORIGIN = np.array([600_000.0, 4_510_000.0, 0.0])  # Long Island, where both are at home
-US_FOOT = METRES["us-ft"]
+US_FOOT = METRES_PER_UNIT["us-ft"]
 Array = np.ndarray
 TABLE: dict[tuple[str, str], str] = {}
 

@@ -707,7 +707,7 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
         (placed,) = again.models
         assert placed.crs == "EPSG:32633"
         assert placed.read().points == pytest.approx(truth, abs=0.05)
-        record = again._open_desk().find_model(None).registration
+        record = again._open_project().find_model(None).registration
     assert record.method == "reference"
     assert record.name.endswith(f" {reference.name}")
     covariance = np.array(record.covariance)

@@ -22,10 +22,10 @@ from vomstudio.cli.common.progress_snapshot import (
     MIN_STEPS_FOR_ESTIMATE,
     Snapshot,
     StepClock,
-    clock,
+    format_duration,
 )
 from vomstudio.cli.common.reporting import MIN_LINE_GAP_S, PlainLines, choose_painter
-from vomstudio.cli.common.terminal_line import TerminalLine, rounded_time
+from vomstudio.cli.common.terminal_line import TerminalLine, format_rounded_duration
 
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 
@@ -75,14 +75,14 @@ def test_a_step_that_takes_long_adds_to_the_estimate() -> None:
 
 
 def test_durations_are_clocks_and_estimates_are_rounded() -> None:
-    assert [clock(s) for s in (0.9, 61, 3599.9, 3600, 36061)] == [
+    assert [format_duration(s) for s in (0.9, 61, 3599.9, 3600, 36061)] == [
         "0:00",
         "1:01",
         "59:59",
         "1:00:00",
         "10:01:01",
     ]
-    assert [rounded_time(s) for s in (0, 11, 57, 58, 89, 91, 3569, 3600, 4500)] == [
+    assert [format_rounded_duration(s) for s in (0, 11, 57, 58, 89, 91, 3569, 3600, 4500)] == [
         "5 s",
         "15 s",
         "60 s",

@@ -85,8 +85,8 @@ def test_half_of_the_traces_are_good_after_three_clicks_each() -> None:
     good = good_and_off = held = 0
     for name, points in picked.items():
         clicks = np.array([points[0], points[len(points) // 2], points[-1]])
-        path, _, _ = follow_best(surface, clicks, near.resolution_near)
-        fit, resolution = fit_plane(path.points), near.resolution_near(path.points)
+        path, _, _ = follow_best(surface, clicks, near.local_resolution)
+        fit, resolution = fit_plane(path.points), near.local_resolution(path.points)
         stated = total_error_deg(fit, resolution)
         plane = Plane(float(truth[name]["dip_direction_deg"]), float(truth[name]["dip_deg"]))
         error = np.degrees(np.arccos(min(1.0, abs(float(fit.normal @ plane.normal())))))

@@ -15,11 +15,11 @@ import pytest
 
 from vomstudio.cli.common.output import to_json
 from vomstudio.core.errors import InputError, from_dict
-from vomstudio.core.finding_texts import SUBJECTS, TEXTS, texts_of
+from vomstudio.core.finding_texts import SUBJECTS, TEXTS, get_texts
 from vomstudio.core.findings import (
     Finding,
-    cause_of,
-    finding_of,
+    cause_finding,
+    to_finding,
     uncoded_finding,
     unique_findings,
 )
@@ -86,26 +86,26 @@ def test_a_finding_names_its_file_once() -> None:
 
 def test_the_finding_of_an_error_states_its_file_line_and_field() -> None:
     error = InputError(Finding("number.invalid", text="1o"), file="a.csv", line=3, field="x")
-    finding = finding_of(error)
+    finding = to_finding(error)
     assert finding.values == {"file": "a.csv", "line": 3, "field": "x", "text": "1o"}
     assert finding.message == str(error)
     assert Finding.from_dict(finding.to_dict()) == finding
-    assert cause_of(error) == Finding("number.invalid", text="1o")
+    assert cause_finding(error) == Finding("number.invalid", text="1o")
     argument = InputError(Finding("number.invalid", text="1o"), field="--x")
-    assert finding_of(argument) == cause_of(argument)
+    assert to_finding(argument) == cause_finding(argument)
 
 
 def test_the_finding_of_an_error_of_another_process_has_the_file_of_its_text() -> None:
     cause = Finding("registration.unknown-version", file="a.json", version="9", known=1)
     error = from_dict(InputError(cause, file="a.json").to_dict(), InputError.exit_code)
-    assert cause_of(error) == finding_of(error) == cause
+    assert cause_finding(error) == to_finding(error) == cause
 
 
 def test_numbers_in_lists_are_restored_in_another_process() -> None:
     cause = Finding("path.invalid", reason="too far", limits_m=(1.0, float("inf")))
     assert Finding.from_dict(json.loads(json.dumps(cause.to_dict()))) == cause
     error = from_dict(json.loads(json.dumps(InputError(cause).to_dict())), InputError.exit_code)
-    assert cause_of(error) == cause
+    assert cause_finding(error) == cause
 
 
 def test_repeats_are_dropped_in_order() -> None:
@@ -119,7 +119,7 @@ def test_codes_and_texts_follow_the_rules_of_the_catalogue(subject: ModuleType) 
     for code in subject.TEXTS:
         if not re.fullmatch(r"[a-z]+(-[a-z]+)*(\.[a-z-]+)?", code):
             wrong.append(code)
-        for text in texts_of(code):
+        for text in get_texts(code):
             if len(re.sub(r"\{[^}]*\}", "", text).split()) > 25:
                 wrong.append(f"{code} has more than 25 words")
             if code != "uncoded" and not SENTENCE.fullmatch(text):

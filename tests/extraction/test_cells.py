@@ -25,10 +25,10 @@ def test_cells_hold_all_points_and_know_the_cells_around_them(per_cell: float) -
     grid = create_cell_grid(local, per_cell)
     assert np.array_equal(np.sort(grid.rows), np.arange(len(local)))
     assert np.array_equal(local[grid.rows], grid.places)
-    assert np.array_equal(grid.places[grid.row_of], local)
+    assert np.array_equal(grid.places[grid.inverse_rows], local)
     count = np.diff(grid.starts)
     assert np.median(np.repeat(count, count)) == pytest.approx(per_cell, rel=0.7)
-    starts, near = grid.around()
+    starts, near = grid.neighbouring_cells()
     # The number of a cell from its three, counted in another way.
     i, j, k = grid.keys % grid.row, grid.keys % grid.layer // grid.row, grid.keys // grid.layer
     cell = np.stack([i, j, k], axis=1)
@@ -45,7 +45,7 @@ def test_points_at_one_place_are_one_point_of_the_grid() -> None:
     for points in (few, many):
         grid = create_cell_grid(points, 16.0)
         assert len(grid.places) == 3000
-        assert np.array_equal(grid.places[grid.row_of], points)
+        assert np.array_equal(grid.places[grid.inverse_rows], points)
 
 
 def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does() -> None:
@@ -59,9 +59,9 @@ def test_a_point_amid_a_plane_needs_no_look_of_its_own_and_one_at_an_edge_does()
     local = points - np.floor(points.min(axis=0))
     grid, begun = find_cell_planes(local, 20.0, None, 50, 0.0, SilentProgress())
     corner = np.hypot(points[grid.rows, 0], points[grid.rows, 2])
-    assert begun.open[corner < 0.02].all()
-    assert begun.open[corner > 0.3].mean() < 0.05
-    closed = ~begun.open
+    assert begun.is_open[corner < 0.02].all()
+    assert begun.is_open[corner > 0.3].mean() < 0.05
+    closed = ~begun.is_open
     assert (begun.labels[closed] >= 0).all()
     # The area that the points stand for is that of the two faces.
     assert begun.areas[closed].sum() == pytest.approx(8.0 * closed.mean(), rel=0.05)

@@ -42,7 +42,7 @@ def ball(rounds: int) -> tuple[Floats, Ints]:
     return places, faces
 
 
-def area_of(vertices: Floats, faces: Ints) -> float:
+def selected_area(vertices: Floats, faces: Ints) -> float:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
@@ -58,7 +58,7 @@ def test_a_closed_surface_stays_closed_and_keeps_its_area(cell: float) -> None:
     result = thin_mesh(vertices, faces, cell)
     assert len(result.faces) < 0.3 * len(faces)
     assert np.all(faces_of_edges(result) % 2 == 0)
-    assert result.areas.sum() == pytest.approx(area_of(vertices, faces), rel=1e-9)
+    assert result.areas.sum() == pytest.approx(selected_area(vertices, faces), rel=1e-9)
     # Each vertex is put where those of its own cube are.
     moved = result.vertices[result.nodes] - vertices
     assert np.abs(moved).max() <= cell

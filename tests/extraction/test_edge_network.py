@@ -38,7 +38,7 @@ def by_hand(picture: np.ndarray) -> np.ndarray:
 def test_every_pixel_has_the_answer_in_closed_form(tmp_path, size, shape) -> None:
     picture = np.random.default_rng(2).integers(0, 256, (*shape, 3), np.uint8)
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"], size=size)))
-    result = net.probability(picture, SilentProgress())
+    result = net.compute_probability(picture, SilentProgress())
     assert result.shape == shape
     # Also where tiles meet.
     np.testing.assert_allclose(result[1:-1, 1:-1], by_hand(picture), atol=1e-5)
@@ -48,7 +48,7 @@ def test_of_one_channel_too(tmp_path) -> None:
     picture = np.full((64, 64, 3), 90, np.uint8)
     weights = np.zeros((1, 1, 1, 1)) + 0.5
     net = EdgeNetwork(network(tmp_path, convolution(weights)))
-    assert net.probability(picture, SilentProgress()) == pytest.approx(
+    assert net.compute_probability(picture, SilentProgress()) == pytest.approx(
         np.full((64, 64), 45 / 255.0)
     )
 
@@ -66,7 +66,7 @@ def test_of_one_channel_too(tmp_path) -> None:
 )
 def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None:
     with refused(code, file=tmp_path / "net.onnx", **values):
-        EdgeNetwork(network(tmp_path, raw)).probability(
+        EdgeNetwork(network(tmp_path, raw)).compute_probability(
             np.zeros((64, 64, 3), np.uint8), SilentProgress()
         )
 
@@ -87,7 +87,7 @@ def test_what_is_no_such_network_is_refused(tmp_path, raw, code, values) -> None
 def test_another_answer_is_refused(tmp_path, raw, code, values) -> None:
     net = EdgeNetwork(network(tmp_path, raw))
     with refused(code, **values):
-        net.probability(np.zeros((64, 64, 3), np.uint8), SilentProgress())
+        net.compute_probability(np.zeros((64, 64, 3), np.uint8), SilentProgress())
 
 
 def test_missing_huge_and_stopped(tmp_path) -> None:
@@ -102,7 +102,7 @@ def test_missing_huge_and_stopped(tmp_path) -> None:
     token.cancel()
     net = EdgeNetwork(network(tmp_path, convolution(SOBEL, after=["Abs"])))
     with pytest.raises(Cancelled):
-        net.probability(np.zeros((64, 64, 3), np.uint8), SilentProgress(token))
+        net.compute_probability(np.zeros((64, 64, 3), np.uint8), SilentProgress(token))
 
 
 def test_textures_become_edges(tmp_path) -> None:

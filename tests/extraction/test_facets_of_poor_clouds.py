@@ -110,7 +110,7 @@ def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
     along, down, out = rng.uniform(0.0, [[4.0], [4.0], [depth]], (3, count))
     plants = along[:, None] * u + down[:, None] * v + out[:, None] * normal_of(90.0, 85.0)
     result = find_facets(PointCloud(np.concatenate([wall[~hidden], plants])))
-    assert (result.covers[-count:] == 2).mean() > 0.9
+    assert (result.cover_classes[-count:] == 2).mean() > 0.9
     assert result.exposure.vegetation_share == pytest.approx(0.25, abs=0.04)
     assert result.exposure.near_planar_share is not None
     assert result.exposure.near_planar_share > 0.97

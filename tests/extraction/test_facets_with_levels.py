@@ -111,7 +111,7 @@ def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
 def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
     flat = find_facets(PointCloud(worn_cube(rng, 0.3)))
-    assert [f.bent for f in flat.facets[:6]] == [False] * 6
+    assert [f.is_bent for f in flat.facets[:6]] == [False] * 6
     assert all(f.verdict.quality == "good" for f in flat.facets[:6])
     assert "facets.wavy" not in by_code(flat.warnings)
     ball = rng.standard_normal((30_000, 3))
@@ -122,8 +122,8 @@ def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(see
         result = find_facets(PointCloud(points))
         assert "facets.wavy" in by_code(result.warnings)
         area = sum(f.area for f in result.facets)
-        assert sum(f.area for f in result.facets if f.bent) > share * area
-        assert not any(f.bent and f.verdict.quality == "good" for f in result.facets)
+        assert sum(f.area for f in result.facets if f.is_bent) > share * area
+        assert not any(f.is_bent and f.verdict.quality == "good" for f in result.facets)
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(718, 721)))

@@ -57,8 +57,8 @@ def test_the_path_keeps_to_the_bed(kind: str, cost: str) -> None:
     beside = np.abs((path.points - [1.5, 1.5, 0.1]) @ (normal / np.linalg.norm(normal)))
     # The bed is 8 cm wide, and a node 5 cm.
     assert np.percentile(beside, 90) < 0.07
-    assert np.allclose(path.points[path.at], way_points)
-    assert path.snaps.max() == 0.0
+    assert np.allclose(path.points[path.way_point_rows], way_points)
+    assert path.snap_distances.max() == 0.0
     assert path.length == pytest.approx(
         np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum(), abs=1e-12
     )
@@ -79,7 +79,9 @@ def test_without_anything_to_be_seen_it_is_the_shortest_way(seed: int) -> None:
     mesh = hills()
     plain = Mesh(mesh.vertices, mesh.faces, colors=np.full((len(mesh.vertices), 3), 128, np.uint8))
     one, other = rng.integers(0, len(mesh.vertices), 2)
-    path = Follower(SurfaceGraph(plain), "dark").follow(mesh.vertices[[one, other]], is_whole=True)
+    path = Follower(SurfaceGraph(plain), "dark").follow(
+        mesh.vertices[[one, other]], uses_whole_surface=True
+    )
     a = mesh.faces.ravel()
     b = np.roll(mesh.faces, -1, axis=1).ravel()
     length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
@@ -97,7 +99,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
     follower = Follower(SurfaceGraph(mesh), "dark")
     way_points = clicks(mesh, off)
     assert mesh.colors is not None
-    costs = follower._costs(follower.surface.whole, None)
+    costs = follower._compute_costs(follower.surface.whole, None)
     place = {tuple(v): i for i, v in enumerate((mesh.vertices - follower.surface.origin).tolist())}
 
     def cost_of(points: np.ndarray) -> float:
@@ -107,7 +109,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
         return float((step * 0.5 * (costs[rows[:-1]] + costs[rows[1:]])).sum())
 
     assert place
-    best = follower.follow(way_points, is_whole=True)
+    best = follower.follow(way_points, uses_whole_surface=True)
     near = follower.follow(way_points)
     assert cost_of(best.points) <= cost_of(near.points) + 1e-9
 
@@ -152,7 +154,7 @@ def test_light_gradient_curvature_and_fields_are_followed() -> None:
         ends = np.array(
             [[0.0, level, 0.3 * abs(level - 1.0)], [3.0, level, 0.3 * abs(level - 1.0)]]
         )
-        path = Follower(SurfaceGraph(mesh), cost).follow(ends, is_whole=True)
+        path = Follower(SurfaceGraph(mesh), cost).follow(ends, uses_whole_surface=True)
         return float(np.median(path.points[:, 1]))
 
     assert typical("light", 1.2) == pytest.approx(1.0, abs=0.03)
@@ -190,7 +192,7 @@ def test_a_textured_mesh_is_followed_to_the_pixel(tmp_path: object) -> None:
     expected = np.interp(middle[:, 0], (column + 0.5) / 256.0, on)
     # The line is 5/256 m wide, and so is the way across it.
     assert np.abs(middle[:, 2] - expected).max() < 0.02
-    assert path.snaps.max() < 0.01
+    assert path.snap_distances.max() < 0.01
 
 
 def textured_bed(folder: Path, count: int, pixels: int = 1) -> tuple[Mesh, np.ndarray]:

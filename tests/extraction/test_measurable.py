@@ -266,7 +266,7 @@ def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tupl
             if np.isnan(result.trace_deg[row]):
                 continue
             line = picked(mesh, normal, places[row] + 1e-6, length)
-            own = near.resolution_near(line)
+            own = near.local_resolution(line)
             assert own is not None
             gaps = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
             rows = np.unique(np.linspace(0, len(line) - 1, max(int(gaps / own), 5)).astype(int))

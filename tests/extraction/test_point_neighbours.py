@@ -11,9 +11,9 @@ from vomstudio.core.progress import SilentProgress
 from vomstudio.extraction.elements import MIN_POINTS_AROUND
 from vomstudio.extraction.point_neighbours import (
     N_NEIGHBOURS,
-    NORMAL_COUNTS,
+    NORMAL_POINT_COUNTS,
+    find_neighbourhoods,
     find_scattered_points,
-    find_surroundings,
 )
 from vomstudio.geometry.nearby.cell_grid import create_cell_grid
 
@@ -29,27 +29,27 @@ def cloud(rng: np.random.Generator) -> np.ndarray:
 def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     rng = np.random.default_rng(1)
     grid = create_cell_grid(cloud(rng), 16.0)
-    few = grid.count_around() < MIN_POINTS_AROUND
+    few = grid.count_neighbourhood_points() < MIN_POINTS_AROUND
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
-    around, seen = find_surroundings(grid, rows, few, known, 20.0, SilentProgress())
+    around, seen = find_neighbourhoods(grid, rows, few, known, 20.0, SilentProgress())
     assert around == known
     thin = few[grid.cells_of(rows)]
     assert thin.any()
-    assert np.array_equal(np.unique(seen.around[thin]), [NORMAL_COUNTS[0]])
+    assert np.array_equal(np.unique(seen.around[thin]), [NORMAL_POINT_COUNTS[0]])
     assert np.array_equal(np.unique(seen.around[~thin]), [known])
-    distance, near = cKDTree(grid.places).query(grid.places[rows], k=known)
+    distance, neighbours = cKDTree(grid.places).query(grid.places[rows], k=known)
     dense = ~thin
-    assert np.array_equal(seen.near[dense], near[dense, 1 : N_NEIGHBOURS + 1])
-    np.testing.assert_allclose(seen.far[dense], distance[dense, N_NEIGHBOURS])
+    assert np.array_equal(seen.neighbours[dense], neighbours[dense, 1 : N_NEIGHBOURS + 1])
+    np.testing.assert_allclose(seen.farthest_distances[dense], distance[dense, N_NEIGHBOURS])
     off = []
     for i in rng.choice(np.flatnonzero(dense), 400):
-        own = grid.places[near[i]] - grid.places[near[i]].mean(axis=0)
+        own = grid.places[neighbours[i]] - grid.places[neighbours[i]].mean(axis=0)
         off.append(angle_deg(np.linalg.svd(own)[2][2], seen.normals[i]))
     # Of what is dense beside a thin place a part of its points may stand for all.
     assert np.quantile(off, 0.98) < 1e-5
     assert max(off) < 3.0
-    own, near = seen.near[thin], near[thin, 1 : N_NEIGHBOURS + 1]
-    same = [len(np.intersect1d(a, b)) for a, b in zip(own, near, strict=True)]
+    own, neighbours = seen.neighbours[thin], neighbours[thin, 1 : N_NEIGHBOURS + 1]
+    same = [len(np.intersect1d(a, b)) for a, b in zip(own, neighbours, strict=True)]
     assert np.median(same) == N_NEIGHBOURS
     assert np.mean(same) > 0.94 * N_NEIGHBOURS
 

@@ -187,28 +187,28 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
 
 
 def test_what_turns_back_is_cut_where_it_turns() -> None:
-    from vomstudio.extraction.proposals.lines import _cut_turns
+    from vomstudio.extraction.proposals.lines import _split_at_turns
 
     there = np.column_stack([np.linspace(0.0, 5.0, 51), np.zeros(51), np.zeros(51)])
     back = there[::-1] + [0.0, 0.2, 0.0]
     places = np.concatenate([there, back])
-    parts = sorted(_cut_turns(places, np.arange(len(places))), key=lambda part: int(part[0]))
+    parts = sorted(_split_at_turns(places, np.arange(len(places))), key=lambda part: int(part[0]))
     assert int(parts[0][0]) == 0
     assert len(parts) == 2
     # The turn belongs to both.
     assert abs(int(parts[0][-1]) - 50) <= 1
-    assert len(_cut_turns(there, np.arange(51))) == 1
+    assert len(_split_at_turns(there, np.arange(51))) == 1
 
 
 def test_way_points_hold_a_line() -> None:
-    from vomstudio.extraction.proposals.known_lines import are_along_known_lines, simplify_line
+    from vomstudio.extraction.proposals.known_lines import match_known_lines, simplify_line
 
     x = np.linspace(0.0, 10.0, 201)
     line = np.column_stack([x, np.abs(x - 5.0), np.zeros(201)])
     assert simplify_line(line, 0.01, 12).tolist() == [0, 100, 200]
     wave = np.column_stack([x, np.sin(2.0 * x), 0.3 * x])
     assert len(simplify_line(wave, 0.001, 7)) == 7
-    assert are_along_known_lines([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
+    assert match_known_lines([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
         True,
         False,
         False,

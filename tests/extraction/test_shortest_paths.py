@@ -29,8 +29,12 @@ def graph_of(picture: np.ndarray) -> Graph:
 
 def arcs(graph: Graph, costs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     first = np.repeat(np.arange(len(graph.places)), np.diff(graph.starts))
-    length = np.linalg.norm(graph.places[first] - graph.places[graph.near], axis=1)
-    return first, graph.near.astype(int), length * 0.5 * (costs[first] + costs[graph.near])
+    length = np.linalg.norm(graph.places[first] - graph.places[graph.neighbours], axis=1)
+    return (
+        first,
+        graph.neighbours.astype(int),
+        length * 0.5 * (costs[first] + costs[graph.neighbours]),
+    )
 
 
 def cost_of(graph: Graph, costs: np.ndarray, path: np.ndarray) -> float:
@@ -44,9 +48,9 @@ def test_the_plain_path_costs_what_scipys_does(seed: int) -> None:
     graph = graph_of(rng.uniform(0, 255, (30, 37)))
     costs = rng.uniform(0.02, 1.0, len(graph.places))
     one, other = rng.integers(0, len(costs), 2).tolist()
-    first, near, step = arcs(graph, costs)
+    first, neighbours, step = arcs(graph, costs)
     n = len(costs)
-    best = dijkstra(csr_array((step, (first, near)), (n, n)), indices=one)[other]
+    best = dijkstra(csr_array((step, (first, neighbours)), (n, n)), indices=one)[other]
     path = shortest_path(graph, one, other, costs)
     assert cost_of(graph, costs, path) == pytest.approx(best, rel=1e-12)
 
@@ -60,11 +64,11 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     turn = float(rng.uniform(0.1, 3.0))
     n = len(costs)
     # The graph of headings written out: arcs within reach of a heading, and turns.
-    first, near, step = arcs(graph, costs)
-    flat = graph.flat
-    way = flat[near] - flat[first]
+    first, neighbours, step = arcs(graph, costs)
+    plane_coordinates = graph.plane_coordinates
+    way = plane_coordinates[neighbours] - plane_coordinates[first]
     rows, ends, prices = [], [], []
-    each = turn * graph.typical_arc * 4 / N_HEADINGS
+    each = turn * graph.typical_arc_length * 4 / N_HEADINGS
     for h in range(N_HEADINGS):
         angle = 2.0 * np.pi * h / N_HEADINGS
         cosine = way @ [np.cos(angle), np.sin(angle)] / np.linalg.norm(way, axis=1)
@@ -76,7 +80,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
             np.arange(n) * N_HEADINGS + h,
         ]
         ends += [
-            near[free] * N_HEADINGS + h,
+            neighbours[free] * N_HEADINGS + h,
             np.arange(n) * N_HEADINGS + (h + 1) % N_HEADINGS,
             np.arange(n) * N_HEADINGS + (h - 1) % N_HEADINGS,
         ]
@@ -97,7 +101,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     apart = each * np.minimum(apart, N_HEADINGS - apart)
     for a, b in pairwise(path.tolist()):
         spent = (spent[:, None] + apart).min(axis=0)
-        angle = np.degrees(np.arctan2(*(flat[b] - flat[a])[::-1]))
+        angle = np.degrees(np.arctan2(*(plane_coordinates[b] - plane_coordinates[a])[::-1]))
         off = np.abs((360.0 / N_HEADINGS * turns - angle + 180.0) % 360.0 - 180.0)
         spent[off > MAX_HEADING_ERROR_DEG] = np.inf
     assert cost_of(graph, costs, path) + spent.min() == pytest.approx(far, rel=1e-9)

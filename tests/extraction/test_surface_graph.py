@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_costs import node_costs, smooth_opponent_colours, smooth_values
-from vomstudio.extraction.surface_graph import Graph, SurfaceGraph, _edges
+from vomstudio.extraction.surface_graph import Graph, SurfaceGraph, _unique_edges
 from vomstudio.geometry.cloud import PointCloud
 
 
@@ -22,7 +22,9 @@ def sheets(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def arcs(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
-    return np.repeat(np.arange(len(graph.places)), np.diff(graph.starts)), graph.near.astype(int)
+    return np.repeat(np.arange(len(graph.places)), np.diff(graph.starts)), graph.neighbours.astype(
+        int
+    )
 
 
 def test_a_cloud_names_each_neighbour_once_and_on_both_sides() -> None:
@@ -80,7 +82,7 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
         path = follower.follow(ends).points
         assert surface.cached_costs, "So long a way is searched for over the whole surface."
         assert np.abs(path[:, 1] - y - 0.15 * np.sin(path[:, 0])).max() < 0.06
-        shortest = follower.follow(ends, is_whole=True).points
+        shortest = follower.follow(ends, uses_whole_surface=True).points
         assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06
 
 
@@ -110,7 +112,7 @@ def test_nodes_are_in_order_of_their_first_vertex() -> None:
 
 def test_edges_of_faces_are_named_once_and_in_order() -> None:
     faces = np.random.default_rng(6).permuted(np.arange(60).reshape(20, 3) % 17, axis=1)
-    first, second = _edges(faces, 17)
+    first, second = _unique_edges(faces, 17)
     pairs = {tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)}
     assert list(zip(first.tolist(), second.tolist(), strict=True)) == sorted(pairs)
 

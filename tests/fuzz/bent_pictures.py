@@ -4,7 +4,7 @@
 
 Each file is given to every reader of its format: photos, masks, textures, orthophotos, models of
 heights and `info`. Printed is what breaks a promise: more memory
-than `ALLOWED` times the budget of the file (`budgets.decoded_limit`) and `FREE_BYTES`, more than
+than `ALLOWED` times the budget of the file (`budgets.decoding_limit`) and `FREE_BYTES`, more than
 `MAX_S` seconds, an error that is none of ours, a refusal that does not name the file, a valid
 picture within half of the budget that is not read. With `--signals` so many files, every other one
 of which takes long, are given to the command, which is ended by a signal and must end within 3 s.
@@ -310,7 +310,7 @@ def _decoded(path: Path) -> object:
 
 
 def _info(path: Path) -> object:
-    from vomstudio.cli.info import _picture as picture
+    from vomstudio.cli.info import _describe_picture as picture
 
     return picture(path)["width"]
 
@@ -463,7 +463,7 @@ def campaign(count: int, seed: int, report: Report = str) -> Outcome:
     Outcome
         Codes of the answers, and the broken promises.
     """
-    from vomstudio.core.files.untrusted.budgets import decoded_limit
+    from vomstudio.core.files.untrusted.budgets import decoding_limit
 
     counts: Counter[str] = Counter()
     wrong: list[str] = []
@@ -474,7 +474,7 @@ def campaign(count: int, seed: int, report: Report = str) -> Outcome:
             bent = make(number, seed)
             path = Path(made, bent.name)
             path.write_bytes(bent.content)
-            budget = decoded_limit(len(bent.content))
+            budget = decoding_limit(len(bent.content))
             for name in _readers_of(bent.name):
                 code, message, seconds, memory = reading.read(name, path)
                 counts[code] += 1

@@ -195,7 +195,7 @@ class Editor:
         like = self.chance.choice([f for f in ONE_OF_EACH.values() if f.id not in ("t1", "i1")])
         rests_on = {} if not hasattr(like, "plane_id") else {"plane_id": ""}
         return edits.add_features(
-            self.records, [like.but(id=self.new_id("k"), name="", **rests_on)]
+            self.records, [like.replace_fields(id=self.new_id("k"), name="", **rests_on)]
         )
 
     def change(self) -> Edit | None:

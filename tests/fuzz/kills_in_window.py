@@ -133,7 +133,7 @@ class Interpreter(Editor):
 
         self.studio.cancel_tool()
         self.key(Qt.Key.Key_T)
-        tool = self.studio.tool_of(TraceTool)
+        tool = self.studio.get_tool(TraceTool)
         box = driver.tool_panel(self.window, TracePanel).follow_box
         box.setCurrentIndex(box.findData("dark"))
         points = self.picks[self.chance.choice(sorted(self.picks))]

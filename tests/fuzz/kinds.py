@@ -40,9 +40,9 @@ def _streamed(path: Path) -> object:
 
 
 def _cache(path: Path) -> object:
-    from vomstudio.io.models.model_cache import open_cached
+    from vomstudio.io.models.model_cache import open_cache_folder
 
-    return open_cached(path.parent)
+    return open_cache_folder(path.parent)
 
 
 def _photo(path: Path) -> object:
@@ -71,11 +71,11 @@ def _mask(path: Path) -> object:
 
 def _xmp(path: Path) -> object:
     from vomstudio.core.errors import InputError
-    from vomstudio.core.files.regular import read_whole
+    from vomstudio.core.files.regular import read_whole_file
     from vomstudio.io.photos.xmp import read_drone_tags
 
     try:
-        return read_drone_tags(read_whole(path))
+        return read_drone_tags(read_whole_file(path))
     except OSError as error:
         # The program finds it within a photo.
         raise InputError(str(error), file=path) from error

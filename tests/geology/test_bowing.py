@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.tiers import first_in_default_tier
-from vomstudio.geology.bowing import fit_bowing, fit_bowing_to_turns
+from vomstudio.geology.bowing import fit_bowing, fit_bowing_to_rotations
 from vomstudio.registration.placing import register_points
 
 CLIFF = Rotation.from_euler("xz", [90.0, 35.0], degrees=True).as_matrix()
@@ -153,7 +153,7 @@ def test_a_known_curvature_is_found_from_verticals(wall: bool, curvature: float)
         mount = cameras @ np.radians([0.7, -0.4, 0.3])
         turns = turns_of_bend(places, curvature, wall=wall) + mount
         turns += np.radians(0.2) * rng.normal(size=turns.shape) + np.radians([1.0, -0.5, 20.0])
-        found = fit_bowing_to_turns(places, turns, cameras)
+        found = fit_bowing_to_rotations(places, turns, cameras)
         assert found is not None
         up = 1.0 if not wall or CLIFF[2, 2] >= 0.0 else -1.0
         inside += abs(found.curvature_per_m - up * curvature) <= found.error95_per_m
@@ -167,7 +167,7 @@ def test_verticals_of_a_flat_block_are_called_bowed_once_in_twenty() -> None:
         rng = np.random.default_rng(seed)
         places, cameras = block(12, rng, wall=bool(seed % 2))
         turns = np.radians(0.3) * rng.normal(size=(12, 3)) + rng.normal(size=3)
-        found = fit_bowing_to_turns(places, turns, cameras)
+        found = fit_bowing_to_rotations(places, turns, cameras)
         assert found is not None
         alarms += found.significant
     assert 0.035 < alarms / rounds < 0.067
@@ -184,13 +184,13 @@ def test_a_mount_out_of_line_all_around_a_rock_is_no_bowing() -> None:
     down = np.tile([0.0, 0.0, -1.0], (24, 1))
     cameras = np.stack([np.cross(down, ahead), down, ahead], axis=2)
     turns = cameras @ np.radians([1.0, 0.0, 0.0]) + np.radians(0.05) * rng.normal(size=(24, 3))
-    found = fit_bowing_to_turns(places, turns, cameras)
+    found = fit_bowing_to_rotations(places, turns, cameras)
     assert found is None or not found.significant
 
 
 def test_few_photos_or_photos_at_one_place_tell_nothing() -> None:
     rng = np.random.default_rng(0)
     places, cameras = block(5, rng, wall=False)
-    assert fit_bowing_to_turns(places, np.zeros((5, 3)), cameras) is None
+    assert fit_bowing_to_rotations(places, np.zeros((5, 3)), cameras) is None
     places, cameras = block(9, rng, wall=False)
-    assert fit_bowing_to_turns(np.zeros((9, 3)), rng.normal(size=(9, 3)), cameras) is None
+    assert fit_bowing_to_rotations(np.zeros((9, 3)), rng.normal(size=(9, 3)), cameras) is None

@@ -10,17 +10,17 @@ from scipy.stats import chi2
 from tests.messages import by_code
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_rotation_errors import (
-    NO_ROTATION,
-    MovedVectors,
+    UNKNOWN_GROUP,
     RotationErrors,
+    VectorsWithDerivatives,
+    concatenate_vectors,
     cone,
+    differentiate_vectors,
+    group_rotation_errors,
     intersect_planes,
-    join_results,
-    move_vectors,
     principal_axis,
     region,
     resultant,
-    shared_rotations,
 )
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, normals_to_planes
@@ -33,7 +33,7 @@ TILTED = np.array([[4.0, 1.0, 0.5], [1.0, 2.0, -0.3], [0.5, -0.3, 9.0]]) * np.ra
 
 
 def one_model(n: int, rotation: np.ndarray = TILTED) -> RotationErrors:
-    return shared_rotations([("r1", rotation)] * n)
+    return group_rotation_errors([("r1", rotation)] * n)
 
 
 def girdle(n: int, noise: float, seed: int = 2) -> np.ndarray:
@@ -54,7 +54,7 @@ def drawn(rotations: np.ndarray, group: np.ndarray, size: int, seed: int) -> np.
     return Rotation.from_rotvec(each.reshape(-1, 3)).as_matrix().reshape(size, len(group), 3, 3)
 
 
-def scatter_of(results: np.ndarray, about: np.ndarray) -> np.ndarray:
+def estimate_scatter(results: np.ndarray, about: np.ndarray) -> np.ndarray:
     """(3, 3) of unit vectors (size, 3), each turned to the side of one of them."""
     signs = np.sign(results @ about)
     strays = signs[:, None] * results - about
@@ -66,7 +66,7 @@ def scatter_of(results: np.ndarray, about: np.ndarray) -> np.ndarray:
 def test_the_axes_of_a_model_turn_as_one_vector_does(index: int) -> None:
     poles = girdle(40, 0.1)
     values, axes = orientation_tensor(poles)
-    found = principal_axis(move_vectors(poles, one_model(40)), values, axes, index)
+    found = principal_axis(differentiate_vectors(poles, one_model(40)), values, axes, index)
     expected = direction_covariance(TILTED, axes[index])[0]
     assert found.covariance()[0] == pytest.approx(expected, abs=1e-9)
 
@@ -76,14 +76,16 @@ def test_so_does_the_mean_however_many_planes_there_are() -> None:
     for n in (2, 30, 3000):
         lines = np.array([0.3, 0.5, -0.8]) + 0.1 * rng.normal(size=(n, 3))
         lines /= np.linalg.norm(lines, axis=1)[:, None]
-        found = resultant(move_vectors(lines, one_model(n)))
+        found = resultant(differentiate_vectors(lines, one_model(n)))
         expected = direction_covariance(TILTED, found.vectors)[0]
         assert found.covariance()[0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_so_does_the_line_where_two_of_its_planes_meet() -> None:
     a, b = np.array([[0.0, 0.6, 0.8]]), np.array([[0.96, 0.0, 0.28]])
-    found = intersect_planes(move_vectors(a, one_model(1)), move_vectors(b, one_model(1)))
+    found = intersect_planes(
+        differentiate_vectors(a, one_model(1)), differentiate_vectors(b, one_model(1))
+    )
     expected = direction_covariance(TILTED, found.vectors)[0]
     assert found.covariance()[0] == pytest.approx(expected, abs=1e-12)
     assert found.vectors[0] @ a[0] == pytest.approx(0.0, abs=1e-12)
@@ -94,14 +96,14 @@ def test_equal_halves_of_two_models_halve_the_variance_of_the_mean() -> None:
     """Of parallel planes: the mean of two independent turns."""
     turns = RotationErrors(np.array([0, 0, 1, 1]), np.array([TILTED, TILTED]))
     pole = np.array([0.0, 0.6, -0.8])
-    found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
+    found = resultant(differentiate_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 2)
 
 
 def test_readings_of_a_compass_hold_the_mean_still() -> None:
-    turns = RotationErrors(np.array([0, NO_ROTATION, NO_ROTATION, NO_ROTATION]), TILTED[None])
+    turns = RotationErrors(np.array([0, UNKNOWN_GROUP, UNKNOWN_GROUP, UNKNOWN_GROUP]), TILTED[None])
     pole = np.array([0.0, 0.6, -0.8])
-    found = resultant(move_vectors(np.tile(pole, (4, 1)), turns))
+    found = resultant(differentiate_vectors(np.tile(pole, (4, 1)), turns))
     assert found.covariance()[0] == pytest.approx(direction_covariance(TILTED, pole)[0] / 16)
 
 
@@ -109,13 +111,15 @@ def test_readings_of_a_compass_hold_the_mean_still() -> None:
 def test_the_axis_of_beds_of_two_models_strays_as_when_both_are_turned() -> None:
     """3,000 pairs of turns drawn, against the first order."""
     poles = girdle(24, 0.05)
-    group = np.array([0] * 10 + [1] * 12 + [NO_ROTATION] * 2)
+    group = np.array([0] * 10 + [1] * 12 + [UNKNOWN_GROUP] * 2)
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     values, axes = orientation_tensor(poles)
-    found = principal_axis(move_vectors(poles, RotationErrors(group, rotations)), values, axes, 2)
+    found = principal_axis(
+        differentiate_vectors(poles, RotationErrors(group, rotations)), values, axes, 2
+    )
     turns = drawn(rotations, group, 3000, 5)
     strayed = np.array([orientation_tensor(np.einsum("nij,nj->ni", t, poles))[1][2] for t in turns])
-    expected = scatter_of(strayed, axes[2])
+    expected = estimate_scatter(strayed, axes[2])
     told = found.covariance()[0]
     assert np.trace(told) == pytest.approx(np.trace(expected), rel=0.08)
     assert told == pytest.approx(expected, abs=0.06 * np.trace(expected))
@@ -125,12 +129,12 @@ def test_the_meeting_line_of_two_models_strays_as_when_both_are_turned() -> None
     a, b = np.array([0.0, 0.6, 0.8]), np.array([0.8, 0.36, 0.48])
     rotations = np.array([TILTED, 0.5 * TILTED[::-1, ::-1]])
     both = RotationErrors(np.array([0, 1]), rotations)
-    parts = [move_vectors(v[None], both.of([i])) for i, v in enumerate((a, b))]
+    parts = [differentiate_vectors(v[None], both.of([i])) for i, v in enumerate((a, b))]
     found = intersect_planes(*parts)
     turns = drawn(rotations, both.group, 6000, 6)
     lines = np.cross(turns[:, 0] @ a, turns[:, 1] @ b)
     lines /= np.linalg.norm(lines, axis=1)[:, None]
-    expected = scatter_of(lines, found.vectors[0])
+    expected = estimate_scatter(lines, found.vectors[0])
     assert found.covariance()[0] == pytest.approx(expected, abs=0.07 * np.trace(expected))
 
 
@@ -256,15 +260,15 @@ def test_sets_of_one_model_share_its_turn() -> None:
 
 
 def test_registrations_are_told_apart_by_their_key() -> None:
-    turns = shared_rotations([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
-    assert turns.group.tolist() == [0, NO_ROTATION, 1, 0]
+    turns = group_rotation_errors([("a", TILTED), (None, None), ("b", TILTED), ("a", TILTED)])
+    assert turns.group.tolist() == [0, UNKNOWN_GROUP, 1, 0]
     assert turns.has_known_errors
-    assert not shared_rotations([(None, None)]).has_known_errors
-    assert turns.of([1]).group.tolist() == [NO_ROTATION]
+    assert not group_rotation_errors([(None, None)]).has_known_errors
+    assert turns.of([1]).group.tolist() == [UNKNOWN_GROUP]
 
 
 def test_results_of_sets_are_vectors_of_further_results() -> None:
-    parts = [move_vectors(np.eye(3)[i : i + 1], one_model(1)) for i in range(2)]
-    both = join_results(parts)
-    assert isinstance(both, MovedVectors)
+    parts = [differentiate_vectors(np.eye(3)[i : i + 1], one_model(1)) for i in range(2)]
+    both = concatenate_vectors(parts)
+    assert isinstance(both, VectorsWithDerivatives)
     assert both.covariance() == pytest.approx(direction_covariance(TILTED, np.eye(3)[:2]))

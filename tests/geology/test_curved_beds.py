@@ -21,12 +21,12 @@ def fold(rng: np.random.Generator, noise: float, n: int = 25) -> tuple[Array, Ar
     points, normals = [], []
     for k in range(5):
         t = np.linspace(0, 1, n)
-        along = 4.0 * k + 3.0 * np.sin(3 * t + k)
+        local_dips = 4.0 * k + 3.0 * np.sin(3 * t + k)
         angle = np.radians(-14 + 28 * t + 3 * k)
         normal = np.stack([np.sin(angle), np.zeros(n), np.cos(angle)], axis=1)
         points.append(
             RADIUS * normal
-            + along[:, None] * [0.0, 1.0, 0.0]
+            + local_dips[:, None] * [0.0, 1.0, 0.0]
             + noise * rng.standard_normal((n, 1)) * normal
         )
         normals.append(normal)
@@ -35,7 +35,10 @@ def fold(rng: np.random.Generator, noise: float, n: int = 25) -> tuple[Array, Ar
 
 def off(found: CurvedBed, normals: Array) -> Array:
     return np.array(
-        [angle_deg(normal_of(d, i), m) for (d, i, _), m in zip(found.along, normals, strict=True)]
+        [
+            angle_deg(normal_of(d, i), m)
+            for (d, i, _), m in zip(found.local_dips, normals, strict=True)
+        ]
     )
 
 
@@ -61,7 +64,7 @@ def test_the_stated_error_of_local_dips_holds(noise: float) -> None:
     for _ in range(40):
         points, normals, cuts = fold(rng, noise)
         found = curved_bed(list("abcde"), points, cuts)
-        held.append(off(found, normals) <= found.along[:, 2])
+        held.append(off(found, normals) <= found.local_dips[:, 2])
     assert np.mean(held) > 0.91
 
 
@@ -75,7 +78,7 @@ def test_a_plane_is_a_plane() -> None:
         degrees.append(found.degree)
         if found.degree == 1:
             assert found.p is None
-            assert np.ptp(found.along[:, 1]) < 1e-9
+            assert np.ptp(found.local_dips[:, 1]) < 1e-9
     # Two tests at half of 5 %.
     assert np.mean(np.array(degrees) > 1) < 0.17
 
@@ -96,8 +99,8 @@ def test_turning_the_world_turns_the_dips_with_it() -> None:
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
     one = curved_bed(list("abcde"), points, cuts)
     two = curved_bed(list("abcde"), points @ turn.T, cuts)
-    assert two.along[:, 1] == pytest.approx(one.along[:, 1], abs=1e-6)
-    turned = (two.along[:, 0] - one.along[:, 0]) % 360
+    assert two.local_dips[:, 1] == pytest.approx(one.local_dips[:, 1], abs=1e-6)
+    turned = (two.local_dips[:, 0] - one.local_dips[:, 0]) % 360
     assert turned == pytest.approx(np.full(len(turned), 30.0), abs=1e-4)
 
 

@@ -18,9 +18,9 @@ WEST = np.array([[-6.0, 0.0, 0.0], [-4.0, 1.0, 0.3], [-2.0, 0.0, 0.0]])
 
 
 def test_the_hanging_wall_lies_above_the_fault_whichever_trace_comes_first() -> None:
-    for one, other, swapped in ((EAST, WEST, False), (WEST, EAST, True)):
+    for one, other, is_swapped in ((EAST, WEST, False), (WEST, EAST, True)):
         found = find_cutoffs(one, other, FAULT, [0.0, 0.0, 0.0])
-        assert found.swapped is swapped
+        assert found.is_swapped is is_swapped
         assert found.hanging_wall.tolist() == EAST[0].tolist()
         assert found.footwall.tolist() == WEST[2].tolist()
 
@@ -34,7 +34,7 @@ def test_the_world_can_be_turned_and_moved() -> None:
     found = find_cutoffs(east, west, Plane(120.0, 60.0), shift)
     assert found.hanging_wall == pytest.approx(east[0])
     assert found.footwall == pytest.approx(west[2])
-    assert not found.swapped
+    assert not found.is_swapped
 
 
 def test_both_on_one_side_are_refused() -> None:

@@ -12,17 +12,17 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.faults.displacement import (
     DisplacementErrors,
-    net_slip_of_cutoffs,
-    net_slip_of_piercing_points,
+    net_slip_from_cutoffs,
+    net_slip_from_piercing_points,
     separations,
 )
 from vomstudio.geology.faults.three_points import plane_of_three_points
 from vomstudio.geology.orientation import (
     Line,
     Plane,
+    compute_rake,
     line_from_rake,
     normals_to_planes,
-    rake_of,
     slip_from_rake,
 )
 
@@ -34,7 +34,7 @@ AT = np.array([433_000.0, 5_200_000.0, 812.0])
 def test_a_normal_fault_of_sixty_degrees() -> None:
     """Ten metres down the dip: throw 10 sin 60, heave 10 cos 60."""
     moved = 10 * np.array([math.cos(math.radians(60)), 0, -math.sin(math.radians(60))])
-    found = net_slip_of_piercing_points(AT + moved, AT, FAULT)
+    found = net_slip_from_piercing_points(AT + moved, AT, FAULT)
     assert found.what == "net slip"
     assert found.net_m.value == pytest.approx(10)
     assert found.throw_m.value == pytest.approx(10 * math.sin(math.radians(60)))
@@ -54,7 +54,7 @@ def test_a_normal_fault_of_sixty_degrees() -> None:
 def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
     """Both ways, from the point itself and from a bed that is nowhere near the slip."""
     slip = 7.0 * slip_from_rake(fault, rake).vector()
-    found = net_slip_of_piercing_points(AT + slip, AT, fault)
+    found = net_slip_from_piercing_points(AT + slip, AT, fault)
     assert found.net_m.value == pytest.approx(7)
     assert (found.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
     bed = next(
@@ -63,8 +63,8 @@ def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
         if abs(slip @ normal(b)) > 7 * math.sin(math.radians(15))
     )
     along_bed = np.cross(normal(bed), [0.3, 0.2, 0.9])
-    lineation = rake_of(Line.from_vector(slip), fault)
-    by_bed = net_slip_of_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, lineation)
+    lineation = compute_rake(Line.from_vector(slip), fault)
+    by_bed = net_slip_from_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, lineation)
     assert by_bed.net_m.value == pytest.approx(7)
     assert (by_bed.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
 
@@ -99,19 +99,19 @@ def test_strike_slip_of_a_dipping_bed_looks_like_a_throw() -> None:
 
 def test_a_slip_along_the_bed_is_refused() -> None:
     with refused("displacement.slip-along-bed", GeometryError, limit_deg=5.0):
-        net_slip_of_cutoffs(AT, AT + 1, FAULT, LEVEL, 2.0)
+        net_slip_from_cutoffs(AT, AT + 1, FAULT, LEVEL, 2.0)
     with refused("displacement.bed-along-fault", GeometryError, limit_deg=5.0):
         separations(AT, AT + 1, FAULT, Plane(92, 62))
     with refused("points.invalid", GeometryError):
-        net_slip_of_piercing_points([0, 0, np.nan], AT, FAULT)
+        net_slip_from_piercing_points([0, 0, np.nan], AT, FAULT)
 
 
 def test_the_world_turns_with_it() -> None:
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     moved = np.array([3.0, -4.0, -2.0])
-    one = net_slip_of_piercing_points(moved, np.zeros(3), FAULT)
-    two = net_slip_of_piercing_points(turn @ moved, np.zeros(3), Plane(120.0, 60.0))
+    one = net_slip_from_piercing_points(moved, np.zeros(3), FAULT)
+    two = net_slip_from_piercing_points(turn @ moved, np.zeros(3), Plane(120.0, 60.0))
     assert two.trend_deg == pytest.approx(one.trend_deg + 30)
     for name in ("net_m", "throw_m", "heave_m", "strike_slip_m", "dip_slip_m"):
         assert getattr(two, name).value == pytest.approx(getattr(one, name).value)
@@ -123,7 +123,7 @@ def test_stated_errors_are_those_of_simulation() -> None:
     errors = DisplacementErrors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
     fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 80.0
     slip = 6 * line_from_rake(fault, rake).vector()
-    stated = net_slip_of_cutoffs(AT + slip, AT, fault, bed, rake, errors)
+    stated = net_slip_from_cutoffs(AT + slip, AT, fault, bed, rake, errors)
     cone = math.radians(1) / math.sqrt(-2 * math.log(0.05))
 
     def tilted(plane: Plane, half_angle: float) -> Plane:
@@ -135,7 +135,7 @@ def test_stated_errors_are_those_of_simulation() -> None:
 
     figures = []
     for _ in range(3000):
-        one = net_slip_of_cutoffs(
+        one = net_slip_from_cutoffs(
             AT + slip + chance.normal(0, 0.05, 3),
             AT + chance.normal(0, 0.05, 3),
             tilted(fault, 4.0),

@@ -21,7 +21,7 @@ from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_pole
 from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import (
     AxisConfidence,
-    LineFigures,
+    LineAttitude,
     assess_uniformity,
 )
 from vomstudio.geology.populations.error_weights import ERROR_COLUMNS, OrientationErrors
@@ -54,7 +54,7 @@ def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
     moment, _ = dblquad(lambda t, x: x * x * density(t, x), -1, 1, 0, 2 * math.pi)
     nodes = bingham_nodes(k1, k2)
     assert nodes.log_constant == pytest.approx(math.log(total), abs=1e-9)
-    assert float(nodes.mean(nodes.places[:, 2] ** 2)) == pytest.approx(moment / total, abs=1e-9)
+    assert float(nodes.mean(nodes.positions[:, 2] ** 2)) == pytest.approx(moment / total, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]
     model = estimate_bingham(eigenvalues)
     assert model is not None
     assert model.k1 <= model.k2 <= 0
-    found = model.nodes.mean(model.nodes.places**2)
+    found = model.nodes.mean(model.nodes.positions**2)
     total = sum(eigenvalues)
     np.testing.assert_allclose(found, np.array(eigenvalues) / total, atol=1e-4 * eigenvalues[2])
 
@@ -466,7 +466,7 @@ def test_means_weighted_by_error_are_held_as_often_as_they_say(n: int) -> None:
     assert first >= 0.93 * 300
 
 
-def _region_holds(axis: LineFigures, region: AxisConfidence | None, truth: np.ndarray) -> bool:
+def _region_holds(axis: LineAttitude, region: AxisConfidence | None, truth: np.ndarray) -> bool:
     assert region is not None
     a = lines_to_vectors(axis.trend_deg, axis.plunge_deg)
     major = lines_to_vectors(region.toward.trend_deg, region.toward.plunge_deg)

@@ -17,7 +17,7 @@ from vomstudio.geology.orientation import (
     Line,
     Plane,
     angle_between_lines,
-    rake_of,
+    compute_rake,
     slip_from_rake,
 )
 from vomstudio.geology.slip import slip_rake
@@ -67,7 +67,7 @@ def agia_varvara() -> tuple[np.ndarray, np.ndarray]:
     rakes = []
     for azimuth, dip, trend, plunge in rows:
         plane = Plane(azimuth, dip)
-        rake = slip_rake(plane, rake_of(Line(trend, plunge), plane), "normal")
+        rake = slip_rake(plane, compute_rake(Line(trend, plunge), plane), "normal")
         assert rake is not None
         rakes.append(rake)
     return fault_movements(rows[:, 0], rows[:, 1], rakes)
@@ -118,7 +118,7 @@ def test_p_and_t_axes_are_those_that_structr_prints(fault, sense, p, t) -> None:
     """Of its article on faults. Its striae are up to 2 degrees off the planes; it turns the plane
     half way, we turn the line."""
     plane = Plane(*fault[:2])
-    rake = slip_rake(plane, rake_of(Line(*fault[2:]), plane), sense)
+    rake = slip_rake(plane, compute_rake(Line(*fault[2:]), plane), sense)
     normals, slips = fault_movements([fault[0]], [fault[1]], [rake])
     assert angle_between_lines(axis(p_axes(normals, slips)[0]), Line(*p)) < 1.5
     assert angle_between_lines(axis(t_axes(normals, slips)[0]), Line(*t)) < 1.5
@@ -148,10 +148,10 @@ def test_one_stress_can_have_moved_all_of_angelier_s_faults() -> None:
     """A dip-slip set of normal faults that strike north-east: compression upright, extension to the
     north-west, as published; the dihedra of all 33 overlap."""
     dihedra = right_dihedra(*agia_varvara())
-    compression, share = dihedra.most_compressed()
+    compression, share = dihedra.compression_maximum()
     assert share == 1.0
     assert axis(compression).plunge_deg > 65
-    extension, share = dihedra.most_extended()
+    extension, share = dihedra.extension_maximum()
     assert share == 1.0
     assert angle_between_lines(axis(extension), Line(323, 0)) < 20
     found = kinematic_axes(*agia_varvara())
@@ -205,12 +205,12 @@ def test_the_strike_that_faults_share_is_not_where_all_of_them_extend() -> None:
     normals, slips = fault_movements([90, 90, 270, 270], [60, 60, 60, 60], [-90, 90, -90, 90])
     along = compressed_share(np.array([[0.0, 1.0, 0.0]]), normals, slips)
     assert along[0] == pytest.approx(0.5)
-    _, share = right_dihedra(normals, slips).most_extended()
+    _, share = right_dihedra(normals, slips).extension_maximum()
     assert share == pytest.approx(0.5)
     normals, slips = fault_movements([90, 270], [60, 60], [-90, -90])
-    axis, share = right_dihedra(normals, slips).most_extended()
+    axis, share = right_dihedra(normals, slips).extension_maximum()
     assert share == 1.0
     assert abs(axis[0]) == pytest.approx(1.0, abs=1e-3)
-    pressed, share = right_dihedra(normals, slips).most_compressed()
+    pressed, share = right_dihedra(normals, slips).compression_maximum()
     assert share == 1.0
     assert abs(pressed[2]) == pytest.approx(1.0, abs=1e-3)

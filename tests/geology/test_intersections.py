@@ -18,7 +18,7 @@ from vomstudio.geology.intersections import (
     mean_plane,
     uncertain_plane,
 )
-from vomstudio.geology.orientation import Line, Plane, rake_of
+from vomstudio.geology.orientation import Line, Plane, compute_rake
 
 JOINT = -2.0 * math.log(0.05)  # chi squared of two, 95 %
 
@@ -53,7 +53,7 @@ def test_rakes_of_intersections_are_those_of_mplstereonet(mplstereonet: Any):
     for plane, other in zip(random_planes(60, 3), random_planes(60, 4), strict=True):
         line = intersection_line(known(plane), known(other)).line
         theirs = mplstereonet.azimuth2rake(plane.strike_rhr_deg, plane.dip_deg, line.trend_deg)
-        assert rake_of(line, plane) == pytest.approx(float(theirs) % 180.0, abs=1e-5)
+        assert compute_rake(line, plane) == pytest.approx(float(theirs) % 180.0, abs=1e-5)
 
 
 def test_a_vertical_and_a_horizontal_plane_meet_in_the_strike_of_the_vertical_one():
@@ -196,4 +196,6 @@ def test_the_interval_of_one_figure_is_students(free):
     plane = uncertain_plane([0, 0, 1], [1, 0, 0], 2.0, 1.0, free)
     wide = deviation95(plane, [5.0, 0.0, 0.0])
     assert wide == pytest.approx(5.0 * math.tan(math.radians(2.0)))
-    assert deviation95(plane, [5.0, 0.0, 0.0], joint=False) / wide == pytest.approx(alone / joint)
+    assert deviation95(plane, [5.0, 0.0, 0.0], is_joint=False) / wide == pytest.approx(
+        alone / joint
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
+from vomstudio.geology.map_symbols import strike_and_dip_symbol, symbol_size, trend_arrow
 from vomstudio.geology.orientation import Line, Plane
 
 AT = np.array([500_000.0, 5_000_000.0, 120.0])
@@ -13,7 +13,7 @@ AT = np.array([500_000.0, 5_000_000.0, 120.0])
 
 @pytest.mark.parametrize("azimuth", [0.0, 37.0, 180.0, 290.0])
 def test_the_bar_runs_along_the_strike_and_the_tick_down_the_dip(azimuth: float) -> None:
-    bar, tick = strike_and_dip(AT, azimuth, 40.0, 2.0)
+    bar, tick = strike_and_dip_symbol(AT, azimuth, 40.0, 2.0)
     along = bar[1] - bar[0]
     assert np.linalg.norm(along) == pytest.approx(2.0)
     assert abs(along @ Plane(azimuth, 40.0).strike_vector()) == pytest.approx(2.0)
@@ -23,16 +23,16 @@ def test_the_bar_runs_along_the_strike_and_the_tick_down_the_dip(azimuth: float)
 
 
 def test_a_vertical_plane_has_ticks_on_both_sides_and_a_horizontal_one_a_cross() -> None:
-    _, tick = strike_and_dip(AT, 90.0, 90.0, 2.0)
+    _, tick = strike_and_dip_symbol(AT, 90.0, 90.0, 2.0)
     assert tick.mean(axis=0) == pytest.approx(AT)
-    one, other = strike_and_dip(AT, 0.0, 0.0, 2.0)
+    one, other = strike_and_dip_symbol(AT, 0.0, 0.0, 2.0)
     assert np.linalg.norm(one[1] - one[0]) == np.linalg.norm(other[1] - other[0])
 
 
 def test_an_overturned_bed_has_a_hook_up_the_dip_whose_ends_are_on_the_bar() -> None:
     for dip in (0.0, 35.0, 90.0):
-        plain = strike_and_dip(AT, 110.0, dip, 2.0)
-        *same, hook = strike_and_dip(AT, 110.0, dip, 2.0, True)
+        plain = strike_and_dip_symbol(AT, 110.0, dip, 2.0)
+        *same, hook = strike_and_dip_symbol(AT, 110.0, dip, 2.0, True)
         assert all((a == b).all() for a, b in zip(plain, same, strict=True))
         bar, down = plain[0], Line(110.0, 0.0).vector()
         along = (bar[1] - bar[0]) / 2.0

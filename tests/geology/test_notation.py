@@ -257,7 +257,7 @@ def test_planes_print_with_fixed_digits() -> None:
     assert format_plane(plane) == "002/05"
     assert format_plane(plane, decimals=1) == "002.3/05.1"
     assert format_plane(plane, "strike/dip", 1) == "272.3/05.1 RHR"
-    assert format_plane(plane, "strike/dip", omits_hand_rule=True) == "272/05"
+    assert format_plane(plane, "strike/dip", omit_hand_rule=True) == "272/05"
     assert format_plane(plane, "quadrant") == "N88W 05N"
     assert format_plane(Plane(132, 41), "quadrant") == "N42E 41SE"
     assert format_line(Line(5, 7)) == "005/07"

@@ -17,12 +17,12 @@ from vomstudio.geology.orientation import (
     angle_between_lines,
     angle_between_planes,
     angle_line_plane,
+    compute_rake,
     intersection,
     line_from_rake,
     lines_to_vectors,
     normals_to_planes,
     planes_to_normals,
-    rake_of,
     sin_cos_deg,
     slip_from_rake,
     vectors_to_lines,
@@ -77,10 +77,10 @@ def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float)
             plane.strike_rhr_deg,
             plane.pole().trend_deg,
             line.trend_deg,
-            line.downward().trend_deg,
+            line.to_downward().trend_deg,
             line.normal_plane().dip_direction_deg,
             directed.trend_deg,
-            directed.downward().trend_deg,
+            directed.to_downward().trend_deg,
             float(normals_to_planes(vector)[0][0]),
             float(vectors_to_lines(vector)[0][0]),
             float(vectors_to_lines(vector, is_directed=True)[0][0]),
@@ -88,7 +88,7 @@ def test_an_azimuth_a_hair_west_of_north_is_never_360(hair: float, north: float)
             Plane.from_strike(270 - hair, 30).dip_direction_deg,
             Plane(90 - hair, 30).strike_rhr_deg,
             Line(-hair, 30).trend_deg,
-            Line(180 - hair, -30).downward().trend_deg,
+            Line(180 - hair, -30).to_downward().trend_deg,
         ]
         assert all(0.0 <= azimuth < 360.0 for azimuth in azimuths), azimuths
 
@@ -247,7 +247,7 @@ def test_arrays_give_nan_for_what_is_no_direction_and_leave_the_input_alone() ->
         lambda: Plane.from_normal([0, 0, 0]),
         lambda: Line.from_vector([1, math.nan, 0]),
         lambda: intersection(Plane(10, 20), Plane(10, 20)),
-        lambda: rake_of(Plane(10, 20).pole(), Plane(10, 20)),
+        lambda: compute_rake(Plane(10, 20).pole(), Plane(10, 20)),
     ],
 )
 def test_impossible_orientations_are_refused_by_name(make) -> None:  # type: ignore[no-untyped-def]
@@ -303,8 +303,8 @@ def test_rakes_run_from_the_strike_over_the_dip() -> None:
     plane = Plane.from_strike(40, 30)
     assert line_from_rake(plane, 0).trend_deg == pytest.approx(40)
     assert angle_between_lines(line_from_rake(plane, 90), Line(130, 30)) < 1e-9
-    assert rake_of(Line(130, 30), plane) == pytest.approx(90)
-    assert rake_of(Line(220, 0), plane) == pytest.approx(0)
+    assert compute_rake(Line(130, 30), plane) == pytest.approx(90)
+    assert compute_rake(Line(220, 0), plane) == pytest.approx(0)
     # sin(plunge) = sin(rake) sin(dip)
     line = line_from_rake(plane, 150)
     assert math.sin(math.radians(line.plunge_deg)) == pytest.approx(0.25)
@@ -314,7 +314,7 @@ def test_rakes_run_from_the_strike_over_the_dip() -> None:
 def test_rakes_come_back(plane: Plane, rake: float) -> None:
     line = line_from_rake(plane, rake)
     assert angle_line_plane(line, plane) < 2e-7
-    gap = abs((rake_of(line, plane) - rake + 90) % 180 - 90)
+    gap = abs((compute_rake(line, plane) - rake + 90) % 180 - 90)
     assert gap < 1e-5
 
 
@@ -332,8 +332,8 @@ def test_rakes_agree_with_mplstereonet(mplstereonet: Any) -> None:
 @pytest.mark.parametrize("dip_direction", [120.0, 300.0])
 def test_on_a_vertical_plane_rakes_count_from_the_strike_under_180(dip_direction: float) -> None:
     plane = Plane(dip_direction, 90)
-    assert rake_of(Line(30, 20), plane) == pytest.approx(20)
-    assert rake_of(Line(210, 20), plane) == pytest.approx(160)
+    assert compute_rake(Line(30, 20), plane) == pytest.approx(20)
+    assert compute_rake(Line(210, 20), plane) == pytest.approx(160)
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def test_the_band_is_about_the_line_of_the_trace() -> None:
     assert band is not None
     assert band.line.trend_deg == pytest.approx(120.0, abs=0.3)
     assert band.line.plunge_deg == pytest.approx(35.0, abs=0.3)
-    assert band.best is None
+    assert band.best_plane is None
     # A plane through a line that plunges by p dips by p at least, and may be vertical.
     low, high = band.dips_deg()
     assert low == pytest.approx(35.0, abs=2.0 * band.half_width95_deg)

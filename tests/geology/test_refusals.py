@@ -26,10 +26,10 @@ from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import (
     Line,
     Plane,
+    compute_rake,
     intersection,
     planes_to_normals,
     planes_to_poles,
-    rake_of,
 )
 from vomstudio.geology.populations.set_statistics import set_statistics
 from vomstudio.geology.statistics import (
@@ -70,7 +70,7 @@ def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], 
         (lambda: common_axis({"a": ONE, "b": ONE}), "fold.parallel-means", {"sets": ("a", "b")}),
         (lambda: mean_plane([]), "sets.no-members", {}),
         (lambda: intersection(Plane(40, 30), Plane(40, 30)), "planes.parallel", {}),
-        (lambda: rake_of(Plane(40, 30).pole(), Plane(40, 30)), "line.across-plane", {}),
+        (lambda: compute_rake(Plane(40, 30).pole(), Plane(40, 30)), "line.across-plane", {}),
         (lambda: unit_vectors(np.zeros((0, 3))), "sets.no-orientations", {}),
         (lambda: unit_vectors(np.zeros((2, 2))), "sets.no-orientations", {}),
         (

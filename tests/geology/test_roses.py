@@ -123,9 +123,9 @@ def test_dips_are_counted_as_numpy_counts_them(
     away = np.abs(dips[:, None] - edges).min(axis=1)
     sound = (away > 1e-6) | (dips == 90.0)
     got = count_histogram(dips[sound], bin_deg=width, weights=weights[sound])
-    want, _ = np.histogram(dips[sound], edges, weights=weights[sound])
+    request_photos, _ = np.histogram(dips[sound], edges, weights=weights[sound])
     if sound.any():
-        np.testing.assert_allclose(got.shares, want / weights[sound].sum(), atol=1e-12)
+        np.testing.assert_allclose(got.shares, request_photos / weights[sound].sum(), atol=1e-12)
         assert got.mean_deg == pytest.approx(np.average(dips[sound], weights=weights[sound]))
 
 

@@ -73,7 +73,7 @@ def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
     found, criteria = propose_clusters(poles, 8)
     assert found.k == len(sets)
     assert len(criteria) > len(sets)
-    group = found.component_of_poles()
+    group = found.most_probable_clusters()
     for i, of in enumerate(sets):
         mine = np.bincount(group[(truth == i) & (group >= 0)], minlength=found.k).argmax()
         assert off_deg(poles[group == mine], of) < 1.0
@@ -136,7 +136,7 @@ def test_a_wide_set_of_another_shape_is_not_split(shape: str) -> None:
 def test_an_even_scatter_has_no_sets(seed: int) -> None:
     found, _ = propose_clusters(scatter(300, np.random.default_rng(seed)), 8)
     assert found.k == 0
-    assert (found.component_of_poles() == -1).all()
+    assert (found.most_probable_clusters() == -1).all()
 
 
 def test_a_set_that_is_longer_than_wide_stays_one() -> None:
@@ -155,7 +155,7 @@ def test_turning_the_world_turns_the_sets() -> None:
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
     one, _ = propose_clusters(poles, 8)
     two, _ = propose_clusters(poles @ turn.T, 8)
-    np.testing.assert_array_equal(one.component_of_poles(), two.component_of_poles())
+    np.testing.assert_array_equal(one.most_probable_clusters(), two.most_probable_clusters())
     first = normals_to_planes(one.axes[0, 0])[0]
     assert normals_to_planes(two.axes[0, 0])[0] == pytest.approx((first + 30) % 360, abs=1e-3)
     again, _ = propose_clusters(poles, 8)
@@ -192,7 +192,7 @@ def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:
     seeds = planes_to_poles([of[0] + 8 for of in sets], [of[1] - 6 for of in sets])
     found = clusters_from_seeds(poles, seeds)
     for j, of in enumerate(sets):
-        assert off_deg(poles[found.component_of_poles() == j], of) < 1.0
+        assert off_deg(poles[found.most_probable_clusters() == j], of) < 1.0
 
 
 def test_the_spacing_of_planes_a_known_distance_apart() -> None:
@@ -212,7 +212,7 @@ def test_ten_planes_in_three_clusters_are_three_sets() -> None:
     for _ in range(10):
         sets: list[Set] = [(30, 80, 200, 4), (120, 70, 200, 3), (230, 20, 200, 3)]
         mixture, _ = propose_clusters(np.vstack([cluster(of, chance) for of in sets]), 8)
-        groups = mixture.component_of_poles()
+        groups = mixture.most_probable_clusters()
         assert mixture.k == 3
         assert [len(set(groups[i:j].tolist())) for i, j in ((0, 4), (4, 7), (7, 10))] == [1, 1, 1]
 

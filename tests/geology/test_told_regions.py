@@ -132,7 +132,7 @@ def test_an_axis_that_may_point_anywhere_along_a_way_says_ninety_degrees() -> No
     # Half-angles by the closed form, F(2, 3) being 3/2 (20^(2/3) - 1).
     f95 = 1.5 * (20.0 ** (2.0 / 3.0) - 1.0)
     covariance = np.diag([0.25, 1.0]) / (2.0 * f95)
-    region = distributions._confidence(covariance, np.eye(3)[:2], 3.0)
+    region = distributions._build_axis_confidence(covariance, np.eye(3)[:2], 3.0)
     assert region is not None
     assert region.max_deg == pytest.approx(90.0)
     assert region.min_deg == pytest.approx(30.0)

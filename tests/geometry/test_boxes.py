@@ -29,20 +29,20 @@ def some_boxes(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_box_of_points_holds_them_and_touches_the_outermost() -> None:
     points = np.random.default_rng(0).normal(size=(60, 3)) * [9.0, 1.0, 3.0] + UTM
-    box = ClipBox.around(points)
+    box = ClipBox.from_points(points)
     assert box.contains(points).all()
     assert np.array_equal([box.low, box.high], [points.min(axis=0), points.max(axis=0)])
 
 
 @pytest.mark.parametrize("thick", [0.0, 0.9e-3])
 def test_the_box_of_a_flat_model_has_half_a_metre_to_either_side(thick: float) -> None:
-    box = ClipBox.around(np.array([[0.0, 5.0, 1.0], [2.0, 5.0 + thick, 1.0]]))
+    box = ClipBox.from_points(np.array([[0.0, 5.0, 1.0], [2.0, 5.0 + thick, 1.0]]))
     assert box.low == pytest.approx((0.0, 4.5, 0.5))
     assert box.high == pytest.approx((2.0, 5.5 + thick, 1.5))
 
 
 def test_a_box_of_a_few_millimetres_is_left_as_it_is() -> None:
-    box = ClipBox.around(np.array([[0.0, 0.0, 0.0], [2e-3, 1.0, 3.0]]))
+    box = ClipBox.from_points(np.array([[0.0, 0.0, 0.0], [2e-3, 1.0, 3.0]]))
     assert (box.low, box.high) == ((0.0, 0.0, 0.0), (2e-3, 1.0, 3.0))
 
 
@@ -118,8 +118,8 @@ def test_boxes_meet_where_they_have_a_point_in_common_even_one() -> None:
                 shift[axis] = way * gap
                 low, high = shift, shift + 1.0
                 other = ClipBox(tuple(low.tolist()), tuple(high.tolist()))
-                assert cube.meets_box(other) is other.meets_box(cube) is meets
-    assert cube.meets_box(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
+                assert cube.intersects_box(other) is other.intersects_box(cube) is meets
+    assert cube.intersects_box(ClipBox((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)))
 
 
 def test_a_box_holds_its_own_corners_and_nothing_beyond_them() -> None:
@@ -138,12 +138,12 @@ def test_a_ball_has_a_part_inside_where_its_nearest_point_of_the_box_is_near_eno
     steps = np.stack(np.meshgrid(*[np.linspace(0, 1, 21)] * 3), axis=-1).reshape(-1, 3)
     inside = np.array(BOX.low) + steps * (np.array(BOX.high) - BOX.low)
     nearest = np.array([np.linalg.norm(inside - c, axis=1).min() for c in centres])
-    assert BOX.meets_balls(centres, nearest + 1e-9).all()
+    assert BOX.intersects_balls(centres, nearest + 1e-9).all()
     outside = nearest > 0.3
     assert outside.sum() > 90
     # Half a diagonal of the grid is 17 cm, and the box itself no nearer than that.
-    assert not BOX.meets_balls(centres[outside], nearest[outside] - 0.2).any()
-    assert BOX.meets_balls(np.array([[6.0, 10.5, 0.0]]), np.array([2.0])).all()
+    assert not BOX.intersects_balls(centres[outside], nearest[outside] - 0.2).any()
+    assert BOX.intersects_balls(np.array([[6.0, 10.5, 0.0]]), np.array([2.0])).all()
 
 
 def test_a_ray_is_in_a_box_from_where_it_enters_to_where_it_leaves() -> None:
@@ -209,20 +209,20 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
 
 def test_the_stretch_of_a_ray_is_ahead_of_its_origin() -> None:
     way = np.array([0.0, 0.0, 2.0])
-    assert BOX.stretch(np.array([1.0, 10.5, -9.0]), way) == pytest.approx((3.0, 5.5))
-    assert BOX.stretch(np.array([1.0, 10.5, 0.0]), way) == pytest.approx((0.0, 1.0))
-    assert BOX.stretch(np.array([1.0, 10.5, 2.0]), way) == pytest.approx((0.0, 0.0))
-    assert BOX.stretch(np.array([1.0, 10.5, 2.1]), way) is None
-    assert BOX.stretch(np.array([1.0, 11.2, 0.0]), way) is None
+    assert BOX.ray_range(np.array([1.0, 10.5, -9.0]), way) == pytest.approx((3.0, 5.5))
+    assert BOX.ray_range(np.array([1.0, 10.5, 0.0]), way) == pytest.approx((0.0, 1.0))
+    assert BOX.ray_range(np.array([1.0, 10.5, 2.0]), way) == pytest.approx((0.0, 0.0))
+    assert BOX.ray_range(np.array([1.0, 10.5, 2.1]), way) is None
+    assert BOX.ray_range(np.array([1.0, 11.2, 0.0]), way) is None
 
 
 def test_the_stretch_grows_by_its_reach_along_each_axis() -> None:
-    assert BOX.stretch(
+    assert BOX.ray_range(
         np.array([1.0, 11.2, -9.0]), np.array([0.0, 0.0, 2.0]), 0.5
     ) == pytest.approx((2.75, 5.75))
     for reach, after in pairwise((0.0, 0.1, 0.2, 0.3)):
         first, second = (
-            BOX.stretch(np.array([-5.0, 10.5, 0.0]), np.array([1.0, 0.0, 0.0]), r)
+            BOX.ray_range(np.array([-5.0, 10.5, 0.0]), np.array([1.0, 0.0, 0.0]), r)
             for r in (reach, after)
         )
         assert first is not None

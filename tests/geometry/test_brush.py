@@ -96,7 +96,7 @@ def test_the_brush_takes_what_its_definition_says(radius):
             for surface in brushes(mesh):
                 for _ in range(2):
                     # Nothing of an earlier answer stays behind.
-                    got = surface.within(face, centre, radius)
+                    got = surface.connected_ids_in_ball(face, centre, radius)
                     assert got.tolist() == expected, (name, face)
 
 
@@ -107,7 +107,7 @@ def test_of_two_sheets_a_centimetre_apart_the_brush_takes_one():
     for sheet, first in enumerate((0, len(lower.faces))):
         face = first + len(lower.faces) // 4
         for surface in brushes(mesh):
-            got = surface.within(face, centre_of(mesh, face), 0.5)
+            got = surface.connected_ids_in_ball(face, centre_of(mesh, face), 0.5)
             assert len(got) > 1000
             assert (got // len(lower.faces) == sheet).all()
 
@@ -132,7 +132,7 @@ def test_of_two_sheets_of_points_a_centimetre_apart_the_brush_takes_one():
             for sheet in (0, 1):
                 index = sheet * n * n + n * n // 2 + n // 2
                 ball = np.linalg.norm(points - points[index], axis=1) <= 0.1
-                got = surface.within(index, points[index], 0.1)
+                got = surface.connected_ids_in_ball(index, points[index], 0.1)
                 assert (got // (n * n) == sheet).all()
                 own = np.flatnonzero(ball)
                 own = own[own // (n * n) == sheet]
@@ -145,8 +145,10 @@ def test_a_seam_of_the_texture_does_not_stop_the_brush(radius):
     face = 700
     for surface in brushes(split(whole)):
         assert (
-            surface.within(face, centre_of(whole, face), radius).tolist()
-            == MeshSurface(whole).within(face, centre_of(whole, face), radius).tolist()
+            surface.connected_ids_in_ball(face, centre_of(whole, face), radius).tolist()
+            == MeshSurface(whole)
+            .connected_ids_in_ball(face, centre_of(whole, face), radius)
+            .tolist()
         )
 
 
@@ -156,17 +158,19 @@ def test_the_brush_goes_with_the_rock():
     turn = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
     other = moved(mesh, turn, np.array([3.0, -2.0, 5.0]))
     for face in (5, 900):
-        a = MeshSurface(mesh).within(face, centre_of(mesh, face), 0.61)
-        b = MeshSurface(other).within(face, centre_of(other, face), 0.61)
+        a = MeshSurface(mesh).connected_ids_in_ball(face, centre_of(mesh, face), 0.61)
+        b = MeshSurface(other).connected_ids_in_ball(face, centre_of(other, face), 0.61)
         assert a.tolist() == b.tolist()
 
 
 def test_a_brush_smaller_than_a_face_takes_the_face():
     mesh = grid(5, 40.0)
     for surface in brushes(mesh):
-        assert surface.within(3, mesh.vertices[mesh.faces[3]][0], 0.1).tolist() == [3]
+        assert surface.connected_ids_in_ball(3, mesh.vertices[mesh.faces[3]][0], 0.1).tolist() == [
+            3
+        ]
     cloud = CloudSurface(PointCloud(mesh.vertices))
-    assert cloud.within(3, mesh.vertices[3], 0.1).tolist() == [3]
+    assert cloud.connected_ids_in_ball(3, mesh.vertices[3], 0.1).tolist() == [3]
 
 
 def test_area_border_and_normal_of_a_square():
@@ -174,11 +178,11 @@ def test_area_border_and_normal_of_a_square():
     surface = create_surface(mesh)
     surface.build()
     every = np.arange(surface.count)
-    assert surface.area_of(every) == pytest.approx(1.0)
+    assert surface.selected_area(every) == pytest.approx(1.0)
     edges = surface.border(every)
     assert np.linalg.norm(edges[:, 0] - edges[:, 1], axis=1).sum() == pytest.approx(4.0)
     assert split_border(mesh) == pytest.approx(4.0)
-    normal = surface.normal_near(0, centre_of(mesh, 0), 0.3)
+    normal = surface.local_normal(0, centre_of(mesh, 0), 0.3)
     assert abs(normal[2]) == pytest.approx(1.0)
 
 
@@ -197,11 +201,11 @@ def test_a_step_on_a_large_model_takes_some_milliseconds():
     surface = MeshSurface(mesh)
     surface.build()
     face = len(mesh.faces) // 4
-    surface.within(face, centre_of(mesh, face), 0.3)
+    surface.connected_ids_in_ball(face, centre_of(mesh, face), 0.3)
     best = np.inf
     for _ in range(10):
         started = time.perf_counter()
-        got = surface.within(face, centre_of(mesh, face), 0.3)
+        got = surface.connected_ids_in_ball(face, centre_of(mesh, face), 0.3)
         best = min(best, time.perf_counter() - started)
     assert len(got) > 5000
     assert best < 0.02
@@ -227,7 +231,7 @@ def test_the_brush_takes_the_same_wherever_the_model_stands(pieces, shift):
         for radius in (0.3, 1.1):
             expected = plainly(whole, face, centre, radius)
             for surface in (*brushes(whole), *brushes(seamed)):
-                assert surface.within(face, centre, radius).tolist() == expected
+                assert surface.connected_ids_in_ball(face, centre, radius).tolist() == expected
 
 
 def test_faces_longer_than_the_one_that_was_hit_are_reached_over_their_corners(pieces):
@@ -243,7 +247,7 @@ def test_faces_longer_than_the_one_that_was_hit_are_reached_over_their_corners(p
     for radius in (0.1, 0.6, 0.8, 0.95, 1.3):
         expected = plainly(mesh, 0, centre_of(mesh, 0), radius)
         for surface in (*brushes(mesh), *brushes(split(mesh))):
-            assert surface.within(0, centre_of(mesh, 0), radius).tolist() == expected
+            assert surface.connected_ids_in_ball(0, centre_of(mesh, 0), radius).tolist() == expected
 
 
 def points_plainly(points: np.ndarray, index: int, centre: np.ndarray, radius: float) -> list[int]:
@@ -275,14 +279,14 @@ def test_of_a_cloud_the_brush_takes_what_hangs_together(pieces, radius):
         for off in (0.0, 0.1):
             centre = points[index] + [off, 0.0, 0.0]
             expected = points_plainly(points, index, centre, radius)
-            assert plain.within(index, centre, radius).tolist() == expected
-            assert built.within(index, centre, radius).tolist() == expected
+            assert plain.connected_ids_in_ball(index, centre, radius).tolist() == expected
+            assert built.connected_ids_in_ball(index, centre, radius).tolist() == expected
 
 
 def test_points_that_all_stand_at_one_place_hang_together():
     points = np.concatenate([np.zeros((40, 3)), [[5.0, 0, 0]]])
     surface = CloudSurface(PointCloud(points))
-    assert surface.within(3, points[3], 0.1).tolist() == list(range(40))
+    assert surface.connected_ids_in_ball(3, points[3], 0.1).tolist() == list(range(40))
 
 
 def test_what_a_brush_says_of_points():
@@ -294,7 +298,7 @@ def test_what_a_brush_says_of_points():
     found, weights = surface.weighted_points(ids)
     assert np.array_equal(found, points[ids])
     assert weights is None
-    assert surface.area_of(ids) is None
+    assert surface.selected_area(ids) is None
     assert surface.border(ids).shape == (0, 2, 3)
 
 
@@ -308,14 +312,14 @@ def test_the_normal_under_the_brush_is_that_of_its_ball_or_of_the_face(built):
     face = 700
     a, b, c = mesh.vertices[mesh.faces[face]]
     own = np.cross(b - a, c - a) / np.linalg.norm(np.cross(b - a, c - a))
-    assert abs(surface.normal_near(face, centre_of(mesh, face), 1e-3) @ own) == pytest.approx(1.0)
-    wide = surface.normal_near(face, centre_of(mesh, face), 0.8)
+    assert abs(surface.local_normal(face, centre_of(mesh, face), 1e-3) @ own) == pytest.approx(1.0)
+    wide = surface.local_normal(face, centre_of(mesh, face), 0.8)
     if built:
         assert abs(wide[2]) > 0.99 > abs(own[2])
     else:
         assert abs(wide @ own) == pytest.approx(1.0)
     flat = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))
-    assert MeshSurface(flat).normal_near(0, np.zeros(3), 1.0) is None
+    assert MeshSurface(flat).local_normal(0, np.zeros(3), 1.0) is None
 
 
 def test_the_border_of_some_faces_is_what_only_one_of_them_has():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vomstudio.core.errors import GeometryError
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 
 LENSES = {
     "SIMPLE_PINHOLE": (1000.0, 810.0, 590.0),
@@ -27,7 +27,7 @@ def points():
     )
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", CAMERA_MODELS)
 def test_pixels_are_those_of_colmap(model, points):
     import pycolmap
 
@@ -36,7 +36,7 @@ def test_pixels_are_those_of_colmap(model, points):
     np.testing.assert_allclose(ours, theirs.img_from_cam(points), atol=1e-9)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", CAMERA_MODELS)
 def test_a_pixel_s_ray_leads_back_to_its_point(model, points):
     lens = Intrinsics(model, 1600, 1200, LENSES[model])
     rays = lens.rays(lens.project(points))
@@ -102,28 +102,28 @@ def test_depths_grow_along_the_view_from_its_centre(points):
     np.testing.assert_allclose(view.depths(view.centre), 0, atol=1e-9)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", CAMERA_MODELS)
 def test_without_its_bend_a_lens_is_its_matrix(model, points):
-    names, params = MODELS[model], LENSES[model]
+    names, params = CAMERA_MODELS[model], LENSES[model]
     bent = [i for i, name in enumerate(names) if name[0] in "kp"]
-    assert Intrinsics(model, 1600, 1200, params).distorts == bool(bent)
+    assert Intrinsics(model, 1600, 1200, params).has_distortion == bool(bent)
     straight = list(params)
     for i in bent:
         straight[i] = 0.0
     lens = Intrinsics(model, 1600, 1200, tuple(straight))
     if model == "OPENCV_FISHEYE":
         # The radius is the angle, not its tangent.
-        assert lens.distorts
+        assert lens.has_distortion
         pixel = lens.project([[1.0, 0.0, 1.0]])[0]
         np.testing.assert_allclose(pixel, [810 + 1000 * np.pi / 4, 590])
         return
-    assert not lens.distorts
+    assert not lens.has_distortion
     pixels = points @ lens.matrix.T
     np.testing.assert_allclose(lens.project(points), pixels[:, :2] / pixels[:, 2:], atol=1e-9)
     for i in bent:
         one = list(straight)
         one[i] = 1e-3
-        assert Intrinsics(model, 1600, 1200, tuple(one)).distorts, names[i]
+        assert Intrinsics(model, 1600, 1200, tuple(one)).has_distortion, names[i]
 
 
 def test_a_resampled_photo_of_one_focal_length_keeps_one():
@@ -137,7 +137,7 @@ def test_a_resampled_photo_of_one_focal_length_keeps_one():
 
 
 def test_the_middle_of_the_picture_is_seen_straight_ahead():
-    for model in MODELS:
+    for model in CAMERA_MODELS:
         lens = Intrinsics(model, 1600, 1200, LENSES[model])
         np.testing.assert_allclose(lens.rays([lens.centre]), [[0, 0, 1]], atol=1e-12)
 
@@ -154,8 +154,13 @@ def test_rays_beyond_the_edge_of_a_lens_are_not_made_up():
 @pytest.mark.parametrize("model", ["SIMPLE_RADIAL", "RADIAL", "OPENCV"])
 def test_a_lens_shows_as_far_as_its_polynomial_grows(model, k1):
     """r (1 + k1 r^2) turns back where 1 + 3 k1 r^2 = 0, and rays end at the same place."""
-    named = dict.fromkeys(MODELS[model], 0.0) | {"f": 1000.0, "fx": 1000.0, "fy": 1000.0, "k1": k1}
-    lens = Intrinsics(model, 1600, 1200, tuple(named[name] for name in MODELS[model]))
+    named = dict.fromkeys(CAMERA_MODELS[model], 0.0) | {
+        "f": 1000.0,
+        "fx": 1000.0,
+        "fy": 1000.0,
+        "k1": k1,
+    }
+    lens = Intrinsics(model, 1600, 1200, tuple(named[name] for name in CAMERA_MODELS[model]))
     edge = np.sqrt(-1.0 / (3.0 * k1))
     for angle in (0.0, 1.0, 2.5, 4.0):
         way = np.array([np.cos(angle), np.sin(angle)])
@@ -191,7 +196,7 @@ def test_a_lens_that_always_grows_shows_everything_before_it():
     np.testing.assert_allclose(lens.rays(lens.project(wide[2]))[0], wide[2], atol=1e-6)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", CAMERA_MODELS)
 def test_pixels_outside_the_photo_have_rays_too_and_one_that_is_lost_harms_no_other(model):
     lens = Intrinsics(model, 1600, 1200, LENSES[model])
     pixels = np.array([[-100.0, 300.0], [800.0, 600.0], [np.nan, 5.0], [1700.0, 1250.0]])

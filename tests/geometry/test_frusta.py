@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.frusta import choose_frustum_size, edge, frusta, frustum, frustum_at
+from vomstudio.geometry.frusta import (
+    choose_frustum_size,
+    edge_pixels,
+    find_frustum_at_pixel,
+    frusta,
+    frustum,
+)
 
 
 def view(seed: int, k1: float = -0.05) -> View:
@@ -94,12 +100,12 @@ def test_the_camera_under_the_cursor_is_found() -> None:
             [[np.nan, np.nan]] * 4,
         ]
     )
-    assert frustum_at(tips, corners, 102, 99, 9.0) == 0
-    assert frustum_at(tips, corners, 65, 65, 9.0) == 0
-    assert frustum_at(tips, corners, 200, 100, 9.0) is None
+    assert find_frustum_at_pixel(tips, corners, 102, 99, 9.0) == 0
+    assert find_frustum_at_pixel(tips, corners, 65, 65, 9.0) == 0
+    assert find_frustum_at_pixel(tips, corners, 200, 100, 9.0) is None
     # Mirrored on the screen it is the same photo.
-    assert frustum_at(tips, corners[:, ::-1], 65, 65, 9.0) == 0
-    assert frustum_at(np.zeros((0, 2)), np.zeros((0, 4, 2)), 1, 1, 9.0) is None
+    assert find_frustum_at_pixel(tips, corners[:, ::-1], 65, 65, 9.0) == 0
+    assert find_frustum_at_pixel(np.zeros((0, 2)), np.zeros((0, 4, 2)), 1, 1, 9.0) is None
 
 
 def test_photos_of_one_spot_say_nothing_of_the_spacing_in_a_scene_of_any_size() -> None:
@@ -154,21 +160,21 @@ def test_of_photos_one_behind_the_other_the_smallest_is_found() -> None:
     corners = np.stack([100.0 + 90.0 * square, 120.0 + 20.0 * square, 110.0 + 50.0 * square])
     for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
         for x, smallest in ((130.0, 1), (155.0, 2), (185.0, 0)):
-            found = frustum_at(tips, corners[order], x, x, 9.0)
+            found = find_frustum_at_pixel(tips, corners[order], x, x, 9.0)
             assert order[found] == smallest  # type: ignore[index]
-    assert frustum_at(tips, corners, 191.0, 130.0, 9.0) is None
+    assert find_frustum_at_pixel(tips, corners, 191.0, 130.0, 9.0) is None
     # Its own edge is part of a photo, and a tip is met up to its reach.
-    assert frustum_at(tips, corners, 190.0, 130.0, 9.0) == 0
+    assert find_frustum_at_pixel(tips, corners, 190.0, 130.0, 9.0) == 0
     tips[2] = 300.0
-    assert frustum_at(tips, corners, 303.0, 304.0, 5.0) == 2
-    assert frustum_at(tips, corners, 303.0, 304.0, 4.9) is None
+    assert find_frustum_at_pixel(tips, corners, 303.0, 304.0, 5.0) == 2
+    assert find_frustum_at_pixel(tips, corners, 303.0, 304.0, 4.9) is None
 
 
 @pytest.mark.parametrize("steps", [1, 2, 6])
 def test_pixels_around_a_photo_are_even_steps_clockwise_from_its_top_left_corner(
     steps: int,
 ) -> None:
-    found = edge(60, 30, steps)
+    found = edge_pixels(60, 30, steps)
     assert found.shape == (4 * steps, 2)
     assert found[::steps].tolist() == [[0, 0], [60, 0], [60, 30], [0, 30]]
     sides = np.linalg.norm(np.roll(found, -1, axis=0) - found, axis=1)

@@ -24,13 +24,13 @@ def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_pat
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """What numba is asked for; it can keep nothing on disk."""
-    compiled, options = numba.njit, []
+    compiled_function, options = numba.njit, []
 
     def njit(*signature: str, **wanted: Any) -> Any:
         options.append(wanted)
         if wanted.get("cache"):
             raise RuntimeError("cannot cache function: no locator available")
-        return compiled(*signature, **wanted)
+        return compiled_function(*signature, **wanted)
 
     monkeypatch.setattr(numba, "njit", njit)
     return options
@@ -39,7 +39,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
 def test_where_nothing_can_be_kept_a_kernel_is_compiled_anew_and_the_same(
     asked: list[dict[str, Any]],
 ) -> None:
-    assert kernel("f8(f8)", fastmath=True)(lambda x: 2.0 * x).compile_by_numba()(1.5) == 3.0
+    assert kernel("f8(f8)", fastmath=True)(lambda x: 2.0 * x).compile_with_numba()(1.5) == 3.0
     kept, anew = asked[:2]
     assert kept == {"nogil": True, "fastmath": True, "cache": True}
     assert anew == {"nogil": True, "fastmath": True}
@@ -55,8 +55,8 @@ def test_sums_are_made_in_the_order_in_which_they_stand(piece: Any) -> None:
 
 def test_no_kernel_keeps_other_threads_waiting() -> None:
     for piece in (part, step, fastmath_part):
-        assert piece(lambda x: x).compiled().targetoptions["nogil"]
-    assert fastmath_part(lambda x: x).compiled().targetoptions["fastmath"]
+        assert piece(lambda x: x).compiled_function().targetoptions["nogil"]
+    assert fastmath_part(lambda x: x).compiled_function().targetoptions["fastmath"]
 
 
 @pytest.mark.usefixtures("way")

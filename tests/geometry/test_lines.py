@@ -70,8 +70,8 @@ def missed(n: int, sigma: float, runs: int, seed: int) -> float:
     truth = np.array([0.6, 0.48, -0.64])
     held = 0
     for _ in range(runs):
-        along = np.sort(chance.uniform(-1.0, 1.0, n))
-        fit = fit_line(np.outer(along, truth) + chance.normal(0.0, sigma, (n, 3)))
+        distance_along_line = np.sort(chance.uniform(-1.0, 1.0, n))
+        fit = fit_line(np.outer(distance_along_line, truth) + chance.normal(0.0, sigma, (n, 3)))
         held += axial_deg(fit.direction, truth) <= fit.confidence95_deg
     return held / runs
 
@@ -184,14 +184,14 @@ def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
                 made = minimize(gap, [0.5, 0.5], bounds=[(0, 1), (0, 1)], tol=1e-14)
                 least = min(least, np.sqrt(made.fun))
         assert found.distance == pytest.approx(least, abs=1e-4)
-        assert 0 <= found.along <= path_length(line) + 1e-9
+        assert 0 <= found.distance_along_line <= path_length(line) + 1e-9
     crossing = nearest_approach([[0, 0, 0], [4, 0, 0]], [[3, -1, 0], [3, 1, 0]])
-    assert (crossing.distance, crossing.along) == pytest.approx((0.0, 3.0))
+    assert (crossing.distance, crossing.distance_along_line) == pytest.approx((0.0, 3.0))
     assert crossing.midpoint == pytest.approx([3, 0, 0])
     alike = nearest_approach([[0, 0, 0], [4, 0, 0]], [[1, 0, 2], [9, 0, 2]])
     assert alike.distance == pytest.approx(2.0)
     point = nearest_approach([[0, 0, 0], [0, 0, 0], [4, 0, 0]], [[2, 1, 0], [2, 1, 0]])
-    assert (point.distance, point.along) == pytest.approx((1.0, 2.0))
+    assert (point.distance, point.distance_along_line) == pytest.approx((1.0, 2.0))
 
 
 def test_lengths_of_many_polylines_are_those_of_each() -> None:

@@ -109,12 +109,12 @@ def test_old_code_does_not_pile_up(folder: Path) -> None:
 
 
 def test_a_part_counts_with_all_that_it_calls() -> None:
-    def name_of(factor: float) -> str:
+    def get_name(factor: float) -> str:
         inner = part(lambda x: x * factor)
         outer = part(lambda x: inner(x) + 1.0)
         return machine_code._file_name(KernelSource(lambda x: outer(x), "f8(f8)", False))
 
-    assert name_of(2.0) == name_of(2.0) != name_of(3.0)
+    assert get_name(2.0) == get_name(2.0) != get_name(3.0)
 
 
 @pytest.mark.full
@@ -135,7 +135,7 @@ def test_options_of_kernels_and_parts_count() -> None:
     def half(x):  # type: ignore[no-untyped-def]
         return x / 2
 
-    def name_of(signature: str, fast: bool, piece: KernelPart) -> str:
+    def get_name(signature: str, fast: bool, piece: KernelPart) -> str:
         return machine_code._file_name(KernelSource(lambda x: piece(x), signature, fast))
 
     names = set()
@@ -146,7 +146,7 @@ def test_options_of_kernels_and_parts_count() -> None:
         ("f8(f8)", False, {"fastmath": True}),
     ]:
         for _ in range(2):
-            names.add(name_of(signature, fast, KernelPart(half, **options)))
+            names.add(get_name(signature, fast, KernelPart(half, **options)))
     assert len(names) == 4
 
 
@@ -157,7 +157,9 @@ def test_no_reader_needs_numba(module: str) -> None:
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")
     kernels = [v for v in vars(holder).values() if isinstance(v, Kernel)]
     assert kernels
-    assert all(machine_code.entry(one.source, one.compile_by_numba) is not None for one in kernels)
+    assert all(
+        machine_code.entry(one.source, one.compile_with_numba) is not None for one in kernels
+    )
 
 
 def test_large_arrays_and_threads(folder: Path) -> None:

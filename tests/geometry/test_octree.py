@@ -101,7 +101,7 @@ VIEWS = [
 @pytest.mark.parametrize("seen", VIEWS)
 def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudView) -> None:
     nodes = tree()
-    chosen = nodes.choose(seen, 10**9)
+    chosen = nodes.select_nodes(seen, 10**9)
     wanted = needed(nodes, seen)
     assert set(wanted) <= set(chosen.tolist())
     # A ball is held for its cube: it reaches out by a part of the node's size.
@@ -123,23 +123,23 @@ def test_every_node_that_a_picture_needs_is_chosen_and_few_others(seen: CloudVie
 
 def test_nodes_behind_or_beside_the_viewer_are_not_chosen_but_the_first() -> None:
     nodes = tree()
-    assert nodes.choose(view(np.array([5.0, 40.0, 5.0])), 10**9).tolist() == []
-    assert nodes.choose(view(np.array([90.0, -4.0, 5.0])), 10**9).tolist() == []
-    assert nodes.choose(view(np.array([5.0, -4.0, 60.0])), 10**9).tolist() == []
-    far = nodes.choose(view(np.array([5.0, -9000.0, 5.0])), 10**9)
+    assert nodes.select_nodes(view(np.array([5.0, 40.0, 5.0])), 10**9).tolist() == []
+    assert nodes.select_nodes(view(np.array([90.0, -4.0, 5.0])), 10**9).tolist() == []
+    assert nodes.select_nodes(view(np.array([5.0, -4.0, 60.0])), 10**9).tolist() == []
+    far = nodes.select_nodes(view(np.array([5.0, -9000.0, 5.0])), 10**9)
     assert far.tolist() == [0]
 
 
 def test_the_most_needed_come_first_and_no_more_than_the_budget() -> None:
     nodes, seen = tree(), VIEWS[0]
-    everything = nodes.choose(seen, 10**9)
+    everything = nodes.select_nodes(seen, 10**9)
     off = np.maximum(nodes.bounds[:, 0] - seen.position, seen.position - nodes.bounds[:, 1])
     distance = np.linalg.norm(np.maximum(off, 0.0), axis=1)
     need = (nodes.spacing / np.maximum(distance, seen.near))[everything]
     assert (np.diff(need) <= 1e-12).all()
     most = int(nodes.counts[everything[:7]].sum())
-    assert nodes.choose(seen, most).tolist() == everything[:7].tolist()
-    assert nodes.choose(seen, most - 1).tolist() == everything[:6].tolist()
+    assert nodes.select_nodes(seen, most).tolist() == everything[:7].tolist()
+    assert nodes.select_nodes(seen, most - 1).tolist() == everything[:6].tolist()
     assert nodes.total == nodes.counts.sum()
     assert len(nodes) == len(nodes.counts)
 
@@ -223,7 +223,7 @@ class File:
         start = self.read(first)
         self.asked.clear()
         for row, cloud in zip(first, split_cloud(start, self.counts[list(first)]), strict=True):
-            self.store.put(row, cloud)
+            self.store.store_node(row, cloud)
         box = np.stack([whole.points.min(axis=0), whole.points.max(axis=0)])
         self.cloud = StreamedCloud(
             start.points, start.colors, start.normals, start.fields, store=self.store, box=box
@@ -247,7 +247,7 @@ def test_ids_are_the_rows_of_the_file_read_whole_whatever_is_loaded() -> None:
     ids = np.random.default_rng(3).integers(0, len(file.whole.points), 500)
     for _ in range(2):
         assert np.array_equal(file.store.points_of(ids), file.whole.points[ids])
-        holders = file.store.nodes_of(ids)
+        holders = file.store.node_rows(ids)
         assert (file.starts[holders] <= ids).all()
         assert (ids < file.starts[holders] + file.counts[holders]).all()
         file.store.fetch([2, 5])
@@ -301,8 +301,8 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
     intensity = file.whole.fields["intensity"][rows]
     assert np.array_equal(overview.fields["intensity"], intensity)
     half = file.store.total / 2
-    finer = file.counts[file.store.spacing < file.store.usual_spacing].sum()
-    coarser = file.counts[file.store.spacing > file.store.usual_spacing].sum()
+    finer = file.counts[file.store.spacing < file.store.median_spacing].sum()
+    coarser = file.counts[file.store.spacing > file.store.median_spacing].sum()
     assert finer <= half
     assert coarser <= half
 
@@ -324,13 +324,15 @@ def test_the_surface_of_what_is_there_answers_like_the_cloud_of_it(loaded: str) 
     rng = np.random.default_rng(4)
     for at in rng.integers(0, len(ids), 6):
         centre = known.points[at] + rng.normal(0, 0.02, 3)
-        found = streamed.within(int(ids[at]), centre, 0.3)
-        assert np.array_equal(found, np.sort(ids[plain.within(int(at), centre, 0.3)]))
+        found = streamed.connected_ids_in_ball(int(ids[at]), centre, 0.3)
+        assert np.array_equal(
+            found, np.sort(ids[plain.connected_ids_in_ball(int(at), centre, 0.3)])
+        )
         trace = known.points[at] + np.outer(np.linspace(-0.5, 0.5, 7), [1.0, 0.3, 0.2])
-        assert streamed.resolution_near(trace) == pytest.approx(plain.resolution_near(trace))
+        assert streamed.local_resolution(trace) == pytest.approx(plain.local_resolution(trace))
         normal, theirs = streamed.outcrop_normal(trace), plain.outcrop_normal(trace)
         assert abs(normal @ theirs) == pytest.approx(1.0, abs=1e-9)  # type: ignore[operator]
-        near, far = (s.normal_near(0, centre, 0.3) for s in (streamed, plain))
+        near, far = (s.local_normal(0, centre, 0.3) for s in (streamed, plain))
         assert abs(near @ far) == pytest.approx(1.0, abs=1e-9)  # type: ignore[operator]
         assert np.array_equal(streamed.corners(found), file.whole.points[found])
 
@@ -339,14 +341,14 @@ def test_where_nothing_is_loaded_there_is_no_surface() -> None:
     file = File()
     surface = StreamedSurface(file.cloud)
     away = UTM + [500.0, 500.0, 500.0]
-    assert surface.normal_near(0, away, 0.3) is None
+    assert surface.local_normal(0, away, 0.3) is None
     assert surface.outcrop_normal(away + np.eye(3)) is None
     # Nor where all that is there stands at one place, or in a line.
     for shape in (np.zeros((9, 3)), np.outer(np.arange(9.0), [1.0, 2.0, 3.0])):
-        file.store.put(0, PointCloud(shape + file.boxes[0].mean(axis=0)))
+        file.store.store_node(0, PointCloud(shape + file.boxes[0].mean(axis=0)))
         for row in set(file.store.loaded()) - {0}:
-            file.store.put(row, PointCloud(np.zeros((0, 3))))
-        assert surface.normal_near(0, file.boxes[0].mean(axis=0), 30.0) is None
+            file.store.store_node(row, PointCloud(np.zeros((0, 3))))
+        assert surface.local_normal(0, file.boxes[0].mean(axis=0), 30.0) is None
 
 
 def chosen_plainly(nodes: CloudNodes, seen: CloudView) -> set[int]:
@@ -388,7 +390,7 @@ def test_a_node_is_asked_for_where_its_ball_is_in_the_picture_and_coarse_there()
             near=float(rng.uniform(0.05, 2.0)),
             pixels=int(rng.integers(50, 1500)),
         )
-        chosen = nodes.choose(seen, 10**9).tolist()
+        chosen = nodes.select_nodes(seen, 10**9).tolist()
         assert len(set(chosen)) == len(chosen)
         assert set(chosen) == chosen_plainly(nodes, seen)
         some += 0 < len(chosen) < len(nodes)
@@ -406,7 +408,7 @@ def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_wit
         for _ in range(40)
     ]
     for low, high in boxes:
-        found = file.store.find_touching(low, high)
+        found = file.store.find_touching_nodes(low, high)
         wanted = {
             row
             for row in there
@@ -435,7 +437,7 @@ def test_what_is_only_looked_up_is_not_kept() -> None:
 def test_the_usual_spacing_is_the_median_over_the_points() -> None:
     store = File().store
     every = np.sort(np.repeat(store.spacing, store.counts))
-    assert store.usual_spacing == every[-(-len(every) // 2) - 1]
+    assert store.median_spacing == every[-(-len(every) // 2) - 1]
 
 
 def test_neighbours_follow_each_other_in_the_nodes_of_a_cloud_that_is_there() -> None:

@@ -101,9 +101,9 @@ def test_a_shape_hides_what_it_holds_and_taking_it_back_leaves_no_trace() -> Non
             assert change is not None
             after = before & ~spread(area) if hides else before | spread(area)
             assert np.array_equal(used, after)
-            change.do(used)
+            change.toggle(used)
             assert np.array_equal(used, before)
-            change.do(used)
+            change.toggle(used)
             assert np.array_equal(used, after)
             # What is so already is no change.
             assert draw_area(used, area, hides) is None

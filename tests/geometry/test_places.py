@@ -10,8 +10,8 @@ import pytest
 from vomstudio.geometry.coordinate_limits import (
     MAX_DISTANCE_DIAMETERS,
     check_coordinates,
+    check_longitude_latitude,
     check_near_model,
-    check_on_earth,
     find_invalid_points,
 )
 
@@ -55,9 +55,9 @@ def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
     [(12.0, 95.0, "latitude"), (12.0, math.nan, "latitude"), (1e30, 45.0, "longitude")],
 )
 def test_degrees_off_the_globe_are_named(longitude, latitude, name):
-    assert check_on_earth(longitude, latitude).code == f"coordinate.{name}"
+    assert check_longitude_latitude(longitude, latitude).code == f"coordinate.{name}"
 
 
 def test_degrees_on_the_globe_are_taken():
-    assert check_on_earth(-179.9, -90.0) is None
-    assert check_on_earth(359.0, 90.0) is None
+    assert check_longitude_latitude(-179.9, -90.0) is None
+    assert check_longitude_latitude(359.0, 90.0) is None

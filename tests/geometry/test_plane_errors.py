@@ -12,7 +12,7 @@ import pytest
 
 from tests.tiers import first_in_default_tier
 from vomstudio.geometry import residual_correlation
-from vomstudio.geometry.plane_errors import joint_quantile, split_rad
+from vomstudio.geometry.plane_errors import component_errors_rad, joint_quantile
 from vomstudio.geometry.planes import fit_plane, fit_planes
 from vomstudio.geometry.vectors import strike_and_dip_lines
 
@@ -207,7 +207,9 @@ def test_a_tilt_across_the_dip_costs_its_angle_over_the_tangent_of_the_dip() -> 
         dd, d = np.array([0.0]), np.array([dip])
         strike, down = strike_and_dip_lines(dd, d)
         small = np.array([1e-5])
-        _, azimuth, rake = split_rad(down, strike, dd, d, np.array([False]), small, np.array([0.0]))
+        _, azimuth, rake = component_errors_rad(
+            down, strike, dd, d, np.array([False]), small, np.array([0.0])
+        )
         t = small / np.cos(np.radians(d))  # the normal leans by `small`, the strike line by this
         assert azimuth == pytest.approx(t / np.tan(np.radians(d)), rel=1e-6)
         assert rake == pytest.approx(0.0)
@@ -303,7 +305,7 @@ def test_expected_spectra_agree_with_the_covariance_they_stand_for(n: int, each:
             r = (1.0 - w) * (np.exp(-0.5 * x * x) if smooth else np.exp(-x)) + w * r
         r = r.reshape(n, each, n, each).mean(axis=(1, 3))  # of the means of pieces
         r /= r[0, 0]
-        form = power @ library.toeplitz[k] + library.white[k] * (series @ series)
+        form = power @ library.toeplitz[k] + library.white_shares[k] * (series @ series)
         assert np.allclose(library.square[k], np.diag(cosines @ r @ cosines.T) ** 2, atol=1e-9)
         assert form == pytest.approx(series @ r @ series)
         assert library.mean[k] == pytest.approx(r.sum() / n)
@@ -432,7 +434,7 @@ def test_a_rake_a_hair_before_the_strike_is_0_and_never_180(hair: float) -> None
     lean = signs * (strike - hair * down)
     flat = np.zeros(2, bool)
     small = np.array([0.01, 0.01])
-    _, _, rake = split_rad(np.cross(lean, [0, 0, 1.0]), lean, dd, d, flat, small, small)
+    _, _, rake = component_errors_rad(np.cross(lean, [0, 0, 1.0]), lean, dd, d, flat, small, small)
     assert ((rake >= 0.0) & (rake < np.pi)).all()
     assert np.minimum(rake, np.pi - rake) == pytest.approx(np.zeros(2), abs=1e-15)
     assert rake[0] == rake[1]

@@ -108,7 +108,7 @@ def test_the_textbooks_limit_of_a_thousand_pixels_is_on_the_curve():
     assert sizes.textbook == pytest.approx(13.0)
     assert any(plane.size_m == pytest.approx(sizes.textbook) for plane in sizes.curve())
     # A metre and a half is known far better than a geologist's compass tells it.
-    assert sizes.size_for(5.0) < 1.5
+    assert sizes.size_for_error(5.0) < 1.5
     assert sizes.error_deg(13.0) < 0.5
 
 
@@ -116,11 +116,11 @@ def test_the_textbooks_limit_of_a_thousand_pixels_is_on_the_curve():
 @pytest.mark.parametrize("noise", [0.01, 0.5, 3.0])
 def test_the_size_for_an_error_has_that_error(noise, registration):
     sizes = PlaneSizes(RESOLUTION, noise, registration)
-    size = sizes.size_for(5.0)
+    size = sizes.size_for_error(5.0)
     assert sizes.error_deg(size) <= 5.0 + 1e-6
-    assert size == pytest.approx(sizes.least) or sizes.error_deg(0.99 * size) > 5.0
+    assert size == pytest.approx(sizes.min_size) or sizes.error_deg(0.99 * size) > 5.0
 
 
 def test_no_plane_is_better_than_the_registration():
-    assert PlaneSizes(RESOLUTION, 0.01, 7.0).size_for(5.0) is None
+    assert PlaneSizes(RESOLUTION, 0.01, 7.0).size_for_error(5.0) is None
     assert PlaneSizes(RESOLUTION, 0.01, 7.0).error_deg(1e6) == pytest.approx(7.0, abs=1e-3)

@@ -173,13 +173,13 @@ def test_normals_of_what_is_met_are_those_of_the_model() -> None:
 
 
 def test_boxes_of_the_tree_hold_what_is_below_them() -> None:
-    from vomstudio.geometry.rays.raytree import _boxes
+    from vomstudio.geometry.rays.raytree import _build_boxes
 
     rng = np.random.default_rng(5)
     for n in (1, 3, 40, 333):
         low = rng.normal(size=(n, 3))
         high = low + rng.random((n, 3))
-        lows, highs = _boxes(low, high)
+        lows, highs = _build_boxes(low, high)
         k = (len(lows) + 1) // 2
         assert k & (k - 1) == 0
         assert np.array_equal(lows[0], low.min(axis=0))
@@ -191,25 +191,25 @@ def test_boxes_of_the_tree_hold_what_is_below_them() -> None:
 
 
 def test_bits_are_spread_three_apart_and_places_ordered_along_the_curve() -> None:
-    from vomstudio.geometry.rays.raytree import _along_curve, _spread
+    from vomstudio.geometry.rays.raytree import _morton_order, _spread_bits
 
     rng = np.random.default_rng(6)
     numbers = np.append(rng.integers(0, 1 << 20, 200), [0, 1, (1 << 20) - 1])
-    for number, found in zip(numbers, _spread(numbers.astype(np.uint64)), strict=True):
+    for number, found in zip(numbers, _spread_bits(numbers.astype(np.uint64)), strict=True):
         assert int(found) == sum(((int(number) >> bit) & 1) << (3 * bit) for bit in range(20))
     # The eight corners of a cube, the first axis changing quickest.
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
     mixed = rng.permutation(8)
     places = np.vstack([corners[mixed], [[np.nan, 0, 0]]]) + CORNER
-    assert _along_curve(places).tolist() == np.argsort(mixed).tolist()
-    assert _along_curve(np.full((2, 3), np.nan)).tolist() == []
+    assert _morton_order(places).tolist() == np.argsort(mixed).tolist()
+    assert _morton_order(np.full((2, 3), np.nan)).tolist() == []
 
 
 @pytest.mark.parametrize("size", [(9.0, 2.0, 1.0), (1.0, 5.0, 0.0), (0.0, 0.0, 3.0), (0, 0, 0)])
 def test_the_curve_takes_one_bit_of_each_axis_in_turn_whatever_the_shape_of_the_box(
     size: tuple[float, float, float],
 ) -> None:
-    from vomstudio.geometry.rays.raytree import _along_curve
+    from vomstudio.geometry.rays.raytree import _morton_order
 
     places = np.random.default_rng(7).uniform(0.0, 1.0, (300, 3)) * size + CORNER
     longest = float(np.ptp(places, axis=0).max()) or 1.0
@@ -218,7 +218,7 @@ def test_the_curve_takes_one_bit_of_each_axis_in_turn_whatever_the_shape_of_the_
         [int(cell) >> bit & 1 for bit in range(19, -1, -1) for cell in place[::-1]]
         for place in cells
     ]
-    assert _along_curve(places).tolist() == sorted(range(300), key=codes.__getitem__)
+    assert _morton_order(places).tolist() == sorted(range(300), key=codes.__getitem__)
 
 
 def around(middle: np.ndarray, size: float, count: int, seed: int) -> tuple[np.ndarray, ...]:

@@ -86,7 +86,7 @@ def plainly(u: np.ndarray, v: np.ndarray, r: np.ndarray, dof: float) -> tuple[fl
     mean = matrices.sum(axis=(1, 2)) / n
     remains = np.maximum(n - mean - lean.sum(axis=0), 1e-3 * n)
     share = free / (n - 3.0)
-    freedom = np.minimum(residual_correlation.FREEDOM_FACTOR * remains**2 / (s**2 @ left), n - 3.0)
+    freedom = np.minimum(residual_correlation.DOF_FACTOR * remains**2 / (s**2 @ left), n - 3.0)
     freedom[0] = n - 3.0
     g = np.maximum(lean * free / remains, 1.0)
     if (

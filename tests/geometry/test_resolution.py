@@ -66,7 +66,7 @@ def test_a_surface_says_the_same_around_a_pick(built):
     surface = VertexSurface(points)
     if built:
         surface.build()
-    found = surface.resolution_near(points[::4000])
+    found = surface.local_resolution(points[::4000])
     assert found == pytest.approx(3.0 / np.sqrt(DENSITY), rel=0.2)
 
 

@@ -30,7 +30,7 @@ def test_resolution_is_the_spacing_of_the_grid(built, spacing):
     if built:
         surface.build()
     trace = points[:: len(points) // 7] + 0.3 * spacing
-    assert surface.resolution_near(trace) == pytest.approx(spacing, rel=0.15)
+    assert surface.local_resolution(trace) == pytest.approx(spacing, rel=0.15)
 
 
 def test_resolution_is_that_of_the_part_that_was_picked():
@@ -38,14 +38,14 @@ def test_resolution_is_that_of_the_part_that_was_picked():
     coarse = face(0.2, np.array([0.0, -1.0, 0.0])) + np.array([100.0, 0.0, 0.0])
     surface = VertexSurface(np.concatenate([coarse, fine]))
     surface.build()
-    assert surface.resolution_near(fine[:5]) == pytest.approx(0.02, rel=0.15)
-    assert surface.resolution_near(coarse[:5]) == pytest.approx(0.2, rel=0.15)
+    assert surface.local_resolution(fine[:5]) == pytest.approx(0.02, rel=0.15)
+    assert surface.local_resolution(coarse[:5]) == pytest.approx(0.2, rel=0.15)
 
 
 def test_vertices_that_stand_twice_on_a_seam_do_not_count_as_spacing():
     points = face(0.05, np.array([0.0, -1.0, 0.0]))
     surface = VertexSurface(np.repeat(points, 2, axis=0))
-    assert surface.resolution_near(points[40:43]) == pytest.approx(0.05, rel=0.2)
+    assert surface.local_resolution(points[40:43]) == pytest.approx(0.05, rel=0.2)
 
 
 @pytest.mark.parametrize("built", [False, True])
@@ -54,7 +54,7 @@ def test_the_answers_do_not_depend_on_the_tree(built):
     plain, tree = VertexSurface(points), VertexSurface(points)
     tree.build()
     trace = points[[5, 200, 700, 900]]
-    assert plain.resolution_near(trace) == pytest.approx(tree.resolution_near(trace), rel=1e-12)
+    assert plain.local_resolution(trace) == pytest.approx(tree.local_resolution(trace), rel=1e-12)
     np.testing.assert_allclose(plain.outcrop_normal(trace), tree.outcrop_normal(trace))
 
 
@@ -75,7 +75,7 @@ def test_too_little_surface_has_no_face():
     line = np.stack([np.linspace(0, 1, 50), np.zeros(50), np.zeros(50)], axis=1)
     assert VertexSurface(line).outcrop_normal(line[::10]) is None
     assert VertexSurface(line[:2]).outcrop_normal(line[:2]) is None
-    assert VertexSurface(line[:1]).resolution_near(line[:1]) is None
+    assert VertexSurface(line[:1]).local_resolution(line[:1]) is None
 
 
 def test_the_extent_is_the_diagonal_of_the_box():
@@ -152,11 +152,11 @@ def test_of_a_long_trace_some_points_stand_for_all_its_ends_among_them(built):
     if built:
         surface.build()
     mostly_fine = np.concatenate([fine[:2000], coarse[:60]])
-    assert surface.resolution_near(mostly_fine) == pytest.approx(0.05, rel=0.15)
+    assert surface.local_resolution(mostly_fine) == pytest.approx(0.05, rel=0.15)
     mostly_coarse = np.concatenate([fine[:5], coarse[:90]])
-    assert surface.resolution_near(mostly_coarse) == pytest.approx(0.4, rel=0.15)
+    assert surface.local_resolution(mostly_coarse) == pytest.approx(0.4, rel=0.15)
     # Two vertices are enough for a spacing.
-    assert VertexSurface(fine[:2]).resolution_near(fine[:1]) == pytest.approx(
+    assert VertexSurface(fine[:2]).local_resolution(fine[:1]) == pytest.approx(
         np.linalg.norm(fine[1] - fine[0]), rel=0.8
     )
 
@@ -180,15 +180,15 @@ def test_the_face_around_a_trace_reaches_three_times_its_extent_or_ten_spacings(
 
 
 def test_a_trace_is_followed_at_even_steps_with_its_ends():
-    from vomstudio.geometry.surface import _resample
+    from vomstudio.geometry.surface import _resample_polyline
 
     corner = np.array([[0.0, 0, 0], [3, 0, 0], [3, 1, 0]])
-    line = _resample(corner)
+    line = _resample_polyline(corner)
     assert len(line) == 200
     assert np.array_equal(line[[0, -1]], corner[[0, -1]])
     along = np.where(line[:, 0] < 3.0, line[:, 0], 3.0 + line[:, 1])
     assert along == pytest.approx(np.linspace(0.0, 4.0, 200))
-    assert np.array_equal(_resample(corner[:1]), corner[:1])
+    assert np.array_equal(_resample_polyline(corner[:1]), corner[:1])
 
 
 @pytest.mark.parametrize("radius", [0.2, 0.9, 2.5])

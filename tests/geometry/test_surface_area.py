@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
+from vomstudio.geometry.outlines.surface_area import area_inside, clip_to_outline
 
 SQUARE = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 
@@ -119,7 +119,7 @@ def test_the_part_inside_has_that_area_and_stays_on_the_surface_within_the_outli
     ring = np.column_stack([(1.5 + 0.5 * np.sin(3 * angle)) * f(angle) for f in (np.cos, np.sin)])
     ring = np.column_stack([ring, 0.3 * ring[:, 0]])
     mesh = grid(lambda x, y: 0.3 * x, n=int(rng.integers(2, 40)))
-    part = part_inside(corners(turned(mesh, turn, shift)), ring @ turn.T + shift)
+    part = clip_to_outline(corners(turned(mesh, turn, shift)), ring @ turn.T + shift)
     assert part is not None
     edges = part[:, 1:] - part[:, :1]
     area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum()
@@ -147,7 +147,7 @@ def test_the_part_inside_has_that_area_and_stays_on_the_surface_within_the_outli
 )
 def test_what_encloses_nothing_has_no_area(ring):
     assert area_inside(corners(grid(lambda x, y: 0.0)), ring) is None
-    assert part_inside(corners(grid(lambda x, y: 0.0)), ring) is None
+    assert clip_to_outline(corners(grid(lambda x, y: 0.0)), ring) is None
 
 
 def test_a_model_finds_the_faces_itself_before_and_after_it_is_built():

@@ -54,7 +54,7 @@ def cut_at_centroids(mesh: Mesh) -> Mesh:
 
 
 def near(mesh: Mesh) -> float:
-    found = create_surface(mesh).resolution_near(mesh.vertices[:: len(mesh.vertices) // 20])
+    found = create_surface(mesh).local_resolution(mesh.vertices[:: len(mesh.vertices) // 20])
     assert found is not None
     return found
 
@@ -131,10 +131,10 @@ def test_a_half_flat_wall_keeps_the_spacing_of_its_flat_half() -> None:
     mesh.vertices[flat, 2] = 0.0
     fine = create_surface(divided(mesh, 2))
     y = np.linspace(0.5, 2.4, 20)
-    assert fine.resolution_near(np.stack([0.0 * y + 0.7, y, 0.0 * y], 1)) == pytest.approx(
+    assert fine.local_resolution(np.stack([0.0 * y + 0.7, y, 0.0 * y], 1)) == pytest.approx(
         STEP / 4.0, rel=0.15
     )
-    assert fine.resolution_near(np.stack([0.0 * y + 2.3, y, 0.0 * y], 1)) == pytest.approx(
+    assert fine.local_resolution(np.stack([0.0 * y + 2.3, y, 0.0 * y], 1)) == pytest.approx(
         STEP, rel=0.15
     )
 

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from vomstudio.geometry.units import METRES, area_text, bar_text, length_text, round_length
+from vomstudio.geometry.units import (
+    METRES_PER_UNIT,
+    area_text,
+    length_text,
+    round_length,
+    scale_bar_text,
+)
 
 
 @pytest.mark.parametrize(
@@ -95,8 +101,8 @@ def test_what_is_less_than_a_ten_thousandth_of_a_millimetre_is_nothing():
 def test_units_by_name_are_their_metres():
     inch = 0.0254
     for name, metres in (("ft", 12 * inch), ("us-ft", 12 / 39.37), ("km", 1e3), ("cm", 1e-2)):
-        assert METRES[name] == pytest.approx(metres, rel=1e-12)
-    assert (METRES["m"], METRES["mm"]) == (1.0, 1e-3)
+        assert METRES_PER_UNIT[name] == pytest.approx(metres, rel=1e-12)
+    assert (METRES_PER_UNIT["m"], METRES_PER_UNIT["mm"]) == (1.0, 1e-3)
 
 
 @pytest.mark.parametrize("text", [length_text, area_text])
@@ -119,8 +125,8 @@ def test_a_number_that_is_none_is_said_to_be_none(text):
     ],
 )
 def test_a_scale_bar_has_a_round_length_no_longer_than_there_is_room(longest, text):
-    assert bar_text(round_length(longest)) == text
+    assert scale_bar_text(round_length(longest)) == text
 
 
 def test_a_scale_bar_of_unknown_scale_counts_units():
-    assert bar_text(round_length(0.3), is_metric=False) == "0.2 units"
+    assert scale_bar_text(round_length(0.3), is_metric=False) == "0.2 units"

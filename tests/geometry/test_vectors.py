@@ -9,13 +9,13 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import moments
 from vomstudio.geometry.planes import fit_planes
-from vomstudio.geometry.vectors import dip_of_normals, strike_and_dip_lines, upward
+from vomstudio.geometry.vectors import dips_from_normals, flip_upward, strike_and_dip_lines
 
 
 @pytest.mark.parametrize("hair", [1e-20, 1e-17, 1e-16, 2e-15, 1e-12])
 def test_a_dip_a_hair_west_of_north_is_toward_0_and_never_360(hair: float) -> None:
     normals = np.array([[-hair, 1.0, 1.0], [-hair, 0.5, 0.01], [-hair, 1.0, 0.0]])
-    azimuth, _, flat = dip_of_normals(normals)
+    azimuth, _, flat = dips_from_normals(normals)
     assert not flat.any()
     assert ((azimuth >= 0.0) & (azimuth < 360.0)).all()
     assert np.minimum(azimuth, 360.0 - azimuth) == pytest.approx(np.zeros(3), abs=1e-8)
@@ -35,9 +35,9 @@ def test_planes_that_dip_to_the_north_are_fitted_with_dip_directions_below_360()
 
 def test_normals_have_the_attitudes_that_geology_gives_them() -> None:
     normals = np.random.default_rng(2).normal(size=(200, 3))
-    up = upward(normals)
+    up = flip_upward(normals)
     assert (up[:, 2] > 0).all()
-    azimuth, dip, flat = dip_of_normals(up)
+    azimuth, dip, flat = dips_from_normals(up)
     assert not flat.any()
     strike, down = strike_and_dip_lines(azimuth, dip)
     for i, normal in enumerate(normals):
@@ -58,7 +58,7 @@ def test_a_horizontal_normal_points_to_where_a_vertical_plane_is_named_by(
     if azimuth in (90.0, 180.0):
         normal = normal.round()
     for sign in (1.0, -1.0):
-        found = upward(np.array([sign * normal + [0, 0, rest]]))[0]
+        found = flip_upward(np.array([sign * normal + [0, 0, rest]]))[0]
         assert found == pytest.approx(normal)
         assert found[2] == 0.0
         assert not np.signbit(found)[found == 0.0].any()
@@ -66,7 +66,7 @@ def test_a_horizontal_normal_points_to_where_a_vertical_plane_is_named_by(
 
 def test_a_normal_that_leans_less_than_its_rounding_has_no_azimuth() -> None:
     normals = np.array([[3e-4, 0.0, 1.0], [0.0, 3e-4, 1.0]])
-    azimuth, dip, flat = dip_of_normals(normals, np.array([2.9e-4, 3.1e-4]))
+    azimuth, dip, flat = dips_from_normals(normals, np.array([2.9e-4, 3.1e-4]))
     assert flat.tolist() == [False, True]
     assert azimuth.tolist() == [90.0, 0.0]
     assert dip == pytest.approx([np.degrees(np.arctan(3e-4)), 0.0])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.units import UNPLACED_AXES, WORLD, Axes
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD_AXES, Axes
 from vomstudio.io.models.writing import write_model
 from vomstudio.project.tables.orientation_table import write_orientation_csv
 
@@ -48,7 +48,7 @@ def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
     assert f"square {UNPLACED_AXES.unit}" in head
     assert "metres" not in head
     write_orientation_csv(tmp_path / "b.csv", [])
-    assert WORLD.description in (tmp_path / "b.csv").read_text()
+    assert WORLD_AXES.description in (tmp_path / "b.csv").read_text()
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_a_table_says_the_units_of_its_models(tmp_path: Path) -> None:
     [
         (UNPLACED_AXES, "unknown", False),
         (Axes(True, False), "metre", False),
-        (WORLD, "metre", True),
+        (WORLD_AXES, "metre", True),
     ],
 )
 def test_a_geopackage_names_no_axis_east_without_a_north(

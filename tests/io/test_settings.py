@@ -16,7 +16,7 @@ def test_settings_come_back_as_they_were(tmp_path):
     settings = Settings(notation="quadrant", projection="angle", turntable=False)
     settings.limits = {"good_K": 0.7}
     settings.window = {"geometry": "AdnQywAD=="}
-    settings.add_recent(Path('/data/ä "quoted" \\ back.obj'))
+    settings.add_recent_project(Path('/data/ä "quoted" \\ back.obj'))
     write_settings(settings, path)
     again, problems = read_settings(path)
     assert again == settings
@@ -150,7 +150,7 @@ def test_whatever_stood_there_what_is_written_can_be_read(tmp_path, older):
 def test_recent_files_are_ten_the_newest_first_each_once():
     settings = Settings()
     for number in (*range(14), 3):
-        settings.add_recent(Path(f"/m/{number}.obj"))
+        settings.add_recent_project(Path(f"/m/{number}.obj"))
     assert settings.recent[:2] == ["/m/3.obj", "/m/13.obj"]
     assert len(settings.recent) == 10
 
@@ -177,10 +177,10 @@ def test_windows_keep_what_another_has_written(tmp_path: Path) -> None:
     start = Settings(recent=["/a", "/b"], unclosed=["/old"])
     write_settings(start, path)
     first, second = (read_settings(path)[0] for _ in range(2))
-    first.add_recent(Path("/first"))
+    first.add_recent_project(Path("/first"))
     first.theme, first.unclosed = "dark", ["/first"]
     write_settings(first, path, start)
-    second.add_recent(Path("/b"))
+    second.add_recent_project(Path("/b"))
     second.notation, second.unclosed = "quadrant", ["/old", "/second"]
     write_settings(second, path, start)
     merged = read_settings(path)[0]

@@ -193,10 +193,10 @@ class Walk:
         self._alignment()
 
     def _compass(self, model: Model) -> None:
-        from vomstudio.registration.north import North
+        from vomstudio.registration.north import NorthInputs
         from vomstudio.ui.panels.tools.compass_dialog import CompassDialog
 
-        dialog = CompassDialog(self.window, model, None, lambda made: North())
+        dialog = CompassDialog(self.window, model, None, lambda made: NorthInputs())
         dialog.north.setCurrentIndex(dialog.north.findData("magnetic"))
         self.modal("compass_north", dialog.exec)
 
@@ -204,7 +204,7 @@ class Walk:
         from dataclasses import replace
 
         from vomstudio.project.kinds.patch import Patch
-        from vomstudio.studio.tools.brush_stroke import record_figures
+        from vomstudio.studio.tools.brush_stroke import patch_fields
 
         opened, zero = self.window.studio.models[model.id], (0.0, 0.0, 0.0)
         ids = np.arange(len(opened.data.faces) // 2)
@@ -222,7 +222,7 @@ class Walk:
             0.0,
         )
         driver.wait(lambda: opened.surface._faces_of is not None, "the search structures")
-        patch = replace(patch, **record_figures(opened.surface, ids))
+        patch = replace(patch, **patch_fields(opened.surface, ids))
         assert self.window.studio.attempt(edits.add_features, [patch])
         self.window.studio.selection.set(["p1"])
         with self.seen("patch_surface"):
@@ -257,7 +257,7 @@ class Walk:
             window.actions_table.run("make_settings")
 
     def _alignment(self) -> None:
-        from vomstudio.ui.base.long_boxes import fit_to_screen
+        from vomstudio.ui.base.window_fitting import fit_to_screen
         from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
         with self.seen("alignment"):

@@ -103,7 +103,7 @@ class Hour:
         QTest.mouseMove(rows.viewport(), at)
         QTest.mouseClick(rows.viewport(), driver.LEFT, driver.NONE, at)
         wait(lambda: box.currentData() == data, f"the choice of {data}", 5.0)
-        self.to_outcrop()
+        self.focus_outcrop()
 
     def type_into(self, field: QLineEdit, text: str) -> None:
         """Click into a field, type, and press Enter."""
@@ -114,7 +114,7 @@ class Hour:
         QTest.keyClick(field, Qt.Key.Key_Delete)
         QTest.keyClicks(field, text)
         QTest.keyClick(field, Qt.Key.Key_Return)
-        self.to_outcrop()
+        self.focus_outcrop()
 
     def show(self, widget: QWidget) -> None:
         """Scroll a panel to what is going to be clicked; the whole of it is then in sight."""
@@ -127,7 +127,7 @@ class Hour:
         seen = widget.visibleRegion().boundingRect()
         assert seen.contains(widget.rect().center()), f"{widget.objectName()} cannot be reached"
 
-    def to_outcrop(self) -> None:
+    def focus_outcrop(self) -> None:
         wait(lambda: QApplication.focusWidget() is self.view, "the keyboard back", 5.0)
 
     # --- the steps ---------------------------------------------------------------------------
@@ -151,7 +151,7 @@ class Hour:
         for i in range(len(points)):
             x, y = np.round(pixels[i])
             hit = self.view.pick(x, y) if seen[i] else None
-            if hit is None or np.linalg.norm(self.view.world_of(hit) - points[i]) > 0.03:
+            if hit is None or np.linalg.norm(self.view.world_position(hit) - points[i]) > 0.03:
                 continue
             if all(np.hypot(*(pixels[i] - pixels[j])) > apart for j in chosen):
                 chosen.append(i)
@@ -172,13 +172,13 @@ class Hour:
         self.done("beds")
         self.undone("Bedding trace B06")
         self.choose(panel.type_box, "joint")
-        self.type_into(panel.set_edit, "J1")
+        self.type_into(panel.set_name_edit, "J1")
         for name, part in JOINTS:
             self.trace(self.picks[name][part])
         self.done("joints")
         self.undone("Joint trace J03")
         self.choose(panel.type_box, "fault")
-        self.type_into(panel.set_edit, "")
+        self.type_into(panel.set_name_edit, "")
         self.trace(self.picks[FAULT])
         self.done("fault")
         self.undone("Fault trace F01")
@@ -267,7 +267,7 @@ class Hour:
         wait(lambda: not self.view.moves.orthographic, "the earlier view")
         key(self.window, Qt.Key.Key_Y, SHIFT)
         wait(lambda: self.view.moves.orthographic, "the later view")
-        self.to_outcrop()
+        self.focus_outcrop()
 
     def make_orthophoto(self, gsd: str = "0.02") -> None:
         key(self.window, Qt.Key.Key_P, CTRL)
@@ -285,13 +285,13 @@ class Hour:
         wait(lambda: not self.studio.jobs.visible(), "the end of the job")
         # What a window manager does when a dialog has closed.
         self.window.activateWindow()
-        self.to_outcrop()
+        self.focus_outcrop()
         self.done("orthophoto")
 
     def export_rows(self) -> list[dict[str, str]]:
         """Save the project and export its planes; the rows of the table."""
         self.studio.save_as(self.out / "hour.vom")
-        self.window.files.export_to("csv", self.out / "planes.csv")
+        self.window.files.export_features("csv", self.out / "planes.csv")
         lines = (self.out / "planes.csv").read_text("utf-8").splitlines()
         return list(csv.DictReader(line for line in lines if not line.startswith("#")))
 
@@ -356,7 +356,7 @@ class RealHour(Hour):
 
     def grow_planes(self) -> None:
         key(self.window, Qt.Key.Key_P)
-        tool = self.studio.tool_of(PlaneTool)
+        tool = self.studio.get_tool(PlaneTool)
         for at in self.rock(2, 4):
             click(self.view, at)
             wait(lambda: tool.count, "the plane")

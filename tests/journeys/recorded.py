@@ -164,7 +164,7 @@ def bed(shift: float) -> list[tuple[float, float, float]]:
 def studio_events(studio: Any, outcrop: Path) -> list[Event]:
     frame = Frame("local")
     model = Model("m1", "cliff", str(outcrop), "mesh", "0" * 64, placement=Frame())
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     # The only model that a studio without workers has.
     studio.models["m1"] = SimpleNamespace(surface=create_surface(sheet()))
 
@@ -198,7 +198,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
 
     def save() -> None:
         # Saving a project without a name gives it one, in the window.
-        if not studio.project.untitled:
+        if not studio.project.is_untitled:
             studio.session.save()
 
     attempt = studio.attempt
@@ -247,14 +247,14 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("save beside a draft", save),
         ("cancel", tool.cancel),
         ("line tool", lambda: studio.activate("line")),
-        ("on a plane", lambda: studio.tool_of(LineTool).choose(plane_id=trace(), slip="normal")),
+        ("on a plane", lambda: studio.get_tool(LineTool).choose(plane_id=trace(), slip="normal")),
         *(click(p) for p in bed(3.0)[:3]),
         ("take back", studio.undo),
-        ("slip", lambda: studio.tool_of(LineTool).choose(slip="dextral")),
+        ("slip", lambda: studio.get_tool(LineTool).choose(slip="dextral")),
         ("finish", studio.finish_tool),
         ("measure tool", lambda: studio.activate("measure")),
         *(click(p) for p in bed(3.0)[:2]),
-        ("area", lambda: studio.tool_of(MeasureTool).choose(kind="area")),
+        ("area", lambda: studio.get_tool(MeasureTool).choose(kind="area")),
         *(click(p) for p in bed(3.0)[:3]),
         ("finish", studio.finish_tool),
         ("undo", studio.undo),

@@ -165,8 +165,8 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     points = window.studio.session.of(Model)[-1]
     assert points.name.endswith(f" {window.studio.records[opened].name}")
     assert points.frame == window.studio.records[opened].frame
-    wait(lambda: window.viewport.display.scale_of(points.id) is not None, "the colours")
-    scale = window.viewport.display.scale_of(points.id)
+    wait(lambda: window.viewport.display.color_scale(points.id) is not None, "the colours")
+    scale = window.viewport.display.color_scale(points.id)
     assert scale.title == "error"
     assert scale.unit == "px"
     assert np.isclose(scale.high, 0.5 / 3, atol=0.01)
@@ -260,7 +260,7 @@ def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> Non
         middle = panes.middle(pane)
         assert np.allclose(panes.to_screen(pane, place)[0], [middle.x(), middle.y()], atol=1.0)
     page.outliers.click()
-    assert panes._links.faint is not None
+    assert panes._links.faint_lines is not None
     dialog.close()
 
 

@@ -121,7 +121,7 @@ def test_while_a_job_runs_keys_and_wheel_act_and_undo_takes_back_the_last_step(f
 
 
 # --- Esc, Enter, undo at every step -----------------------------------------------------------
-def let_go(window) -> None:
+def feature_discarded(window) -> None:
     """Nothing open, and nothing said, for the next round in the same window."""
     key(window, Qt.Key.Key_Escape)
     key(window, Qt.Key.Key_Escape)
@@ -138,7 +138,7 @@ def test_esc_at_every_step_leaves_nothing_open_and_undo_brings_it_back(faced, pi
     window, studio = faced, faced.studio
     tool = studio.tools[TOOLS[letter]]
     for count in (0, 1, 2, 4):
-        let_go(window)
+        feature_discarded(window)
         before = on_screen(studio)
         key(window, Qt.Key(ord(letter)))
         for point in picks["B03"][2:22:4][:count]:
@@ -166,7 +166,7 @@ def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
     window, studio = faced, faced.studio
     tool = studio.tools[{**TOOLS, "P": "plane"}[letter]]
     for count in range(needed):
-        let_go(window)
+        feature_discarded(window)
         key(window, Qt.Key(ord(letter)))
         for point in picks["B03"][2:22:4][:count]:
             click(window.viewport, pixel(window, point))
@@ -182,7 +182,7 @@ def test_enter_without_enough_points_says_what_is_missing_and_keeps_the_points(
 
 
 def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
-    window, tool = faced, faced.studio.tool_of(TraceTool)
+    window, tool = faced, faced.studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_T)
     points = picks["B03"][2:22:4]
     driver.pick(window, points)
@@ -205,7 +205,7 @@ def test_undo_while_a_vertex_is_dragged_leaves_a_sound_trace(faced, picks):
 def test_undo_and_another_tool_while_a_stroke_is_painted_leave_no_stroke_hanging(faced, picks):
     window, studio = faced, faced.studio
     key(window, Qt.Key.Key_P)
-    patch = studio.tool_of(PlaneTool)
+    patch = studio.get_tool(PlaneTool)
     start = pixel(window, picks["B04"][10]) + QPoint(0, 25)
     drag(window.viewport, start, start + QPoint(30, 0), release=False)
     key(window, Qt.Key.Key_Z, driver.CTRL)
@@ -306,7 +306,7 @@ def test_the_window_can_be_closed_at_any_moment_of_a_job(
 
 @pytest.mark.usefixtures("new_window")
 def test_closing_with_an_open_trace_asks_and_staying_loses_nothing(faced, picks):
-    window, tool = faced, faced.studio.tool_of(TraceTool)
+    window, tool = faced, faced.studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_T)
     driver.pick(window, picks["B03"][2:22:4])
     seen: list[str] = []

@@ -157,7 +157,7 @@ def test_a_new_project_is_as_in_a_new_window(new_window: Any, outcrop: Path) -> 
 def test_a_new_project_shows_the_start_page(window: Any, workspace: str) -> None:
     window.workspaces.switch(workspace)
     window.docks.bring_forward("table")
-    window.docks.take_center("stereonet")
+    window.docks.move_to_center("stereonet")
     window.actions_table.run("new")
     driver.pause(50)
     page = window.start_page

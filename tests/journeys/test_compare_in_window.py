@@ -16,7 +16,7 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
-from vomstudio.ui.panels.comparison.compare_panel import FIELD, ComparePanel
+from vomstudio.ui.panels.comparison.compare_panel import DISTANCE_FIELD, ComparePanel
 
 UP = 0.02
 
@@ -51,7 +51,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     driver.wait(lambda: panel.comparison is not None, "the distances", 60.0)
     told = panel.comparison.figures
     mesh = window.studio.models[id_].data
-    distances = np.asarray(mesh.fields[FIELD])
+    distances = np.asarray(mesh.fields[DISTANCE_FIELD])
     assert len(distances) == len(mesh.vertices)
     # The model lies below: before the benchmark where its faces look down, else behind.
     assert np.nanmax(np.abs(distances)) <= UP + 1e-6
@@ -59,8 +59,8 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     assert "Accuracy" in panel.figures.text()
     assert panel.histogram.counts.sum() == told["n"]
     view = window.viewport
-    driver.wait(lambda: view.display.scale_of(id_) is not None, "the colours")
-    scale = view.display.scale_of(id_)
+    driver.wait(lambda: view.display.color_scale(id_) is not None, "the colours")
+    scale = view.display.color_scale(id_)
     assert (scale.kind, scale.unit, scale.title) == ("diverging", "m", "distance")
     assert scale.low == -scale.high
     driver.settled(window)
@@ -76,7 +76,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     driver.settled(window)
     driver.keep_picture(window, "compare-m3c2")
     out = tmp_path / "out.ply"
-    panel.export_to(out)
+    panel.export_distances(out)
     driver.wait(out.is_file, "the file", 60.0)
     written = read_model(out).data
     assert {"distance_m", "lod95_m", "significant"} <= set(written.fields)
@@ -101,7 +101,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     studio.save_as(folder)
     driver.settled(window)
     assert list((folder / "comparisons").glob("*.npz"))
-    panel.export_to(tmp_path / "after.ply")
+    panel.export_distances(tmp_path / "after.ply")
     driver.wait((tmp_path / "after.ply").is_file, "the file", 60.0)
     studio.new_project()
     studio.open_project(folder)
@@ -111,7 +111,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     driver.wait(lambda: panel.comparison is not None, "the kept distances", 60.0)
     assert panel.figures.text() == first
     assert panel.comparison.fields.is_relative_to(folder)
-    assert FIELD in studio.models[id_].data.fields
+    assert DISTANCE_FIELD in studio.models[id_].data.fields
 
 
 @pytest.mark.full

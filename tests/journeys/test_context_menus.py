@@ -15,7 +15,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.outcrop.outcrop_view import NORMAL_SPACINGS
+from vomstudio.ui.outcrop.outcrop_view import NORMAL_RADIUS_SPACINGS
 
 RIGHT = Qt.MouseButton.RightButton
 
@@ -72,7 +72,7 @@ def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks)
     )
     driver.keep_picture(window, "menu-1-rock")
     run(menu, "Grow plane")
-    plane = studio.tool_of(PlaneTool)
+    plane = studio.get_tool(PlaneTool)
     wait(lambda: plane.count, "the plane")
     assert studio.tool_name == "plane"
     # While it is open, the menu ends it.
@@ -89,17 +89,17 @@ def test_the_rock_menu_begins_a_plane_and_moves_the_view(window, outcrop, picks)
     run(right_click(viewport, away), "Look along normal")
     wait(lambda: viewport.is_still, "the view")
     assert viewport.moves.camera_state() != before
-    radius = NORMAL_SPACINGS * studio.models[hit.model_id].resolution
-    normal = studio.surface(hit.model_id).normal_near(hit.index, hit.position, radius)
+    radius = NORMAL_RADIUS_SPACINGS * studio.models[hit.model_id].resolution
+    normal = studio.surface(hit.model_id).local_normal(hit.index, hit.position, radius)
     assert abs(viewport.camera.direction @ normal) == pytest.approx(1.0, abs=1e-3)
     viewport.moves.set_camera_state(before)
     run(right_click(viewport, away), "Centre of rotation")
-    np.testing.assert_allclose(viewport.camera.pivot, viewport.world_of(hit), atol=1e-6)
+    np.testing.assert_allclose(viewport.camera.pivot, viewport.world_position(hit), atol=1e-6)
     run(right_click(viewport, away), "Copy coordinates")
     copied = [float(word) for word in QGuiApplication.clipboard().text().split()]
-    np.testing.assert_allclose(copied, viewport.world_of(hit), atol=1e-3)
+    np.testing.assert_allclose(copied, viewport.world_position(hit), atol=1e-3)
     run(right_click(viewport, away), "Start trace")
-    assert len(studio.tool_of(TraceTool).vertices) == 1
+    assert len(studio.get_tool(TraceTool).vertices) == 1
     key(window, Qt.Key.Key_Escape)
     # The menu key opens it at the cursor.
     QCursor.setPos(viewport.mapToGlobal(away))
@@ -175,5 +175,5 @@ def test_a_double_click_edits_a_feature(window, outcrop, picks):
     click(window.viewport, at)
     QTest.mouseDClick(window.viewport, LEFT, NONE, at)
     assert studio.tool_name == "trace"
-    assert studio.tool_of(TraceTool).is_continued
+    assert studio.get_tool(TraceTool).is_continued
     key(window, Qt.Key.Key_Escape)

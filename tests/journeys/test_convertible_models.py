@@ -23,9 +23,9 @@ def test_a_model_is_converted_by_the_button_beside_the_message(
     path = write_cloud(tmp_path / "bed.xyz", convert(metric, crs), crs)
     models = window.studio.workspace.models
     window.open_path(path)
-    wait(lambda: models.convertible, "the refusal")
+    wait(lambda: models.conversion_available, "the refusal")
     assert not window.studio.session.of(Model)
-    assert models.convertible == (path, ZONE)
+    assert models.conversion_available == (path, ZONE)
     (button,) = (
         each
         for each in window.message_bar.findChildren(QAbstractButton)
@@ -39,4 +39,4 @@ def test_a_model_is_converted_by_the_button_beside_the_message(
     assert opened.data.bounds == pytest.approx(
         np.array([metric.min(axis=0), metric.max(axis=0)]), abs=0.01
     )
-    assert models.convertible is None
+    assert models.conversion_available is None

@@ -148,7 +148,7 @@ def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
         size_mm="90x80",
     )
     style = FigureStyle(figure, {joint.color: "#123456"})
-    studio.settings.figure_style = style.to_keep()
+    studio.settings.figure_style = style.to_settings()
     studio.keep_settings()
     press(window.net.command)
     image = Path(told()["image"]).read_text("utf-8")
@@ -225,7 +225,7 @@ def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
 
     write_figure(studio, figure)
     assert names[0] in figure.read_text() or "good" in figure.read_text()
-    window.files.export_to("csv", tmp_path / "mine.csv")
+    window.files.export_features("csv", tmp_path / "mine.csv")
     mine = (tmp_path / "mine.csv").read_bytes()
     run("copy_export")
     assert told()["n"] == len(studio.session.features())

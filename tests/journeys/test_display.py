@@ -34,7 +34,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     driver.settled(window)
     before = picture(window)
     choose_field(window, "Elevation")
-    wait(lambda: window.viewport.display.scale_of(model_id) is not None, "the field")
+    wait(lambda: window.viewport.display.color_scale(model_id) is not None, "the field")
     wait(lambda: window.viewport.overlays.bars, "the colour bar")
     driver.settled(window)
     assert np.abs(picture(window) - before).max() > 80
@@ -53,7 +53,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     again = driver.make_window([folder])
     try:
         wait(lambda: model_id in again.studio.models, "the model")
-        wait(lambda: again.viewport.display.scale_of(model_id) is not None, "the field")
+        wait(lambda: again.viewport.display.color_scale(model_id) is not None, "the field")
         assert again.studio.display.to_dict() == kept
         assert again.viewport.clip.box == window.studio.display.box
         assert again.actions_table.all["clipping_box"].isChecked()

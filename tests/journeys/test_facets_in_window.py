@@ -36,7 +36,7 @@ def panel(window) -> FacetsPanel:
 
 
 def scale(window):
-    return window.viewport.display.scale_of(next(iter(window.studio.models)))
+    return window.viewport.display.color_scale(next(iter(window.studio.models)))
 
 
 def find(window, panel) -> None:

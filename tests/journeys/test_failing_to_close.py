@@ -64,10 +64,10 @@ def quit_by_key(window) -> None:
 
 
 STEPS = [
-    "workspaces.to_store",
+    "workspaces.export_state",
     "view.save_camera",
     "viewport.gestures.stop",
-    "_photo_shown.close",
+    "_feature_photo.close",
     "net.close_thread",
     "studio.keep_settings",
     "studio.workspace.layers.finish",

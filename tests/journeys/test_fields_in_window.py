@@ -20,7 +20,7 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
-from vomstudio.rendering.view.scalars import map_table
+from vomstudio.rendering.view.scalars import colormap_table
 from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
 
 UP = 0.02
@@ -43,7 +43,7 @@ def panel_of(window) -> FieldsPanel:
 
 def shown(window):
     """The scale of the colours."""
-    return window.viewport.display.scale_of(driver.model(window).id)
+    return window.viewport.display.color_scale(driver.model(window).id)
 
 
 def choose(panel: FieldsPanel, kind: str) -> None:
@@ -97,7 +97,7 @@ def test_every_field_is_painted_with_its_name_and_unit(window, panel) -> None:
     panel.radius.setValue(2.0 * panel.radius.value())
     show(window, panel, "roughness", f"roughness, r {panel.radius.value():g} m")
     values(window, "roughness")
-    driver.click(panel.off_button, panel.off_button.rect().center())
+    driver.click(panel.reset_button, panel.reset_button.rect().center())
     driver.wait(lambda: shown(window) is None, "the photo texture")
 
 
@@ -114,8 +114,8 @@ def test_dip_directions_have_the_colours_of_the_wheel(window, panel) -> None:
     at = panel.wheel.rect().center()
     seen = picture.pixelColor(at.x() + 28, at.y()).getRgb()[:3]
     assert np.abs(np.array(seen) - east).max() < 25
-    driver.click(panel.colour_blind, QPoint(8, panel.colour_blind.rect().center().y()))
-    wanted = map_table("twilight")
+    driver.click(panel.color_blind_box, QPoint(8, panel.color_blind_box.rect().center().y()))
+    wanted = colormap_table("twilight")
     driver.wait(lambda: np.array_equal(shown(window).table, wanted), "other colours")
     assert panel.wheel.map_name == "twilight"
     driver.settled(window)

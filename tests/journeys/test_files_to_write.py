@@ -111,7 +111,7 @@ def test_the_report_of_a_project_too(opened, tmp_path) -> None:
     run = opened.actions_table.all["project_report"].trigger
     path = tmp_path / "project.html"
     replaced_only_when_asked(path, run, str(tmp_path / "project"))
-    driver.wait(lambda: opened.files.why_no_export() is None, "the end of the report")
+    driver.wait(lambda: opened.files.missing_export_finding() is None, "the end of the report")
     text = path.read_text("utf-8")
     names = [feature.name for feature in opened.studio.session.features()]
     assert names

@@ -52,7 +52,7 @@ def well_seen(window, points: np.ndarray) -> np.ndarray:
         hit = window.viewport.pick(round(pixels[i, 0]), round(pixels[i, 1]))
         if not seen[i] or hit is None:
             continue
-        if np.linalg.norm(window.viewport.world_of(hit) - points[i]) > 0.03:
+        if np.linalg.norm(window.viewport.world_position(hit) - points[i]) > 0.03:
             continue
         if all(np.hypot(*(pixels[i] - pixels[j])) > 14 for j in chosen):
             chosen.append(i)
@@ -113,7 +113,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
         assert reading(window)[0].startswith("2 points")
         pick(window, points[2:])
         driver.move(viewport, pixel(window, points[3]) + QPoint(20, 20))
-        assert len(studio.tool_of(TraceTool).vertices) == len(points)
+        assert len(studio.get_tool(TraceTool).vertices) == len(points)
         assert " ± " in reading(window)[0]
         assert "EPSG" in window.status_line._badge.text()
         assert window.status_line._position.text().startswith("E 372")
@@ -121,7 +121,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
             driver.keep_picture(window, "journey-3-picking")
         key(window, Qt.Key.Key_Return)
         assert len(traces(window)) == count
-        assert not studio.tool_of(TraceTool).is_open
+        assert not studio.get_tool(TraceTool).is_open
     assert [t.name for t in traces(window)] == ["B01", "B02", "B03"]
     measured = studio.measured(t.id for t in traces(window))
     for trace, name in zip(traces(window), BEDS, strict=True):
@@ -136,7 +136,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     look_at(window, points, 0.0, 10.0)
     window.actions_table.all["edit_feature"].trigger()
     focus(window)
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     assert tool.is_open
     assert tool.is_continued
     start = pixel(window, points[2])
@@ -192,7 +192,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     driver.keep_picture(window, "journey-4-selected")
 
     # Rename in the table, by typing.
-    view, model = window.table.view, window.table._sorted
+    view, model = window.table.view, window.table._sorted_rows
     row = next(r for r in range(model.rowCount()) if model.index(r, 0).data() == "B02")
     index = model.index(row, 0)
     view.setFocus()
@@ -218,8 +218,8 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert window.windowTitle() == "cliff – VOM Studio"
     table = shown_table(window)
     records = {t.id: t for t in traces(window)}
-    window.files.export_to("csv", tmp_path / "out.csv")
-    window.files.export_to("gpkg", tmp_path / "out.gpkg")
+    window.files.export_features("csv", tmp_path / "out.csv")
+    window.files.export_features("gpkg", tmp_path / "out.gpkg")
     wait(lambda: (folder / "project.gpkg").is_file(), "the project's GIS layers")
     camera = viewport.moves.camera_state()
     driver.close(window)
@@ -291,7 +291,7 @@ def read_csv(text: str) -> list[dict[str, str]]:
 
 def shown_table(window) -> dict[str, dict[str, str]]:
     """The cells of the orientation table by name and column title."""
-    model = window.table._sorted
+    model = window.table._sorted_rows
     titles = [model.headerData(c, Qt.Orientation.Horizontal) for c in range(model.columnCount())]
     rows = [
         {title: str(model.index(r, c).data()) for c, title in enumerate(titles)}
@@ -303,7 +303,7 @@ def shown_table(window) -> dict[str, dict[str, str]]:
 def chosen_rows(window) -> list[str]:
     panel = window.table
     return [
-        panel.model.id_at(panel._sorted.mapToSource(i).row())
+        panel.model.id_at(panel._sorted_rows.mapToSource(i).row())
         for i in panel.view.selectionModel().selectedRows()
     ]
 

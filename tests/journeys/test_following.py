@@ -44,7 +44,7 @@ def way_points(window, points: np.ndarray) -> list[QPoint]:
 
 def test_three_clicks_make_a_trace_of_many_points(following, picks):
     window, studio = following, following.studio
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     for at in way_points(window, picks["B01"]):
         click(window.viewport, at)
     wait(lambda: tool.is_open and not tool.is_searching, "the way between the clicks")
@@ -100,14 +100,14 @@ def is_reached(window, point: np.ndarray) -> bool:
     return (
         hit is not None
         and above is window.viewport
-        and float(np.linalg.norm(window.viewport.world_of(hit) - point)) < 0.03
+        and float(np.linalg.norm(window.viewport.world_position(hit) - point)) < 0.03
     )
 
 
 @pytest.mark.full
 def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(following, picks):
     window = following
-    tool = window.studio.tool_of(TraceTool)
+    tool = window.studio.get_tool(TraceTool)
     first, middle, last = way_points(window, picks["B01"])
     click(window.viewport, first)
     move(window.viewport, last)
@@ -124,7 +124,7 @@ def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(followin
 @pytest.mark.full
 def test_a_key_switches_following_on_and_off(following):
     window = following
-    tool = window.studio.tool_of(TraceTool)
+    tool = window.studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_T, SHIFT)
     assert tool.cost is None
     assert driver.tool_panel(window, TracePanel).follow_box.currentData() is None
@@ -137,7 +137,7 @@ def test_a_key_switches_following_on_and_off(following):
 @pytest.mark.full
 def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
     window, studio = following, following.studio
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     key(window, Qt.Key.Key_N)
     key(window, Qt.Key.Key_T, SHIFT)
     # It follows on, as it did before: what nobody sees is not switched off.
@@ -157,7 +157,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     from vomstudio.geometry import transform
 
     window, studio = following, following.studio
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     box = driver.tool_panel(window, TracePanel).follow_box
     box.setCurrentIndex(box.findData("auto"))
     for at in way_points(window, picks["B01"]):
@@ -165,7 +165,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     wait(lambda: tool.is_open and not tool.is_searching, "the ways by all costs", 120.0)
     clicks = np.array(tool.vertices)
     driver.keep_picture(window, "following-best")
-    by = tool.followed_by
+    by = tool.merge_with
     assert by in available_costs(SurfaceGraph(studio.models[tool.trace.model_id].data))
     assert box.currentData() == "auto"
     assert box.currentText().endswith(f": {box.itemText(box.findData(by))}")
@@ -178,7 +178,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
         legs = [Follower(surface, cost).follow(clicks[i : i + 2]).points for i in range(2)]
         line = np.concatenate([legs[0], legs[1][1:]])
         world = transform.apply(model.to_world, line)
-        ranks[cost] = rank_path(world, lambda _, at=line: near.resolution_near(at))[0]
+        ranks[cost] = rank_path(world, lambda _, at=line: near.local_resolution(at))[0]
     assert ranks[by] == min(ranks.values())
     key(window, Qt.Key.Key_Return)
     (trace,) = driver.traces(window)
@@ -192,7 +192,7 @@ def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_cli
 ):
     """As fast as somebody clicks who knows the outcrop: the first way takes longest."""
     window, studio = following, following.studio
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     first = way_points(window, picks["B01"])
     for at in first:
         click(window.viewport, at)
@@ -229,7 +229,7 @@ def pending(window) -> list[QPoint]:
 @pytest.mark.full
 def test_waiting_clicks_are_marked_and_a_tool_key_ends_the_queue(following, picks):
     window, studio = following, following.studio
-    trace, plane = studio.tool_of(TraceTool), studio.tool_of(PlaneTool)
+    trace, plane = studio.get_tool(TraceTool), studio.get_tool(PlaneTool)
     with slow_search(window):
         for at in way_points(window, picks["B01"]):
             click(window.viewport, at)
@@ -292,7 +292,7 @@ def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, pi
         assert len(pending(window)) == 1
         key(window, Qt.Key.Key_Escape)
         assert pending(window) == []
-        assert studio.tool_of(TraceTool).is_finishing
+        assert studio.get_tool(TraceTool).is_finishing
         # One more step back, and the trace is being picked as before.
         key(window, Qt.Key.Key_Z, driver.CTRL)
         assert studio.tool_name == "trace"
@@ -301,4 +301,4 @@ def test_esc_and_backspace_drop_the_waiting_clicks_of_another_tool(following, pi
         key(window, Qt.Key.Key_Return)
     wait(lambda: driver.traces(window), "the trace")
     driver.pause(100)
-    assert not studio.tool_of(PlaneTool).is_open
+    assert not studio.get_tool(PlaneTool).is_open

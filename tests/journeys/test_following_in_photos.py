@@ -53,7 +53,7 @@ def made(window) -> list[Trace]:
 
 def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
     window, studio, panel = bed, bed.studio, bed.in_photos
-    canvas, tool = panel.canvas, studio.tool_of(TraceTool)
+    canvas, tool = panel.canvas, studio.get_tool(TraceTool)
     first, middle, last = places(window)
     click(canvas, first)
     move(canvas, middle)
@@ -98,7 +98,7 @@ def test_a_contact_is_followed_in_the_photo_and_is_on_the_outcrop_at_once(bed):
 
 def test_esc_gives_it_up_as_a_step(bed):
     window, studio, canvas = bed, bed.studio, bed.in_photos.canvas
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     first, _, last = places(window)
     click(canvas, first)
     QTest.qWait(450)

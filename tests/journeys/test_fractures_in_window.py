@@ -115,7 +115,7 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     left, low = corner(panel)
     type_in(panel.region_field, f"{left + 1}, {low}, {left + 5}, {low + 4}")
     settle(panel)
-    found = panel.result.mapped.found
+    found = panel.result.network.found
     # Three pieces of four metres and one of two on 16 m2; that one crosses the middle one.
     assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-6)
     assert found.P20_1_per_m2 == pytest.approx(4 / 16, rel=1e-6)
@@ -167,12 +167,12 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     settle(panel)
     said = shown_values(panel.message.text(), "fractures.no-cells")
     assert said == {"grid": "South wall"}
-    assert panel.result.mapped is None
+    assert panel.result.network is None
     assert not panel.copy.isEnabled()
     four = [row * 6 + column for row in range(4) for column in (1, 2, 3, 4)]
     assert studio.attempt(grid_edits.mark_cells, "g", four, "d")
     settle(panel)
-    found = panel.result.mapped.found
+    found = panel.result.network.found
     # As of the window of the same corners.
     assert found.area_m2 == pytest.approx(16, rel=1e-5)
     assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-5)
@@ -185,7 +185,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     # Nothing was found there, but somebody looked.
     assert studio.attempt(grid_edits.mark_cells, "g", [1], "e")
     settle(panel)
-    found = panel.result.mapped.found
+    found = panel.result.network.found
     assert found.area_m2 == pytest.approx(12, rel=1e-5)
     assert found.P21_1_per_m == pytest.approx(11 / 12, rel=1e-5)
     target = tmp_path / "traces.gpkg"
@@ -216,8 +216,8 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     driver.drag(panel.map, start, end)
     settle(panel)
     assert panel.region_field.text()
-    assert panel.result.mapped is not None, panel.message.text()
-    found = panel.result.mapped.found
+    assert panel.result.network is not None, panel.message.text()
+    found = panel.result.network.found
     if kind == "Circle":
         radius = panel.result.region.circle[2]
         assert radius == pytest.approx(1.5, abs=0.1)
@@ -238,7 +238,7 @@ def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
     panel = wall
     panel.region_field.clear()
     settle(panel)
-    found = panel.result.mapped.found
+    found = panel.result.network.found
     assert found.nodes.E == 0
     assert found.P21_1_per_m == pytest.approx(found.P21_unclipped_1_per_m)
 

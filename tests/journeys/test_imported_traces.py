@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from tests import driver
 from tests.driver import key
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.ui.commands.plane_import import ListedImport
+from vomstudio.ui.commands.feature_import import FeatureListImport
 
 
 def test_traces_of_a_table_are_added_in_one_step(window, outcrop, picks, tmp_path: Path) -> None:
@@ -21,7 +21,7 @@ def test_traces_of_a_table_are_added_in_one_step(window, outcrop, picks, tmp_pat
     ]
     table.write_text("\n".join(["x,y,z,trace,type", *rows, "0,0,0,far,Joint", "1,0,0,far,Joint"]))
     assert window.actions_table.all["import_listed"].isEnabled()
-    ListedImport(window, studio).import_file(table)
+    FeatureListImport(window, studio).import_file(table)
     driver.wait(lambda: len(studio.session.of(Trace)) == 2, "the traces")
     traces = studio.session.of(Trace)
     assert [trace.name for trace in traces] == ["B01", "B02"]

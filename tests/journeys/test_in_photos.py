@@ -81,7 +81,7 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     window.actions_table.run("show_in_photos")
     shown(window)
     wait(lambda: "B05: visible in" in panel.summary.text(), "the photos that show it")
-    wait(lambda: any(d.id == "B05" for d in canvas._drawn), "the bed on the photo")
+    wait(lambda: any(d.id == "B05" for d in canvas._drawn_features), "the bed on the photo")
     points = points_of(window, "B05")
     views = panel.feature_photo.photos.views
     # The list holds those photos that truly show it, and the panel one of the best of them.
@@ -121,14 +121,14 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     for place in on:
         click(canvas, place)
         QTest.qWait(450)
-    assert len(studio.tool_of(TraceTool).vertices) == len(on)
+    assert len(studio.get_tool(TraceTool).vertices) == len(on)
     gsd = 0.014
-    for place, vertex in zip(on, studio.tool_of(TraceTool).vertices, strict=True):
+    for place, vertex in zip(on, studio.get_tool(TraceTool).vertices, strict=True):
         seen = views.pick(panel.feature_photo.view, canvas.pixel_at(place))
         assert np.abs(seen.position - vertex).max() < 1e-9
         there = canvas.to_widget(views.pixels(panel.feature_photo.view, np.array(vertex)[None]))[0]
         assert np.hypot(there[0] - place.x(), there[1] - place.y()) < 1e-3
-    assert np.linalg.norm(chosen[:, None] - studio.tool_of(TraceTool).vertices, axis=2).min(
+    assert np.linalg.norm(chosen[:, None] - studio.get_tool(TraceTool).vertices, axis=2).min(
         axis=0
     ).max() < (3 * gsd / canvas._scale + 0.05)
     move(canvas, on[0] + QPoint(9, 14))
@@ -136,15 +136,18 @@ def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     driver.keep_picture(window, "in-photos-3-picking")
 
     # A vertex is taken by its handle.
-    vertices = studio.tool_of(TraceTool).vertices
+    vertices = studio.get_tool(TraceTool).vertices
     drag(canvas, on[1], on[1] + QPoint(0, 8))
-    changed = [a != b for a, b in zip(vertices, studio.tool_of(TraceTool).vertices, strict=True)]
+    changed = [a != b for a, b in zip(vertices, studio.get_tool(TraceTool).vertices, strict=True)]
     assert changed == [i == 1 for i in range(len(on))]
     canvas.setFocus()
     key(window, Qt.Key.Key_Return)
     made = [t for t in studio.session.of(Trace) if t.id not in ("B05", "B14", "F01", "J2-02")]
     assert len(made) == 1
-    wait(lambda: any(d.id == made[0].id for d in canvas._drawn), "the new trace on the photo")
+    wait(
+        lambda: any(d.id == made[0].id for d in canvas._drawn_features),
+        "the new trace on the photo",
+    )
     assert panel.photo == name, "who works in a photo stays in it"
     driver.keep_picture(window, "in-photos-4-made")
 
@@ -168,7 +171,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     )
     click(window.viewport, free)
     wait(lambda: "Clicked position" in panel.summary.text(), "photos of the place")
-    world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
+    world = window.viewport.world_position(window.viewport.pick(free.x(), free.y()))
     views = panel.feature_photo.photos.views
     assert panel.names
     for name in panel.names:
@@ -191,8 +194,8 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     # The fault is selected where the photo shows it.
     studio.selection.set(["F01"])
     wait(lambda: "F01: visible in" in panel.summary.text(), "the fault's photos")
-    wait(lambda: any(d.id == "F01" for d in canvas._drawn), "the fault on the photo")
-    drawn = next(d for d in canvas._drawn if d.id == "F01")
+    wait(lambda: any(d.id == "F01" for d in canvas._drawn_features), "the fault on the photo")
+    drawn = next(d for d in canvas._drawn_features if d.id == "F01")
     on = canvas.to_widget(drawn.pixels[drawn.is_visible])
     x, y = on[len(on) // 2]
     studio.selection.set([])
@@ -232,7 +235,10 @@ def test_a_patch_is_painted_in_a_photo(traced):
         panel.feature_photo.photos.views.pixels(panel.feature_photo.view, painted)
     )
     assert np.abs(on - [middle.x() + 30, middle.y() + 12]).max() < 150
-    wait(lambda: any(d.id == patch.id for d in canvas._drawn), "the patch's edge on the photo")
+    wait(
+        lambda: any(d.id == patch.id for d in canvas._drawn_features),
+        "the patch's edge on the photo",
+    )
     driver.keep_picture(window, "in-photos-8-patch")
 
 

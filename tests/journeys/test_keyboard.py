@@ -104,7 +104,7 @@ def line_panel(window) -> LinePanel:
     middle = window.viewport.rect().center()
     for dx in (-60, 60):
         click(window.viewport, middle + QPoint(dx, 0))
-    assert len(window.studio.tool_of(LineTool).vertices) == 2
+    assert len(window.studio.get_tool(LineTool).vertices) == 2
     return driver.tool_panel(window, LinePanel)
 
 
@@ -167,7 +167,7 @@ def test_a_choice_hands_the_keyboard_back_and_enter_finishes_the_line(opened):
     panel = line_panel(opened)
     choose(panel.type_box, 1)
     chosen = panel.type_box.currentData()
-    assert opened.studio.tool_of(LineTool).attributes.type_id == chosen
+    assert opened.studio.get_tool(LineTool).attributes.type_id == chosen
     assert on_outcrop(opened)
     key(opened, Qt.Key.Key_Return)
     (line,) = opened.studio.session.features()
@@ -250,7 +250,7 @@ def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
     key(opened, Qt.Key.Key_P)
     panel = driver.tool_panel(opened, PlanePanel)
     radius = panel.radius.value()
-    press(panel.set_edit)
+    press(panel.set_name_edit)
     for letter in "J1":
         QTest.keyClicks(QApplication.focusWidget(), letter)
     key(opened, Qt.Key.Key_Return)
@@ -263,10 +263,10 @@ def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
 @pytest.mark.full
 def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
     panel = line_panel(opened)
-    press(panel.set_edit)
-    QTest.keyClicks(panel.set_edit, "S2")
+    press(panel.set_name_edit)
+    QTest.keyClicks(panel.set_name_edit, "S2")
     key(opened, Qt.Key.Key_Return)
-    tool = opened.studio.tool_of(LineTool)
+    tool = opened.studio.get_tool(LineTool)
     assert tool.is_open
     assert tool.attributes.set_name == "S2"
     key(opened, Qt.Key.Key_Return)
@@ -276,12 +276,12 @@ def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
 @pytest.mark.full
 def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
     panel = line_panel(opened)
-    press(panel.set_edit)
-    QTest.keyClicks(panel.set_edit, "oops")
+    press(panel.set_name_edit)
+    QTest.keyClicks(panel.set_name_edit, "oops")
     key(opened, Qt.Key.Key_Escape)
     assert on_outcrop(opened)
-    assert panel.set_edit.text() == ""
-    tool = opened.studio.tool_of(LineTool)
+    assert panel.set_name_edit.text() == ""
+    tool = opened.studio.get_tool(LineTool)
     assert tool.is_open, "Esc ended the field, not the line"
     assert tool.attributes.set_name == ""
     key(opened, Qt.Key.Key_Escape)
@@ -380,7 +380,7 @@ def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
     middle = opened.viewport.rect().center()
     for dx, dy in ((-80, 10), (-30, -35), (20, 30), (75, -10)):
         click(opened.viewport, middle + QPoint(dx, dy))
-    tool = opened.studio.tool_of(TraceTool)
+    tool = opened.studio.get_tool(TraceTool)
     panel = driver.tool_panel(opened, TracePanel)
     click(panel.findChild(MoreSection).toggle, QPoint(12, 8))
     table = panel.findChild(VertexTable)

@@ -21,7 +21,7 @@ from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.declared_options import add_options, parse_options
 from vomstudio.geometry.transform import apply
 from vomstudio.project import edits
-from vomstudio.project.compass_edits import compass_of
+from vomstudio.project.compass_edits import get_compass
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
@@ -198,9 +198,9 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     driver.focus(window)
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
     assert driver.model(window).registration is None
-    assert compass_of(studio.records, model.id).declination_deg == 10.0
+    assert get_compass(studio.records, model.id).declination_deg == 10.0
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
-    assert compass_of(studio.records, model.id) is None
+    assert get_compass(studio.records, model.id) is None
     assert SCALE == 0.5
 
 

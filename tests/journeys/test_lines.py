@@ -71,14 +71,14 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert reading(window)[1] == "n 2"
     for spot in at[2:]:
         click(viewport, spot)
-    assert len(studio.tool_of(LineTool).vertices) == 5
+    assert len(studio.get_tool(LineTool).vertices) == 5
     key(window, Qt.Key.Key_Backspace)
-    assert len(studio.tool_of(LineTool).vertices) == 4
+    assert len(studio.get_tool(LineTool).vertices) == 4
     key(window, Qt.Key.Key_Z, driver.CTRL)
-    assert len(studio.tool_of(LineTool).vertices) == 3
-    before = studio.tool_of(LineTool).vertices
+    assert len(studio.get_tool(LineTool).vertices) == 3
+    before = studio.get_tool(LineTool).vertices
     drag(viewport, at[1], at[1] + QPoint(0, 9))
-    assert [a == b for a, b in zip(before, studio.tool_of(LineTool).vertices, strict=True)] == [
+    assert [a == b for a, b in zip(before, studio.get_tool(LineTool).vertices, strict=True)] == [
         True,
         False,
         True,
@@ -88,7 +88,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     (made,) = studio.session.of(Lineation)
     assert made.type_id == "lineation"
     world = studio.measured([made.id])[made.id].points
-    truth = [viewport.world_of(viewport.pick(p.x(), p.y())) for p in (at[0], at[2])]
+    truth = [viewport.world_position(viewport.pick(p.x(), p.y())) for p in (at[0], at[2])]
     assert world[[0, 2]] == pytest.approx(np.array(truth), abs=1e-9)
     key(window, Qt.Key.Key_Z, driver.CTRL)
     assert studio.session.of(Lineation) == []
@@ -96,7 +96,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert studio.session.of(Lineation) == [made]
     click(viewport, at[3])
     key(window, Qt.Key.Key_Escape)
-    assert not studio.tool_of(LineTool).is_open
+    assert not studio.get_tool(LineTool).is_open
     assert len(studio.session.of(Lineation)) == 1
 
 
@@ -112,10 +112,10 @@ def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked,
     camera = viewport.moves.camera_state()
     drag(viewport, at[4], at[4] + QPoint(40, 30))
     assert viewport.moves.camera_state() != camera
-    assert len(studio.tool_of(LineTool).vertices) == 2
+    assert len(studio.get_tool(LineTool).vertices) == 2
     QTest.qWait(20)
     QTest.mouseDClick(viewport, driver.LEFT, driver.NONE, at[3])
-    assert not studio.tool_of(LineTool).is_open
+    assert not studio.get_tool(LineTool).is_open
     (made,) = studio.session.of(Lineation)
     assert len(made.vertices) >= 2
 
@@ -130,7 +130,7 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     assert reading(window)[0].startswith("Distance ")
     click(viewport, at[4])
     (first,) = studio.session.of(Dimension)
-    ends = [viewport.world_of(viewport.pick(p.x(), p.y())) for p in (at[0], at[4])]
+    ends = [viewport.world_position(viewport.pick(p.x(), p.y())) for p in (at[0], at[4])]
     assert studio.measured([first.id])[first.id].dimension["distance_m"] == pytest.approx(
         np.linalg.norm(ends[1] - ends[0]), abs=1e-9
     )

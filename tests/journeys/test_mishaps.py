@@ -275,7 +275,7 @@ def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_p
     window.studio.save_as(tmp_path / "cliff.vom")
     other = driver.make_window([tmp_path / "cliff.vom"])
     try:
-        assert other.studio.project.untitled
+        assert other.studio.project.is_untitled
         assert other.message_bar.notice.code == "project.locked"
         assert str(os.getpid()) in other.message_bar.text
         assert bed_on_model(window, 1.0) is not None
@@ -517,7 +517,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     (button,) = [b for b in window.message_bar.findChildren(QPushButton) if b.text() == "Restore"]
     button.click()
     assert [t.name for t in driver.traces(window)] == ["B01"]
-    assert len(window.studio.tool_of(TraceTool).vertices) == 2
+    assert len(window.studio.get_tool(TraceTool).vertices) == 2
     assert window.studio.tool_name == "trace"
     driver.keep_picture(window, "mishap-recovered")
     driver.dismiss(window)

@@ -112,7 +112,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     assert window.survey.settings.control is None
     assert shown_values(findings(window), "control.not-used")["table"] == "control.csv"
     assert "control.too-few" in shown_codes(findings(window))
-    assert window.survey.why_not_reconstruct() is None
+    assert window.survey.reconstruction_problem() is None
     dialog = open_dialog(window)
     tick(dialog.control_button)
     assert "control.no-file" in shown_codes(dialog.verdict.text())
@@ -199,7 +199,7 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     out = window.survey.output_folder()
     driver.wait(lambda: list((out / "work").glob("alignment-*[!t]")), "the alignment", 240.0)
     saved = tmp_path / "wall.vom"
-    window.survey.stop_to_move()
+    window.survey.stop_before_move()
     window.studio.save_as(saved)
     driver.wait(
         lambda: window.survey.reconstruction_job is not None, "the work in the new place", 30.0
@@ -243,12 +243,12 @@ def test_the_proposed_region_is_a_box_in_the_outcrop(window, sample, outcrop) ->
     driver.wait(lambda: window.survey.settings.options.keep_background, "the tick")
     QTest.mouseClick(dialog.propose_button, Qt.MouseButton.LeftButton)
     assert window.survey.settings.options.box == tuple(proposal)
-    assert window.studio.display.clip_shown == ClipBox(tuple(low), tuple(high))
+    assert window.studio.display.effective_clip == ClipBox(tuple(low), tuple(high))
     # The region alone decides now.
     assert not dialog.options.fields["keep_background"].isEnabled()
     driver.keep_picture(window, "region-proposed")
     driver.keep_picture(dialog, "region-settings")
-    moved = window.studio.display.clip_shown.move_face(0, 1, float(high[0]) - 1.0)
+    moved = window.studio.display.effective_clip.move_face(0, 1, float(high[0]) - 1.0)
     window.studio.display.set_clip(moved)
     driver.wait(lambda: window.survey.settings.options.box[3] == high[0] - 1.0, "the drag")
     # Text that was typed is not replaced by the box.

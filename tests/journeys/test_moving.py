@@ -27,7 +27,7 @@ def picking(window, outcrop, picks):
     pick(window, picks["B04"][2:22:3])
     key(window, Qt.Key.Key_Return)
     pick(window, picks["B03"][2:22:4])
-    assert len(window.studio.tool_of(TraceTool).vertices) == 5
+    assert len(window.studio.get_tool(TraceTool).vertices) == 5
     return window
 
 
@@ -75,7 +75,7 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
         False,
     )
     QApplication.sendEvent(viewport, event)
-    pixels, _ = viewport.project(viewport.world_of(hit)[None])
+    pixels, _ = viewport.project(viewport.world_position(hit)[None])
     assert np.hypot(*(pixels[0] - (at.x(), at.y()))) < 1.0, "the wheel zooms to the cursor"
     for code, looking in (
         (Qt.Key.Key_1, (0.0, 90.0)),
@@ -105,7 +105,7 @@ def test_the_open_trace_waits_while_another_tool_is_used(picking, picks):
     assert on_screen(picking.studio) == before
     key(picking, Qt.Key.Key_T)
     pick(picking, picks["B03"][23:])
-    assert len(picking.studio.tool_of(TraceTool).vertices) == 6
+    assert len(picking.studio.get_tool(TraceTool).vertices) == 6
 
 
 def test_a_plane_is_selected_by_a_click_on_its_line_and_let_go_beside_it(picking, picks):
@@ -145,7 +145,7 @@ def test_a_double_click_without_a_trace_sets_the_pivot_and_begins_nothing(pickin
     QTest.mouseDClick(picking.viewport, driver.LEFT, driver.NONE, at)
     assert on_screen(picking.studio) == before
     pivot = np.array(picking.viewport.camera.pivot)
-    assert pivot == pytest.approx(picking.viewport.world_of(hit))
+    assert pivot == pytest.approx(picking.viewport.world_position(hit))
 
 
 def test_a_file_dropped_on_the_window_is_opened(window, qtbot):

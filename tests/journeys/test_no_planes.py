@@ -39,7 +39,7 @@ def spots(window, *steps: tuple[int, int]) -> list[QPoint]:
 
 
 def world(window, spot: QPoint) -> np.ndarray:
-    return np.asarray(window.viewport.world_of(window.viewport.pick(spot.x(), spot.y())))
+    return np.asarray(window.viewport.world_position(window.viewport.pick(spot.x(), spot.y())))
 
 
 def painted_m2(drawing) -> float:
@@ -123,7 +123,7 @@ def test_a_contact_is_drawn_and_has_no_plane(opened, picks):
 def test_a_contact_line_follows_the_contact(opened, picks):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_E)
-    tool = studio.tool_of(ContactTool)
+    tool = studio.get_tool(ContactTool)
     box = driver.tool_panel(window, ContactPanel).follow_box
     box.setCurrentIndex(box.findData("dark"))
     points = picks["B01"]
@@ -143,7 +143,7 @@ def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monke
     """The newest outline counts; what is finished before its area has come waits for it."""
     window, studio = opened, opened.studio
     monkeypatch.setattr(lithology, "MAX_SYNCHRONOUS_FACES", -1)
-    tool = studio.tool_of(LithologyTool)
+    tool = studio.get_tool(LithologyTool)
     for count in (1, 2):
         key(window, Qt.Key.Key_R, SHIFT)
         driver.focus(window)
@@ -184,7 +184,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     driver.focus(window)
     for spot in spots(window, (-90, -30), (90, -20), (80, 40), (-70, 45)):
         click(window.viewport, spot)
-    wait(lambda: studio.tool_of(LithologyTool).is_open, "the outline")
+    wait(lambda: studio.get_tool(LithologyTool).is_open, "the outline")
     driver.keep_picture(window, "no-planes-3-rock")
     key(window, Qt.Key.Key_Return)
     (made,) = studio.session.of(Lithology)
@@ -221,7 +221,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
 @pytest.mark.full
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
     from vomstudio.project.exports.export import export_records
-    from vomstudio.ui.commands.plane_import import ListedImport
+    from vomstudio.ui.commands.feature_import import FeatureListImport
 
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_D)
@@ -232,7 +232,7 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     key(window, Qt.Key.Key_Return)
     assert window.actions_table.all["import_listed"].isEnabled()
     export_records(studio.records, "gpkg", tmp_path / "o.gpkg")
-    ListedImport(window, studio).import_file(tmp_path / "o.gpkg")
+    FeatureListImport(window, studio).import_file(tmp_path / "o.gpkg")
     assert len(studio.session.of(Station)) == 1, "the window does not wait for the file"
     driver.wait(lambda: len(studio.session.of(Station)) == 2, "the features")
     one, other = studio.session.of(Lithology)

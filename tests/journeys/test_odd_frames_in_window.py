@@ -93,7 +93,7 @@ def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, f
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
     window.actions_table.run("three_points")
     panel = window.findChild(ThreePointsPanel)
-    panel._ask_for_table()
+    panel._open_table_file()
     driver.wait(lambda: shown(notices), "an answer")
     expect("three points", frame, shown(notices))
 

@@ -23,7 +23,7 @@ Figures = set[tuple[str, str]]
 LEVEL = re.compile(r"\b(95|99)\s?%")
 
 
-def texts_of(widget: QWidget) -> list[str]:
+def get_texts(widget: QWidget) -> list[str]:
     """The texts that a user reads in the visible widgets of a panel."""
     texts = [each.text() for each in widget.findChildren(QLabel) if each.isVisible()]
     texts += [e.toPlainText() for e in widget.findChildren(QTextEdit) if e.isVisible()]
@@ -91,7 +91,7 @@ def figures_of_pages(window, pages: list[str]) -> dict[str, Figures]:
         driver.wait(lambda p=panel: driver.is_seen(p), page)
         driver.pause(150)
         panel = window.docks[page].widget()
-        figures[page] = figures_of(texts_of(panel), errors)
+        figures[page] = figures_of(get_texts(panel), errors)
     figures["stereonet"] = figures_of(net_texts(window), errors)
     return figures
 

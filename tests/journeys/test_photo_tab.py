@@ -21,8 +21,8 @@ from vomstudio.core.paths import resource
 from vomstudio.io.photos.drawn_masks import mask_path
 from vomstudio.project.photo_edits import add_photo_set
 from vomstudio.project.records import PhotoSet
-from vomstudio.ui.panels.features.tree_photos import PHOTO
-from vomstudio.ui.panels.features.tree_view import ID, NAME, ORIENTATION
+from vomstudio.ui.panels.features.tree_photos import PHOTO_ROLE
+from vomstudio.ui.panels.features.tree_view import ID_ROLE, NAME, ORIENTATION
 
 pytestmark = pytest.mark.full
 
@@ -393,7 +393,7 @@ def test_enter_opens_a_photo_of_the_tree_and_selecting_one_shows_it_in_the_panel
     QTest.mouseClick(tree.viewport(), LEFT, pos=tree.visualItemRect(item.child(2)).center())
     assert window.photos_panel.selected_photo() == NAMES[2]
     assert window.studio.selection.ids == (), "a photo is no record"
-    assert [each.data(NAME, PHOTO) for each in tree.selectedItems()] == [NAMES[2]]
+    assert [each.data(NAME, PHOTO_ROLE) for each in tree.selectedItems()] == [NAMES[2]]
     press(Qt.Key.Key_Down)
     press(Qt.Key.Key_Return)
     opened(window, NAMES[3])
@@ -419,7 +419,7 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     texts = {action.text().replace("&", "") for action in menu.actions()}
     assert {"Reconstruct", "Open its first photo", "Show in Photos"} <= texts
     shutil.rmtree(other)
-    gone = window.studio.records[str(branch(window, "another").data(NAME, ID))]
+    gone = window.studio.records[str(branch(window, "another").data(NAME, ID_ROLE))]
     window.photo_opening.open_set_photo(gone)
     notice = window.message_bar.notice
     assert (notice.code, notice.message.values["name"]) == ("photo.folder-missing", other.name)
@@ -468,7 +468,7 @@ def test_the_place_is_asked_before_a_model_is_made_in_a_project_without_a_name(
     folder = window.studio.project.folder
     window.actions_table.run("make_model")
     assert window.survey.reconstruction_job is None
-    assert window.studio.project.untitled
+    assert window.studio.project.is_untitled
     assert window.studio.project.folder == folder
     assert not (folder / "reconstruction").exists(), "nothing was begun"
     assert Path(asked[0]).name == "the face.vom"
@@ -502,6 +502,6 @@ def test_a_place_that_cannot_be_written_starts_nothing(window, photos, tmp_path,
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(full), ""))
     window.actions_table.run("make_model")
     assert window.survey.reconstruction_job is None
-    assert window.studio.project.untitled
+    assert window.studio.project.is_untitled
     assert "folder.not-empty" in shown_codes(window.message_bar.text)
     assert [path.name for path in full.iterdir()] == ["notes.txt"]

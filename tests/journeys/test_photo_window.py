@@ -291,7 +291,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
         photo.show_photo(name)
         ready(photo)
         truth = views[name].project(place)[0]
-        photo.canvas.look_closely((float(truth[0]), float(truth[1])))
+        photo.canvas.zoom_to_pixel((float(truth[0]), float(truth[1])))
         at = on(photo, *truth)
         move(photo.canvas, at + QPoint(2, 1))
         click(photo.canvas, at + QPoint(2, 1))
@@ -387,7 +387,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     monkeypatch.setattr(
         window.studio.jobs, "submit", lambda job, order, **more: asked.append(order)
     )
-    monkeypatch.setattr(type(window.survey), "why_not_reconstruct", lambda self: None)
+    monkeypatch.setattr(type(window.survey), "reconstruction_problem", lambda self: None)
     window.survey.reconstruct()
     assert asked[0].control == photos / "control.csv"
     assert asked[0].marks == photos / "marks.csv"
@@ -436,7 +436,9 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     wait(lambda: photo.masks.used(last) is not None, "the mask of the last photo")
     assert photo.masks.busy_reason
     height, width = photo.masks.used(last).shape
-    photo.masks.draw_once(last, stroke_area([(900.0, 900.0)], 5.0, width, height), is_masking=True)
+    photo.masks.draw_single_shape(
+        last, stroke_area([(900.0, 900.0)], 5.0, width, height), is_masking=True
+    )
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]

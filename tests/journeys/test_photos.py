@@ -33,7 +33,7 @@ def press(window, action: str) -> None:
 def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
-    assert window.survey.why_not_reconstruct() == Finding("action.no-photos")
+    assert window.survey.reconstruction_problem() == Finding("action.no-photos")
     driver.drop(window, [photos])
     looked_at(window)
     table = window.photos_panel.table
@@ -47,7 +47,7 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     ]
     assert any("4 photos" in text for text in said)
     assert any("broken.jpg" in text for text in said)
-    assert window.survey.why_not_reconstruct() is None
+    assert window.survey.reconstruction_problem() is None
     driver.keep_picture(window, "photos")
 
 
@@ -71,7 +71,7 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
     driver.drop(window, [tmp_path / "empty"])
     driver.wait(lambda: window.survey.problem, "the reason")
     assert "empty" in window.survey.problem
-    assert window.survey.why_not_reconstruct() is not None
+    assert window.survey.reconstruction_problem() is not None
 
 
 @pytest.mark.full

@@ -119,7 +119,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     net = window.net._source.sets()
     assert len(window.studio.fold.planes()) == 3
     assert made.id not in {id_ for one in net for id_ in one.ids}
-    for contents in (window.net.contents(), window.net.print_contents()):
+    for contents in (window.net.contents(), window.net.printable_contents()):
         (note,) = (n for n in contents.notes if "table.repeats-left-out" in shown_codes(str(n)))
         assert shown_values(str(note), "table.repeats-left-out") == {"count": "1"}
     # What is hidden anyway is not counted.

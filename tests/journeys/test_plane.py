@@ -28,7 +28,7 @@ def patches(window) -> list[Patch]:
     return window.studio.session.of(Patch)
 
 
-def plane_of(window, patch: Patch) -> np.ndarray:
+def get_plane(window, patch: Patch) -> np.ndarray:
     """Normal of the chosen faces' plane by singular values, each corner with a third of the area
     of its face."""
     mesh = window.studio.models[patch.model_id].data
@@ -65,7 +65,7 @@ def still(window) -> None:
 @pytest.mark.full
 def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PlaneTool)
+    studio, viewport, tool = window.studio, window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks)
     panel = driver.tool_panel(window, PlanePanel)
     assert panel.isVisible()
@@ -125,7 +125,7 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
     (patch,) = patches(window)
     assert np.array_equal(runs_to_ids(patch.runs), np.flatnonzero(less))
     measured = studio.measured([patch.id])[patch.id]
-    assert abs(measured.fit.normal @ plane_of(window, patch)) == pytest.approx(1.0, abs=1e-9)
+    assert abs(measured.fit.normal @ get_plane(window, patch)) == pytest.approx(1.0, abs=1e-9)
     assert measured.verdict is not None
     assert studio.selection.ids == (patch.id,)
     # Poor planes are outlined, others are filled.
@@ -187,7 +187,7 @@ def test_a_plane_is_painted_corrected_and_found_again(own_folders, qtbot, outcro
 @pytest.mark.parametrize("screen", first_in_default_tier(SCREENS), indirect=True)
 def test_ten_planes_take_twenty_actions(window, screen, outcrop, picks):
     at, viewport = ready(window, outcrop, picks), window.viewport
-    tool, actions = window.studio.tool_of(PlaneTool), 0
+    tool, actions = window.studio.get_tool(PlaneTool), 0
     tool.set_tolerance(angle_deg=8.0, distance=0.02)
     step = viewport.height() // 16
     places = [at + QPoint(step * (k % 5 - 2), step * (k // 5) - step // 2) for k in range(10)]
@@ -204,7 +204,7 @@ def test_ten_planes_take_twenty_actions(window, screen, outcrop, picks):
 def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
     at, viewport, studio = ready(window, outcrop, picks), window.viewport, window.studio
     click(viewport, at)
-    wait(lambda: studio.tool_of(PlaneTool).count, "the plane")
+    wait(lambda: studio.get_tool(PlaneTool).count, "the plane")
     drawn = []
     viewport.features.set_preview_areas = lambda areas: drawn.append([color for _, color in areas])
     for number, name in ((Qt.Key.Key_2, "fault"), (Qt.Key.Key_3, "joint")):
@@ -219,7 +219,7 @@ def test_the_preview_follows_the_type_at_once(window, outcrop, picks):
 def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
     """One jump of the cursor across the view paints all that lies between."""
     at = ready(window, outcrop, picks)
-    tool = window.studio.tool_of(PlaneTool)
+    tool = window.studio.get_tool(PlaneTool)
     move(window.viewport, at)
     tool.set_radius(0.12)
 
@@ -243,7 +243,7 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
 @pytest.mark.full
 def test_two_quick_clicks_are_two_clicks(window, outcrop, picks):
     at = ready(window, outcrop, picks)
-    tool = window.studio.tool_of(PlaneTool)
+    tool = window.studio.get_tool(PlaneTool)
     tool.set_tolerance(angle_deg=8.0, distance=0.02)
     pivot = window.viewport.moves.camera_state()
     QTest.mouseClick(window.viewport, driver.LEFT, driver.NONE, at)

@@ -79,7 +79,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     settled(planner)
     assert planner.figures["Spacing"].text() == "6 m along, 4 m up"
     sheet = tmp_path / "sheet.html"
-    planner.save_to(sheet)
+    planner.save_field_sheet(sheet)
     driver.wait(sheet.exists, "the sheet")
     assert "30 x 20 m" in sheet.read_text()
 
@@ -161,7 +161,7 @@ def test_the_sheet_is_printed_on_one_page(planner, tmp_path) -> None:
     printer = QPrinter()
     printer.setOutputFormat(QPrinter.OutputFormat.PdfFormat)
     printer.setOutputFileName(str(tmp_path / "sheet.pdf"))
-    planner.print_to(printer)
+    planner.print_field_sheet(printer)
     data = (tmp_path / "sheet.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     assert data.count(b"/Type /Page\n") == 1

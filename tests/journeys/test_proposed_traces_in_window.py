@@ -153,7 +153,7 @@ def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     wanted, left = panel._traces.proposals.lines[0].points, len(panel._traces.open_rows)
     choose(panel, 0)
     driver.click(panel.edit, panel.edit.rect().center())
-    tool = studio.tool_of(TraceTool)
+    tool = studio.get_tool(TraceTool)
     assert studio.tool_name == "trace"
     assert tool.is_open
     assert tool.cost == "dark"
@@ -228,7 +228,7 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     driver.keep_picture(window, "proposed-traces-network")
     # The trace tool does not know the network: the line opens with its own vertices.
     driver.click(panel.edit, panel.edit.rect().center())
-    tool = window.studio.tool_of(TraceTool)
+    tool = window.studio.get_tool(TraceTool)
     assert tool.is_open
     assert tool.cost is None
     assert len(tool.vertices) > 2

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.full
 def reading(window):
     """Where the reading is drawn."""
     window.viewport.repaint()
-    x, y, wide, high = window.viewport.reading_place.box
+    x, y, wide, high = window.viewport.reading_position.box
     return box(x, y, x + wide, y + high)
 
 
@@ -64,7 +64,7 @@ def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(
         last = at
         if number == 5:
             driver.keep_picture(window, f"reading-{letter}-{size[0]}")
-    assert window.studio.tool_of(kind).is_open
+    assert window.studio.get_tool(kind).is_open
     # Over the whole view, where the cursor happens to pass.
     rect = window.viewport.rect().adjusted(6, 6, -6, -6)
     for x in np.linspace(rect.left(), rect.right(), 9):

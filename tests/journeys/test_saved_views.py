@@ -20,7 +20,7 @@ def rest(window) -> None:
 
 
 def view(window) -> np.ndarray:
-    camera, box = window.viewport.camera, window.studio.display.clip_shown
+    camera, box = window.viewport.camera, window.studio.display.effective_clip
     corners = np.zeros((2, 3)) if box is None else box.corners()[[0, -1]]
     return np.concatenate([camera.position, camera.frame.ravel(), corners.ravel()])
 

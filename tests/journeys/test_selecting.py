@@ -84,7 +84,7 @@ def ready(window, outcrop, picks, tool: str = "select") -> QPoint:
 @pytest.mark.full
 def test_a_lasso_makes_a_plane_that_is_one_edit(own_folders, qtbot, outcrop, picks):
     window = driver.make_window()
-    studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PlaneTool)
+    studio, viewport, tool = window.studio, window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks, "plane")
     assert driver.tool_panel(window, PlanePanel).isVisible()
     camera = viewport.moves.camera_state()
@@ -171,7 +171,7 @@ def wheel(window, at: QPoint, notches: int, modifier) -> None:
 
 @pytest.mark.full
 def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks):
-    viewport, tool = window.viewport, window.studio.tool_of(PlaneTool)
+    viewport, tool = window.viewport, window.studio.get_tool(PlaneTool)
     at = ready(window, outcrop, picks, "plane")
     camera = viewport.moves.camera_state()
     key(window, Qt.Key.Key_G)
@@ -197,7 +197,7 @@ def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks
 
 @pytest.mark.full
 def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
-    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_R)
     drag(viewport, at - QPoint(60, 50), at + QPoint(60, 50))
@@ -230,7 +230,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
 
 @pytest.mark.full
 def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, picks):
-    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     ready(window, outcrop, picks)
     viewport.moves.look_along(0.0, 45.0)
     wait(lambda: viewport.is_still, "the camera's rest")
@@ -247,7 +247,7 @@ def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, pick
 
 @pytest.mark.full
 def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks):
-    viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
+    viewport, tool = window.viewport, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60))
@@ -306,7 +306,7 @@ def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, pic
 
 @pytest.mark.full
 def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outcrop, picks):
-    studio, tool = window.studio, window.studio.tool_of(SelectTool)
+    studio, tool = window.studio, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     before = outcrop.read_bytes()
     original = driver.model(window)
@@ -333,7 +333,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
 
 @pytest.mark.full
 def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
-    studio, tool = window.studio, window.studio.tool_of(SelectTool)
+    studio, tool = window.studio, window.studio.get_tool(SelectTool)
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60))

@@ -27,7 +27,7 @@ def settle(window, model_id: str) -> None:
     wait(lambda: model_id in scene.models and scene.models[model_id].streamer, "a stream")
     pause(350)
     wait(lambda: viewport.is_still and scene.nodes.is_settled, "all nodes")
-    assert not viewport.models.work.waiting
+    assert not viewport.models.work.is_waiting
 
 
 @pytest.mark.full
@@ -54,7 +54,7 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     assert np.array_equal(hit.position, whole.points[hit.index])
     before = len(opened.data.store.loaded())
     for _ in range(5):
-        viewport.camera.zoom(0.6, viewport.world_of(hit))
+        viewport.camera.zoom(0.6, viewport.world_position(hit))
         viewport.moves.moved()
         driver.pause(20)
     settle(window, model_id)
@@ -67,13 +67,13 @@ def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(wind
     assert hit is not None
     assert np.array_equal(hit.position, whole.points[hit.index])
     surface = studio.surface(model_id)
-    ids = surface.within(hit.index, hit.position, 2.0)
+    ids = surface.connected_ids_in_ball(hit.index, hit.position, 2.0)
     assert hit.index in ids
     assert len(ids) > 3
     assert np.linalg.norm(whole.points[ids] - hit.position, axis=1).max() <= 2.0
     # A field's colours follow the nodes that come.
     studio.display.show_field(model_id, FieldStyle("intensity"))
-    wait(lambda: viewport.display.scale_of(model_id) is not None, "the field")
+    wait(lambda: viewport.display.color_scale(model_id) is not None, "the field")
     viewport.moves.home()
     driver.pause(300)
     settle(window, model_id)

@@ -18,8 +18,8 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.studio.tools.brush_stroke import record_figures
-from vomstudio.ui.dialogs.extended_plane_dialog import FIELD, ExtendDialog
+from vomstudio.studio.tools.brush_stroke import patch_fields
+from vomstudio.ui.dialogs.extended_plane_dialog import DISTANCE_FIELD, ExtendDialog
 from vomstudio.ui.dialogs.surface_dialog import SurfaceDialog
 
 N, STEP = 130, 0.05
@@ -57,7 +57,7 @@ def face(window, tmp_path):
     )
     from dataclasses import replace
 
-    patch = replace(patch, **record_figures(opened.surface, ids))
+    patch = replace(patch, **patch_fields(opened.surface, ids))
     rows = (np.arange(8) * 7 + 30) * N + (20 + 9 * np.array([0, 3, 1, 4, 2, 5, 3, 6]))
     points = np.asarray(opened.data.vertices[rows], np.float64)
     trace = Trace(
@@ -150,14 +150,14 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     driver.click(shown.show_button, shown.show_button.rect().center())
     driver.wait(lambda: shown.extension is not None, "the plane")
     model_id = studio.records["t1"].model_id
-    assert studio.display.styles[model_id].name == FIELD
-    values = studio.models[model_id].data.fields[FIELD]
+    assert studio.display.styles[model_id].name == DISTANCE_FIELD
+    values = studio.models[model_id].data.fields[DISTANCE_FIELD]
     assert 0.0 < np.isfinite(values).mean() < 1.0
     driver.settled(window)
     driver.keep_picture(window, "extended-plane")
     driver.keep_picture(shown, "extend-dialog")
     path = tmp_path / "traces.csv"
-    shown.save_to(path)
+    shown.save_deviations(path)
     columns = ["bed", "line", "x", "y", "z", "error95_m"]
     assert path.read_text().splitlines()[3].split(",") == columns
     lines = window.viewport.features

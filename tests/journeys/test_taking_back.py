@@ -56,9 +56,9 @@ def seen(window) -> dict[str, Any]:
     """What a person would call the state of the work: features, open picks, view, visibility."""
     studio, camera = window.studio, window.viewport.camera
     tool = studio.open_tool
-    clip = studio.display.clip_shown
+    clip = studio.display.effective_clip
     chosen = getattr(tool, "selection", None)
-    hidden = studio.workspace.elements.all_hidden()
+    hidden = studio.workspace.elements.get_hidden_masks()
     return {
         "records": dict(studio.records),
         "open": None if tool is None else getattr(tool, "vertices", None),
@@ -261,7 +261,7 @@ def test_mistakes_of_the_brush(ready):
     window, studio = ready, ready.studio
     at = spots(window)
     key(window, Qt.Key.Key_P)
-    tool = studio.tool_of(PlaneTool)
+    tool = studio.get_tool(PlaneTool)
     tool.set_radius(0.2)
     # 1: a stroke too many; 2: an erasing one; 3: the first of all
     takes_back(window, lambda: drag(window.viewport, at[0], at[0] + QPoint(30, 0)), UNDO)

@@ -16,7 +16,7 @@ from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.dialogs.orthophoto_dialog import OrthoDialog
 from vomstudio.ui.shell.tour import Tour
-from vomstudio.ui.shell.tour_card import TourCard, card_place
+from vomstudio.ui.shell.tour_card import TourCard, place_card
 
 
 def tour_of(window) -> Tour:
@@ -176,7 +176,7 @@ def test_the_card_is_whole_and_beside_its_target_wherever_that_is(size):
         wide, high = rng.integers(20, size[0]), rng.integers(20, size[1])
         x, y = rng.integers(0, size[0] - wide + 1), rng.integers(0, size[1] - high + 1)
         target = QRect(int(x), int(y), int(wide), int(high))
-        place = QRect(card_place(target, card, window), card)
+        place = QRect(place_card(target, card, window), card)
         assert QRect(0, 0, *size).contains(place)
         gaps = (target.left(), size[0] - target.right(), target.top(), size[1] - target.bottom())
         needed = (card.width(), card.width(), card.height(), card.height())

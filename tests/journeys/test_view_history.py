@@ -33,7 +33,7 @@ def rest(window) -> None:
 
 def view(window) -> np.ndarray:
     """Where the camera is and how it stands, and the box that cuts, zero for none."""
-    camera, box = window.viewport.camera, window.studio.display.clip_shown
+    camera, box = window.viewport.camera, window.studio.display.effective_clip
     corners = np.zeros((2, 3)) if box is None else box.corners()[[0, -1]]
     parts = (camera.position, camera.frame.ravel(), [camera.distance, camera.orthographic])
     return np.concatenate([*parts, corners.ravel()])
@@ -147,7 +147,7 @@ def test_another_project_has_no_earlier_view(opened):
 def test_what_was_isolated_is_shown_again_by_going_back(opened):
     elements = opened.studio.workspace.elements
     (model_id,) = elements.shown()
-    tool = opened.studio.tool_of(SelectTool)
+    tool = opened.studio.get_tool(SelectTool)
     key(opened, Qt.Key.Key_S)
     count = element_count(elements.data(model_id))
     mask = np.zeros(count, bool)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.photogrammetry.align.features import ExtractTask, Features
+from vomstudio.photogrammetry.align.features import ExtractionTask, Features
 
 Array = npt.NDArray[np.float64]
 
@@ -169,8 +169,8 @@ class Finder:
 
     def map(
         self,
-        work: Callable[[ExtractTask], Features],
-        items: Iterable[ExtractTask],
+        work: Callable[[ExtractionTask], Features],
+        items: Iterable[ExtractionTask],
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Features]]:

@@ -22,7 +22,7 @@ from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 from vomstudio.photogrammetry.pipeline.photo_results import save_undistorted
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
 
@@ -153,7 +153,7 @@ def make(folder: Path) -> Made:
     made.save(out / "work" / "depths-0123456789abcdef" / path)
     with Image.open(photos / NAMES[0]) as image:
         image.resize((160, 120)).save(folder / "small.png")
-    straight = Undistorted((folder / "small.png").read_bytes(), None, ideal)
+    straight = UndistortedPhoto((folder / "small.png").read_bytes(), None, ideal)
     save_undistorted(out / "work" / "straight-0123456789abcdef" / path, straight)
 
     weak_names = frozenset({WEAK})

@@ -16,7 +16,7 @@ from vomstudio.geology.beds.lithologies import strabospot_fields
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.section.bed_log_figure import lay_out_page, write_log_figure
 from vomstudio.products.section.decimals import format_with_error
-from vomstudio.products.section.lithology_style import style_of
+from vomstudio.products.section.lithology_style import find_style
 
 LEVEL = Plane(0.0, 0.0)
 HEIGHTS = [0.0, 4.0, 4.1, 4.2, 4.3, 9.0]
@@ -92,17 +92,17 @@ def test_formulas_and_long_words_are_only_words(tmp_path: Path) -> None:
 def test_every_word_that_is_offered_is_known_and_has_a_look(word: str) -> None:
     fields = strabospot_fields(word)
     assert fields is not None
-    look = style_of(word, fields)
+    look = find_style(word, fields)
     assert re.fullmatch("#[0-9a-f]{6}", look.color)
     if fields["primary_lithology"]:
-        assert look != style_of("", {})
+        assert look != find_style("", {})
 
 
 def test_coarser_beds_are_wider() -> None:
     def width(word: str) -> float:
         fields = strabospot_fields(word)
         assert fields is not None
-        result = style_of(word, fields).width
+        result = find_style(word, fields).width
         assert result is not None
         return result
 
@@ -112,7 +112,7 @@ def test_coarser_beds_are_wider() -> None:
     ):
         widths = [width(word) for word in words]
         assert widths == sorted(set(widths))
-    assert style_of("coal", strabospot_fields("coal") or {}).width is None
+    assert find_style("coal", strabospot_fields("coal") or {}).width is None
 
 
 def test_digits_follow_the_error() -> None:

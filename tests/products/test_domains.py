@@ -17,12 +17,12 @@ import rasterio
 from tests.messages import by_code, refused
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.domains import projection_axes
-from vomstudio.geology.notation import plane_option
+from vomstudio.geology.notation import parse_plane_option
 from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_normals
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.domain_axes import axes_of_domains
-from vomstudio.products.ortho.domain_mask import territory
-from vomstudio.products.ortho.interpretation import Item, items_of_table
+from vomstudio.products.ortho.domain_axes import compute_domain_axes
+from vomstudio.products.ortho.domain_mask import domain_extent
+from vomstudio.products.ortho.interpretation import Item, items_from_table
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
@@ -31,7 +31,7 @@ from vomstudio.products.section.directions import (
     assign_domain_axes,
     domain_projections,
 )
-from vomstudio.products.section.section_lines import curtain_of_plane
+from vomstudio.products.section.section_lines import curtain_from_plane
 from vomstudio.products.section.writing import project_items
 
 Floats = npt.NDArray[np.float64]
@@ -70,7 +70,7 @@ def faulted(turn: float = 0.0) -> tuple[Item, ...]:
         }
         for i, (kind, domain, (dd, dip)) in enumerate(rows)
     ]
-    return items_of_table(np.array(places), output)
+    return items_from_table(np.array(places), output)
 
 
 def test_beds_of_one_dip_are_projected_along_the_line_in_which_they_meet_the_fault() -> None:
@@ -150,8 +150,8 @@ def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
 
 def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
     """Points on a line along the axis of their domain come to one place."""
-    axes = axes_of_domains(faulted(), "--along")
-    curtain = curtain_of_plane(plane_option("000/90"), (0.0, 0.0, 0.0))
+    axes = compute_domain_axes(faulted(), "--along")
+    curtain = curtain_from_plane(parse_plane_option("000/90"), (0.0, 0.0, 0.0))
     for domain in ("hanging wall", "footwall"):
         line = axes[domain].line
         assert line is not None
@@ -159,7 +159,7 @@ def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
         item = Item("traces", "line", points, "t", "t", "bedding", "", "", domain=domain)
         (flat,), _ = project_items((item,), curtain, ProjectionDirections(None, axes), None)
         assert flat.points == pytest.approx(np.tile(flat.points[:1], (3, 1)), abs=1e-6)
-    (finding,) = ProjectionDirections(None, axes_of_domains(faulted()[:4], "-")).check(curtain)
+    (finding,) = ProjectionDirections(None, compute_domain_axes(faulted()[:4], "-")).check(curtain)
     assert finding.code == "section.domain-without-axis"
     assert finding.values["domain"] == "hanging wall"
 
@@ -168,7 +168,7 @@ def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     """All of its points come to the line in which its plane meets the section."""
     items = faulted()
     directions = assign_domain_axes(items, "--along")
-    curtain = curtain_of_plane(plane_option("000/90"), (0.0, 0.0, 0.0))
+    curtain = curtain_from_plane(parse_plane_option("000/90"), (0.0, 0.0, 0.0))
     fault = next(item for item in items if item.kind == "fault")
     rng = np.random.default_rng(2)
     points = np.column_stack([np.zeros(9), rng.uniform(-3, 3, 9), np.linspace(0, 4, 9)])
@@ -189,7 +189,7 @@ def wall() -> Mesh:
 def drawn(tmp_path: Path, items: tuple[Item, ...], name: str) -> tuple[Any, Any, list[str]]:
     planned = plan(wall(), view_along_line(0.0, 0.0), to_world=np.eye(4), gsd=0.1)
     output = write_orthophoto(
-        wall(), planned, tmp_path / "o.tif", territory=territory(items, name), force=True
+        wall(), planned, tmp_path / "o.tif", domain_extent=domain_extent(items, name), force=True
     )
     facts = json.loads(output.sidecar.read_text("utf-8"))
     with rasterio.open(output.image) as file:
@@ -229,7 +229,7 @@ def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
 def test_a_picture_off_the_axis_says_what_that_costs() -> None:
     """Lengths times cos d, places displaced by h sin d (CONVENTIONS), d between axis and view."""
     items = faulted()
-    line = axes_of_domains(items, "")["footwall"].line
+    line = compute_domain_axes(items, "")["footwall"].line
     assert line is not None
     deep = Mesh(
         np.array([[0.0, 0, 0], [6, 0, 0], [6, 40, 9], [0, 40, 9]]),
@@ -237,7 +237,7 @@ def test_a_picture_off_the_axis_says_what_that_costs() -> None:
     )
     aside = view_along_line((line.trend_deg + 25.0) % 360.0, line.plunge_deg)
     planned = plan(deep, aside, to_world=np.eye(4), gsd=0.5)
-    *_, off, cost = territory(items, "footwall").seen_in(items, planned).notes
+    *_, off, cost = domain_extent(items, "footwall").add_view_findings(items, planned).notes
     d = math.acos(abs(float(line.vector() @ planned.frame.direction)))
     h = float(np.ptp(deep.vertices @ planned.frame.direction))
     assert (off.code, cost.code) == ("view.off-axis", "view.off-axis-cost")
@@ -246,8 +246,8 @@ def test_a_picture_off_the_axis_says_what_that_costs() -> None:
     assert cost.values["displacement"] == pytest.approx(h * math.sin(d))
     assert cost.values["unit"] == "m"
     along = plan(deep, view_along_line(line.trend_deg, line.plunge_deg), to_world=np.eye(4))
-    here = territory(items, "footwall")
-    assert here.seen_in(items, along).notes == here.notes
+    here = domain_extent(items, "footwall")
+    assert here.add_view_findings(items, along).notes == here.notes
 
 
 def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
@@ -262,7 +262,7 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     )
     axes = projection_axes({"fold": beds})
     assert axes["fold"].valid == "conditional"
-    curtain = curtain_of_plane(plane_option("010/90"), (0.0, 0.0, 0.0))
+    curtain = curtain_from_plane(parse_plane_option("010/90"), (0.0, 0.0, 0.0))
     (report,) = domain_projections(ProjectionDirections(None, axes), curtain)
     assert report.valid == "conditional"
     assert report.words.startswith(f"{replace(report, valid='yes').words}; ")
@@ -270,6 +270,6 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
 
 def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:
     with refused("domain.unknown", UsageError, domain="wall", domains=("footwall", "hanging wall")):
-        territory(faulted(), "wall")
+        domain_extent(faulted(), "wall")
     with refused("domain.none", UsageError, field="--along"):
-        axes_of_domains((), "--along")
+        compute_domain_axes((), "--along")

@@ -11,9 +11,9 @@ from tests.messages import refused
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.elevation.heights import draw_heights
+from vomstudio.products.elevation.heights import compute_heights
 from vomstudio.products.elevation.planning import plan_heights
-from vomstudio.products.elevation.writing import figures_of
+from vomstudio.products.elevation.writing import elevation_figures
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import OrthophotoPlan, plan
 from vomstudio.products.ortho.view_directions import view_against_plane, view_along_line
@@ -71,8 +71,8 @@ def test_an_elevation_model_over_a_plane_at_right_angles_says_so() -> None:
     mesh = sheet()
     laid = plan_heights(mesh, Plane(310.0, 55.0), to_world=np.eye(4), gsd=1.0)
     assert EDGE_ON in laid.notes
-    heights, limit = draw_heights(mesh, laid, None)
+    heights, limit = compute_heights(mesh, laid, None)
     heights[:] = np.nan
     with refused("view.edge-on", plane="130/35"):
-        figures_of(heights, laid, limit, None)
+        elevation_figures(heights, laid, limit, None)
     assert not plan(mesh, view_against_plane(WALL), to_world=np.eye(4), gsd=1.0).notes

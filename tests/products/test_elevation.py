@@ -15,7 +15,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.elevation import heights as drawing
 from vomstudio.products.elevation.contours import contour_lines
-from vomstudio.products.elevation.heights import draw_heights
+from vomstudio.products.elevation.heights import compute_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.products.elevation.shading import compute_dips, hillshade
 
@@ -56,7 +56,7 @@ def test_cells_lie_on_the_plane_that_was_sampled(plane: Plane) -> None:
     a /= np.linalg.norm(a)
     points = UTM + s[:, None] * a + t[:, None] * np.cross(normal, a)
     plan = plan_of(PointCloud(points), plane, 0.2)
-    heights, limit = draw_heights(PointCloud(points), plan)
+    heights, limit = compute_heights(PointCloud(points), plan)
     assert limit is not None
     assert np.isfinite(heights).mean() > 0.4
     assert np.abs((centres(plan, heights) - UTM) @ normal).max() < 2e-5
@@ -80,7 +80,7 @@ def test_a_cloud_is_interpolated_as_scipy_does() -> None:
     z = np.sin(xy[:, 0]) + 0.3 * xy[:, 1] ** 2
     cloud = PointCloud(np.column_stack([xy, z]))
     plan = plan_of(cloud, gsd=0.1)
-    heights, _ = draw_heights(cloud, plan, limit=100.0)
+    heights, _ = compute_heights(cloud, plan, limit=100.0)
     at = centres(plan, heights)
     expected = LinearNDInterpolator(xy, z)(at[:, :2])
     inside = np.isfinite(expected)
@@ -91,7 +91,7 @@ def test_a_cloud_is_interpolated_as_scipy_does() -> None:
 def test_a_mesh_is_met_at_the_centres_of_cells() -> None:
     mesh = grid_mesh(lambda x, y: 3 + 0.4 * x - 0.2 * y)
     plan = plan_of(mesh, gsd=0.23)
-    heights, limit = draw_heights(mesh, plan)
+    heights, limit = compute_heights(mesh, plan)
     assert limit is None
     at = centres(plan, heights)
     assert np.abs(at[:, 2] - (3 + 0.4 * at[:, 0] - 0.2 * at[:, 1])).max() < 1e-6
@@ -123,7 +123,7 @@ def test_of_two_sheets_the_farthest_along_the_normal_wins(as_cloud: bool, azimut
         faces = grid_mesh(lambda x, y: x, 20).faces
         data = Mesh(np.vstack([low, high]) @ axes, np.vstack([faces, faces + 400]).astype(np.int32))
     plan = plan_of(data, plane, 0.25)
-    heights, _ = draw_heights(data, plan)
+    heights, _ = compute_heights(data, plan)
     at = centres(plan, heights) @ axes.T
     # Beside the edges of a cloud's roof triangles lead down to the floor.
     clear = (np.abs(at[:, 0]) > 0.6) & (np.abs(at[:, :2]) < 4.5).all(axis=1)
@@ -140,7 +140,7 @@ def test_sheets_over_the_same_places_and_a_hollow() -> None:
     hollow = 0.15 * ((x - 5) ** 2 + (y - 5) ** 2)
     two = np.vstack([np.column_stack([x, y, hollow]), np.column_stack([x, y, hollow - 3.0])])
     plan = plan_of(PointCloud(two), gsd=0.5)
-    heights, _ = draw_heights(PointCloud(two), plan)
+    heights, _ = compute_heights(PointCloud(two), plan)
     at = centres(plan, heights)
     expected = 0.15 * ((at[:, 0] - 5) ** 2 + (at[:, 1] - 5) ** 2)
     assert np.abs(at[:, 2] - expected).max() < 0.02
@@ -152,12 +152,12 @@ def test_holes_are_bridged_up_to_the_limit() -> None:
     hole = (np.abs(x - 10) < 2) & (np.abs(y - 10) < 2)
     cloud = PointCloud(np.column_stack([x, y, 0 * x])[~hole])
     plan = plan_of(cloud, gsd=0.25)
-    open_, limit = draw_heights(cloud, plan)
+    open_, limit = compute_heights(cloud, plan)
     assert limit == pytest.approx(1.25, rel=0.1)
     # The hole is that of the points about it: 4 m wide, and the diagonals of its corners.
     missing = (~np.isfinite(open_)).sum() * 0.25**2
     assert missing == pytest.approx(16, abs=1.5)
-    closed, _ = draw_heights(cloud, plan, limit=6.0)
+    closed, _ = compute_heights(cloud, plan, limit=6.0)
     assert np.isfinite(closed).all()
 
 
@@ -177,7 +177,7 @@ def test_cells_are_those_of_the_triangulation_of_all_points(lattice: bool) -> No
     plan = plan_of(cloud, gsd=0.021)
     assert plan.grid.columns == plan.grid.rows == 2
     limit = 0.7
-    heights, _ = draw_heights(cloud, plan, limit=limit)
+    heights, _ = compute_heights(cloud, plan, limit=limit)
     triangles = Delaunay(xy)
     corners = xy[triangles.simplices]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -201,7 +201,7 @@ def test_of_a_dense_cloud_each_cell_holds_the_mean(monkeypatch: pytest.MonkeyPat
     cloud = PointCloud(np.column_stack([xy, np.hypot(*(xy - 15).T)]))
     monkeypatch.setattr(drawing, "TILE_POINTS", 100)
     coarse = plan_of(cloud, gsd=0.5)
-    dense, _ = draw_heights(cloud, coarse)
+    dense, _ = compute_heights(cloud, coarse)
     at = centres(coarse, dense)
     away = np.hypot(*(at[:, :2] - 15).T)
     assert np.abs(at[:, 2] - away)[away > 1].max() < 0.12
@@ -217,7 +217,7 @@ def test_slope_and_aspect_are_dip_and_dip_direction_in_world(plane: Plane, turn:
     if abs(float(plane.normal() @ truth.normal())) < 0.2:
         pytest.skip("seen edge-on")
     plan = plan_of(cloud, plane, 0.25)
-    heights, _ = draw_heights(cloud, plan)
+    heights, _ = compute_heights(cloud, plan)
     dip, toward = compute_dips(heights, 0.25, plan.frame)
     known = np.isfinite(dip)
     assert known.sum() > 100
@@ -239,7 +239,7 @@ def test_shading_is_the_cosine_of_the_angle_to_the_light() -> None:
 def test_contours_of_a_cone_are_circles() -> None:
     mesh = grid_mesh(lambda x, y: 10 - 2 * np.hypot(x - 5, y - 5), 200)
     plan = plan_of(mesh, gsd=0.05)
-    heights, _ = draw_heights(mesh, plan)
+    heights, _ = compute_heights(mesh, plan)
     lines = contour_lines(heights, plan.transform, 2.0)
     closed = {level: line for level, line in lines if (line[0] == line[-1]).all()}
     assert sorted(closed) == [2.0, 4.0, 6.0, 8.0]
@@ -252,9 +252,9 @@ def test_contours_of_a_cone_are_circles() -> None:
 def test_points_that_span_no_surface_are_refused() -> None:
     line = PointCloud(np.linspace([0, 0, 0], [5, 5, 1], 50))
     with refused("dem.points-in-line"):
-        draw_heights(line, plan_of(line, gsd=1.0))
+        compute_heights(line, plan_of(line, gsd=1.0))
     wall = PointCloud(
         np.column_stack([np.zeros(100), np.random.default_rng(0).uniform(0, 5, (100, 2))])
     )
     with refused("dem.points-in-line"):
-        draw_heights(wall, plan_of(wall, gsd=1.0))
+        compute_heights(wall, plan_of(wall, gsd=1.0))

@@ -24,9 +24,9 @@ from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
 from vomstudio.photogrammetry.survey.planning import Manner, SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.survey_options import PlanOptions
 from vomstudio.products.report.field_sheet import (
-    CONTROL,
-    OBLIQUE,
-    PERPENDICULAR,
+    CONTROL_COLOR,
+    OBLIQUE_COLOR,
+    PERPENDICULAR_COLOR,
     TITLE,
     draw_field_sheet,
     figures,
@@ -94,7 +94,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
     plan = plan_survey(
         APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0, manner=manner)
     )
-    front, above = draw_field_sheet(plan, is_pictures_only=True).axes
+    front, above = draw_field_sheet(plan, has_only_drawings=True).axes
     for axes, height in ((front, "up_m"), (above, "away_m")):
         lines = {str(line.get_label()): line for line in axes.lines}
         arrows = [c for c in axes.collections if isinstance(c, Quiver)]
@@ -241,7 +241,7 @@ def test_words_can_be_read_and_signs_be_told_apart(
     """Words of a drawing are no larger than those of the sheet; signs are one to two millimetres
     wide, lines finer than they, and the point's name stands beside its sign."""
     plan = plan_survey(APSC, PlanOptions(width_m=width, height_m=height, distance_m=20.0))
-    figure = draw_field_sheet(plan, is_pictures_only=pictures_only)
+    figure = draw_field_sheet(plan, has_only_drawings=pictures_only)
     figure.draw_without_rendering()
     largest = 9.0
     if not pictures_only:
@@ -299,7 +299,7 @@ def test_all_that_can_be_wrong_with_a_plan_has_room_on_its_sheet(plan: SurveyPla
 
 
 def test_a_sheet_in_html_has_the_drawings_alone(plan: SurveyPlan) -> None:
-    figure = draw_field_sheet(plan, is_pictures_only=True)
+    figure = draw_field_sheet(plan, has_only_drawings=True)
     figure.draw_without_rendering()
     assert not figure.texts
     assert figure.get_size_inches().tolist() == [8.27, 6.0]
@@ -348,7 +348,7 @@ def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: 
     """And a kind of photo that is not taken is not in the legend."""
     first = plan.select_kind("perpendicular")[0]
     front, above = draw_field_sheet(
-        replace(plan, positions=(first,) * n), is_pictures_only=True
+        replace(plan, positions=(first,) * n), has_only_drawings=True
     ).axes
     for axes in (front, above):
         assert sum(isinstance(c, Quiver) for c in axes.collections) == (n <= 400)
@@ -400,10 +400,10 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
         for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
     }
     signs = {
-        f"perpendicular: {straight}": ("o", PERPENDICULAR, "full"),
-        f"oblique: {oblique}": ("^", OBLIQUE, "full"),
-        "control point": ("s", CONTROL, "full"),
-        "check point": ("s", CONTROL, "none"),
+        f"perpendicular: {straight}": ("o", PERPENDICULAR_COLOR, "full"),
+        f"oblique: {oblique}": ("^", OBLIQUE_COLOR, "full"),
+        "control point": ("s", CONTROL_COLOR, "full"),
+        "check point": ("s", CONTROL_COLOR, "none"),
     }
     assert list(messages) == list(signs)
     for name, sign in signs.items():
@@ -422,7 +422,7 @@ def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
             0 < len(plan.select_kind(kind)) <= 400
             for kind in ("perpendicular", "oblique")  # type: ignore[arg-type]
         )
-        for axes in draw_field_sheet(plan, is_pictures_only=True).axes:
+        for axes in draw_field_sheet(plan, has_only_drawings=True).axes:
             assert sum(isinstance(c, Quiver) for c in axes.collections) == expected
     assert len(many.select_kind("perpendicular")) > 400
 

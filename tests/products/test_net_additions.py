@@ -37,7 +37,7 @@ from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.legend import legend_entries
-from vomstudio.products.net.net_options import Turning, parse_cone, parse_slip, rotate_net
+from vomstudio.products.net.net_options import NetRotation, parse_cone, parse_slip, rotate_net
 from vomstudio.products.net.preparation import NetAdditions
 from vomstudio.products.net.set_statistics import (
     add_statistics,
@@ -151,7 +151,7 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
             if isinstance(c, LineCollection)
         ]
     )
-    turned = rotate_net(contents, Turning(Plane(120, 40)))
+    turned = rotate_net(contents, NetRotation(Plane(120, 40)))
     first = turned.errors[0]
     assert first.line.plunge_deg == pytest.approx(90.0)
     # Of the pole that is upright now, the larger axis still goes by the rake from the strike 030.
@@ -173,7 +173,7 @@ def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_stria
         make_sets({"s": ("line", [40.0, 90.0], [10.0, 30.0])})[0],
         slips=np.array([Line(40, 10).vector(), [np.nan] * 3]),
     )
-    turning = Turning(Plane(200, 35), Line(70, 20), 50.0)
+    turning = NetRotation(Plane(200, 35), Line(70, 20), 50.0)
     after = turning.rotate_set(striae)
     before = striae.vectors() @ striae.vectors().T
     np.testing.assert_allclose(np.abs(after.vectors() @ after.vectors().T), np.abs(before))
@@ -181,7 +181,7 @@ def test_turning_keeps_angles_between_features_and_turns_arrows_with_their_stria
     assert abs(after.slips[0] @ after.vectors()[0]) == pytest.approx(1.0)
     assert np.isnan(after.slips[1]).all()
     # About the vertical nothing happens to a net but that it turns.
-    half = Turning(None, Line(0, 90), 30.0).rotate_set(striae)
+    half = NetRotation(None, Line(0, 90), 30.0).rotate_set(striae)
     np.testing.assert_allclose(half.azimuth_deg, [70.0, 120.0])
 
 
@@ -230,7 +230,7 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
     assert style.size_mm == (90.0, 115.0)
     assert FigureStyle.from_options(figure) == replace(style, colors={})
     assert FigureStyle.from_options(style.rose_figure) == replace(style, colors={})
-    assert FigureStyle.restore(style.to_keep()) == style
+    assert FigureStyle.restore(style.to_settings()) == style
     assert StereonetFigure(size_mm="90 x 60").width_and_height == (90.0, 60.0)
     with refused("figure.not-a-size", UsageError, text="wide", field="--size"):
         StereonetFigure(size_mm="wide")
@@ -239,12 +239,12 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
 @pytest.mark.parametrize(
     "turning",
     [
-        Turning(Plane(100, 35)),
-        Turning(None, Line(40, 30), 75.0),
-        Turning(Plane(10, 90), Line(5, 0), 20.0),
+        NetRotation(Plane(100, 35)),
+        NetRotation(None, Line(40, 30), 75.0),
+        NetRotation(Plane(10, 90), Line(5, 0), 20.0),
     ],
 )
-def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None:
+def test_what_is_typed_is_turned_with_what_is_measured(turning: NetRotation) -> None:
     """A plane, a cone about its pole and a line on it are the same things typed and measured."""
     plane = Plane(120, 60)
     planes = np.array([120.0, 125.0, 118.0]), np.array([60.0, 61.0, 58.0])
@@ -254,14 +254,14 @@ def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None
     wishes = NetAdditions(turning, (circle, cone), (mark,))
     after = wishes.net(measured_net, ROWS)
     measured = Line.from_vector(after.sets[0].vectors()[0])
-    for drawn in after.circles_typed:
+    for drawn in after.user_circles:
         assert angle_between_lines(drawn.axis, measured) < 1e-6
         assert "rotated to" in drawn.label
     (line,) = after.marks
     assert abs(line.line.vector() @ measured.vector()) < 1e-9
     assert line.label == f"rake 40: {format_line(line.line)}"
-    before = NetAdditions(Turning(), (circle, cone), (mark,)).net(measured_net, ROWS)
-    assert before.circles_typed == (circle, cone)
+    before = NetAdditions(NetRotation(), (circle, cone), (mark,)).net(measured_net, ROWS)
+    assert before.user_circles == (circle, cone)
     assert before.marks == (mark,)
 
 

@@ -22,7 +22,7 @@ from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, lines_to_vectors
 from vomstudio.geology.stereonet import vectors_to_longitude_latitude
 from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
+    MAX_AUTOMATIC_CIRCLES,
     NetCircle,
     NetContents,
     NetMark,
@@ -32,7 +32,7 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import draw_stereonet
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.net_axes import add_net, import_mplstereonet, is_stereonet_axes
-from vomstudio.products.net.script_net import draw_net, new_axes
+from vomstudio.products.net.script_net import create_axes, draw_net
 from vomstudio.products.net.style import NetStyle
 
 rng = np.random.default_rng(11)
@@ -60,7 +60,7 @@ def page(net: NetContents) -> Any:
 
 
 def script(net: NetContents) -> Any:
-    ax = new_axes(net, FigureStyle())
+    ax = create_axes(net, FigureStyle())
     draw_net(ax, net)
     return ax
 
@@ -103,7 +103,7 @@ def test_the_librarys_own_artists_lie_on_ours(door: Any, projection: str) -> Non
     """Poles, lines, great circles and cones, which the library adds to the same axes."""
     cone = NetCircle(Line(210.0, 50.0), 20.0, "Cone")
     mark = NetMark(Line(33.0, 21.0), "mark")
-    ax = door(contents(projection=projection, circles_typed=(cone,), marks=(mark,)))
+    ax = door(contents(projection=projection, user_circles=(cone,), marks=(mark,)))
     beds, striae = contents().sets
     (poles,) = (line for line in marks(ax, beds.marker) if len(places(line)) == 30)
     (lines,) = (line for line in marks(ax, striae.marker) if len(places(line)) == 3)
@@ -139,7 +139,7 @@ def test_a_fold_has_the_same_place_behind_every_door(door: Any) -> None:
 
 
 def test_great_circles_of_many_planes_are_left_out() -> None:
-    many = AUTO_CIRCLES + 1
+    many = MAX_AUTOMATIC_CIRCLES + 1
     sets = make_sets({"Joints": ("plane", np.linspace(0, 300, many), np.full(many, 50.0))})
     ax = script(NetContents(sets))
     assert all(line.get_linestyle() == "None" for line in ax.lines)

@@ -9,7 +9,7 @@ import pytest
 from shapely.geometry import MultiPoint, Point, box
 
 from tests.tiers import first_in_default_tier
-from vomstudio.products.net.labels import find_label_place
+from vomstudio.products.net.labels import find_label_position
 from vomstudio.products.net.legend import text_width
 
 FONT = 10.0
@@ -75,7 +75,7 @@ def test_a_label_takes_the_best_of_its_places(seed: int) -> None:
     for mark in marks:
         crowd = mark + scatter * rng.normal(size=(rng.integers(1, 60), 2))
         text = str(rng.choice(["β", "mean 132/41", "042.0/41.0 RHR"]))
-        result = find_label_place(sheet, mark, text, crowd, marks)
+        result = find_label_position(sheet, mark, text, crowd, marks)
         expected = plainly(sheet, mark, text, crowd, marks)
         if expected is None:
             assert result is None
@@ -99,5 +99,5 @@ def test_a_label_keeps_two_points_from_the_edge_of_the_figure(
         "above": ((-far, -far, far, 200.0 - up), (150.0, 200.0 - 2.0 - high / 2 - spare + 11.0)),
     }[side]
     mark = np.array(at)
-    result = find_label_place(Sheet([taken]), mark, "beta", np.zeros((0, 2)), [mark])
+    result = find_label_position(Sheet([taken]), mark, "beta", np.zeros((0, 2)), [mark])
     assert (result is not None) == fits

@@ -61,7 +61,7 @@ def test_a_net_on_the_screen_has_letters_and_symbols_of_a_window() -> None:
 def test_a_deep_colour_is_lifted_only_as_far_as_it_must(color: str) -> None:
     """So that it is still known for what it is: three to one is enough, a little more a step."""
     dark = NetStyle.dark()
-    if color.casefold() in {name.casefold() for name in dark.swaps}:
+    if color.casefold() in {name.casefold() for name in dark.color_replacements}:
         return
     lifted = dark.color(color)
     assert 3.0 <= contrast(lifted, dark.net) < 4.2

@@ -23,14 +23,14 @@ from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.geology.stereonet import confidence_ellipse, great_circles, line_at, project
 from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
+    MAX_AUTOMATIC_CIRCLES,
     NetContents,
     NetEllipse,
     compute_means,
     make_sets,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
-from vomstudio.products.net.labels import find_label_place
+from vomstudio.products.net.labels import find_label_position
 from vomstudio.products.net.legend import text_width
 from vomstudio.products.net.style import NetStyle
 
@@ -182,10 +182,10 @@ def test_the_caption_says_how_many_great_circles_are_left_out() -> None:
         net = NetContents(make_sets({"a": planes(n)}), **more)  # type: ignore[arg-type]
         return [t.get_text() for t in draw(net, 600, 400).axes.texts]
 
-    left_out = f"Great circles of {AUTO_CIRCLES + 1:,} planes are not drawn"
-    assert left_out in words(AUTO_CIRCLES + 1)
-    assert not any("left out" in text for text in words(AUTO_CIRCLES))
-    assert not any("left out" in text for text in words(AUTO_CIRCLES + 1, circles=False))
+    left_out = f"Great circles of {MAX_AUTOMATIC_CIRCLES + 1:,} planes are not drawn"
+    assert left_out in words(MAX_AUTOMATIC_CIRCLES + 1)
+    assert not any("left out" in text for text in words(MAX_AUTOMATIC_CIRCLES))
+    assert not any("left out" in text for text in words(MAX_AUTOMATIC_CIRCLES + 1, circles=False))
 
 
 def symbols(artists: NetArtists, marker: str) -> list[Line2D]:
@@ -279,7 +279,7 @@ def test_a_label_stands_beside_its_own_mark_and_on_nothing_else() -> None:
         marks = [rng.uniform([20, 20], [280, 180]) for _ in range(3)]
         text = "mean 132/41"
         for mark in marks:
-            place = find_label_place(sheet, mark, text, np.zeros((0, 2)), marks)
+            place = find_label_position(sheet, mark, text, np.zeros((0, 2)), marks)
             if place is None:
                 continue
             placed += 1
@@ -302,7 +302,7 @@ def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
     """The mark of a mean is as wide as a letter is high."""
     for x, y in ((150.0, 100.0), (120.0, 130.0), (170.0, 60.0)):
         mark = np.array([x, y])
-        place = find_label_place(Sheet(), mark, "beta", np.zeros((0, 2)), [mark])
+        place = find_label_position(Sheet(), mark, "beta", np.zeros((0, 2)), [mark])
         assert place is not None
         assert 6.0 <= away(box_of(place, "beta"), (x, y)) <= 12.0
 
@@ -310,18 +310,18 @@ def test_a_label_with_room_leaves_its_mark_free_and_stands_near_it() -> None:
 def test_a_label_avoids_poles_and_the_rim_where_it_can() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
-    alone = find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    alone = find_label_position(sheet, mark, "beta", np.zeros((0, 2)), [mark])
     assert alone is not None
     # Poles where it would have stood drive it elsewhere, all around out to where it is free.
     box = box_of(alone, "beta")
     crowd = np.array([[x, y] for x in np.linspace(box[0], box[2], 5) for y in (box[1] + 1, box[3])])
-    other = find_label_place(sheet, mark, "beta", crowd, [mark])
+    other = find_label_position(sheet, mark, "beta", crowd, [mark])
     assert other is not None
     moved = box_of(other, "beta")
     inside = (crowd > [moved[0], moved[1]]) & (crowd < [moved[2], moved[3]])
     assert not inside.all(axis=1).any()
     near_rim = np.array([150.0 + 62.0, 100.0])
-    place = find_label_place(sheet, near_rim, "beta", np.zeros((0, 2)), [near_rim])
+    place = find_label_position(sheet, near_rim, "beta", np.zeros((0, 2)), [near_rim])
     assert place is not None
     corners = [(x, y) for x in box_of(place, "beta")[::2] for y in box_of(place, "beta")[1::2]]
     assert max(math.hypot(x - 150, y - 100) for x, y in corners) <= 80.0
@@ -331,7 +331,7 @@ def test_there_is_no_label_where_there_is_no_room() -> None:
     sheet = Sheet()
     mark = np.array([150.0, 100.0])
     sheet.text_boxes = [(0.0, 0.0, 300.0, 200.0)]
-    assert find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark]) is None
+    assert find_label_position(sheet, mark, "beta", np.zeros((0, 2)), [mark]) is None
 
 
 @pytest.mark.parametrize("method", ["kamb", "schmidt"])
@@ -377,7 +377,7 @@ def test_a_label_near_the_rim_stands_within_it_on_every_side(turn: int, share: f
     sheet = Sheet()
     way = np.array([math.cos(math.radians(turn)), math.sin(math.radians(turn))])
     mark = np.array([150.0, 100.0]) + share * 80.0 * way
-    place = find_label_place(sheet, mark, "beta", np.zeros((0, 2)), [mark])
+    place = find_label_position(sheet, mark, "beta", np.zeros((0, 2)), [mark])
     assert place is not None
     box = box_of(place, "beta")
     corners = [(x, y) for x in box[::2] for y in box[1::2]]
@@ -396,7 +396,7 @@ def test_a_label_goes_where_it_hides_the_fewest_poles() -> None:
         angle = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
         off = np.abs((angle - gap + 180.0) % 360.0 - 180.0)
         crowd = mark + around[(off > 55.0) & (np.hypot(*around.T) > 3.0)]
-        place = find_label_place(sheet, mark, "pi", crowd, [mark])
+        place = find_label_position(sheet, mark, "pi", crowd, [mark])
         assert place is not None
         box = box_of(place, "pi")
         middle = np.array([box[0] + box[2], box[1] + box[3]]) / 2 - mark

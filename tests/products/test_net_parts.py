@@ -24,8 +24,8 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.stereonet import project
 from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
     MARKERS,
+    MAX_AUTOMATIC_CIRCLES,
     OKABE_ITO,
     NetContents,
     NetEllipse,
@@ -86,9 +86,11 @@ def test_sets_of_three_or_more_have_a_mean_with_its_words() -> None:
 
 
 def test_great_circles_are_shown_while_there_are_few_unless_it_is_asked_otherwise() -> None:
-    few = NetContents(make_sets({"a": some(AUTO_CIRCLES)}))
-    many = NetContents(make_sets({"a": some(AUTO_CIRCLES), "b": some(1)}))
-    lines = NetContents(make_sets({"a": some(AUTO_CIRCLES), "l": ("line", [1.0] * 99, [2.0] * 99)}))
+    few = NetContents(make_sets({"a": some(MAX_AUTOMATIC_CIRCLES)}))
+    many = NetContents(make_sets({"a": some(MAX_AUTOMATIC_CIRCLES), "b": some(1)}))
+    lines = NetContents(
+        make_sets({"a": some(MAX_AUTOMATIC_CIRCLES), "l": ("line", [1.0] * 99, [2.0] * 99)})
+    )
     assert [shows_all_circles(net) for net in (few, many, lines)] == [True, False, True]
     assert shows_all_circles(replace(many, circles=True))
     assert not shows_all_circles(replace(few, circles=False))
@@ -108,7 +110,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     beds, striae, beta, pi, mean, ellipse = legend_entries(full, style)
     assert (beds.text, beds.marker, beds.line) == ("Beds, poles (n = 3)", sets[0].marker, "-")
     assert (striae.text, striae.line) == ("Striae, lines (n = 2)", None)
-    assert (beds.like, beds.color) == (sets[0], sets[0].color)
+    assert (beds.symbol_set, beds.color) == (sets[0], sets[0].color)
     major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
     errors = f"±{format_error_deg(major)} / ±{format_error_deg(minor)}"
     assert beta.text == f"β, joint 95 %: {errors}, n = {fold.n}"
@@ -126,7 +128,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert [e.text.split(" ")[0] for e in terse] == ["Beds", "Striae", "β", "π"]
     assert terse[0].text == "Beds (3)"
     assert terse[2].text == f"β {errors}, n = {fold.n}"
-    poor = legend_entries(replace(full, fold_not_good=2), style)
+    poor = legend_entries(replace(full, fold_not_good_count=2), style)
     assert "2 not good" in poor[2].text
     bare = legend_entries(NetContents(sets, poles=False, circles=False), style)
     assert (bare[0].text, bare[0].marker, bare[0].line) == ("Beds, planes (n = 3)", None, None)
@@ -258,7 +260,7 @@ def test_selected_features_are_ringed_where_they_are_with_their_great_circles() 
 def test_circles_of_a_large_selection_are_left_out_where_poles_are_shown() -> None:
     net = ids(NetContents(make_sets({"b": some(60)}), circles=False))
     everything = frozenset(net.sets[0].ids)
-    few = frozenset(list(net.sets[0].ids)[:AUTO_CIRCLES])
+    few = frozenset(list(net.sets[0].ids)[:MAX_AUTOMATIC_CIRCLES])
 
     def circles(shown: NetContents) -> int:
         return sum(isinstance(a, LineCollection) for a in draw(shown).emphasis)
@@ -298,13 +300,13 @@ def test_a_pointer_reaches_a_pole_within_its_reach_and_the_last_of_equals() -> N
     x, y = project(alone.sets[0].vectors()[0], "area")[0] * artists.radius_px + artists.centre_px
     assert artists.feature_at(x + 5.9, y) == "a0"
     assert artists.feature_at(x + 6.1, y) is None
-    assert artists.feature_at(x, y + 11.0, reach_px=12.0) == "a0"
+    assert artists.feature_at(x, y + 11.0, max_distance_px=12.0) == "a0"
     circle = draw(replace(alone, circles=True, poles=False))
     on = project(Line(134, 42).vector(), "area")[0] * circle.radius_px + circle.centre_px
     toward = (np.array(circle.centre_px) - on) / np.linalg.norm(np.array(circle.centre_px) - on)
     assert circle.feature_at(*(on + 2.8 * toward)) == "a0"
     assert circle.feature_at(*(on + 3.3 * toward)) is None
-    assert circle.feature_at(*(on + 3.3 * toward), reach_px=8.0) == "a0"
+    assert circle.feature_at(*(on + 3.3 * toward), max_distance_px=8.0) == "a0"
     assert circle.to_net(*circle.centre_px) == pytest.approx((0.0, 0.0))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from vomstudio.geology.common_rotation_errors import RotationErrors, shared_rotations
+from vomstudio.geology.common_rotation_errors import RotationErrors, group_rotation_errors
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 from vomstudio.io.gate.orientation_files import read_orientations
@@ -22,14 +22,14 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import draw_stereonet
 from vomstudio.products.net.legend import legend_entries
 from vomstudio.products.net.style import PRINT
-from vomstudio.products.net.table_net import net_of_table
+from vomstudio.products.net.table_net import net_from_table
 
 AZIMUTH = np.array([90.0, 92.0, 95.0, 88.0, 91.0, 100.0])
 DIP = np.array([30.0, 32.0, 35.0, 28.0, 31.0, 40.0])
 
 
 def rotation_errors(degrees: float = 2.0) -> RotationErrors:
-    return shared_rotations([("r1", np.radians(degrees) ** 2 * np.eye(3))] * len(AZIMUTH))
+    return group_rotation_errors([("r1", np.radians(degrees) ** 2 * np.eye(3))] * len(AZIMUTH))
 
 
 def net(known: RotationErrors | None, *, compact: bool = False) -> NetContents:
@@ -85,7 +85,7 @@ def test_a_table_with_the_column_has_it_on_its_net(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     rows = [f"{a},{d},2.5" for a, d in zip(AZIMUTH, DIP, strict=True)]
     path.write_text("\n".join(["dip_direction_deg,dip_deg,registration_error_deg", *rows]))
-    shown = net_of_table(read_orientations(path))
+    shown = net_from_table(read_orientations(path))
     assert [
         s.rotation_errors is not None and s.rotation_errors.has_known_errors for s in shown.sets
     ] == [True]

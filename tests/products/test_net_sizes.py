@@ -155,7 +155,7 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
     head = row + 0.6 * font
     assert (result.width, result.height) == pytest.approx((width, height))
     top = result.cy + result.radius
-    if result.is_beside:
+    if result.is_legend_beside:
         gap = tick + 1.5 * font
         assert result.cx - result.radius == pytest.approx(pad + tick)
         assert height - top == pytest.approx(head + 0.5 * pad)
@@ -170,7 +170,7 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
         assert result.cx == pytest.approx((width - bar) / 2)
         assert height - top == pytest.approx(head + (1.9 * row if title else 0.0))
         assert (result.legend_x, result.legend_width) == pytest.approx((pad, width - 2 * pad))
-        low = pad + (len(result.rows) + len(result.foot)) * row
+        low = pad + (len(result.rows) + len(result.caption_lines)) * row
         spare = result.cy - result.radius - tick - low
         side = width - 2 * (pad + tick) - bar - 2 * result.radius
         assert min(spare, side) == pytest.approx(0.0, abs=1e-6)
@@ -206,12 +206,12 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
         for title in ("", "Limb"):
             sets = make_sets({f"Joint set {k}": cluster(3, k) for k in range(30)})
             result = page(NetContents(sets, contour=contour, title=title), 900.0, 226.0)
-            assert result.is_beside
+            assert result.is_legend_beside
             row, pad, font = 1.45 * 8.0, 0.8 * 8.0, 8.0
-            room = 226.0 - 2 * pad - (len(result.foot) + 1) * row
+            room = 226.0 - 2 * pad - (len(result.caption_lines) + 1) * row
             if result.bar is not None:
                 bar = min(1.5 * font * len(result.bar.levels), 0.4 * 226.0)
-                room -= bar + (len(result.bar_words) + 1) * row
+                room -= bar + (len(result.bar_lines) + 1) * row
             room -= 1.9 * row if title else 0.0
             n = len(result.rows)
             assert n * 1.15 * row <= room < (n + 1) * 1.15 * row

@@ -596,7 +596,7 @@ def test_the_picture_of_a_sheet_is_the_mean_of_what_is_seen(
     rng = np.random.default_rng(0)
     whole = rng.integers(0, 256, (height, width, 4), np.uint8)
     whole[::3, :, 3] = 0
-    reduced = orthophoto._Reduced(tiles.Grid(0.0, 0.0, 0.1, width, height))
+    reduced = orthophoto._ReducedPicture(tiles.Grid(0.0, 0.0, 0.1, width, height))
     assert reduced.factor == factor
     for row in range(0, height, tiles.TILE):
         for column in range(0, width, tiles.TILE):

@@ -21,7 +21,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.products.ortho import tiles
-from vomstudio.products.ortho.drawn_picture import draw_picture, drawn_figures
+from vomstudio.products.ortho.drawn_picture import draw_picture, picture_figures
 from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
@@ -29,8 +29,8 @@ from vomstudio.products.ortho.requests import (
     Direction,
     PlannedPicture,
     collect_result,
-    direction_of,
-    request_picture,
+    direction_from_options,
+    plan_picture,
 )
 from vomstudio.products.ortho.view_directions import (
     AS_GIVEN,
@@ -50,7 +50,7 @@ FLOOR = Mesh(
 
 
 def ask(data: Any, direction: Direction, **more: Any) -> PlannedPicture:
-    return request_picture(data, direction, to_world=SAME, path=MODEL, **more)
+    return plan_picture(data, direction, to_world=SAME, path=MODEL, **more)
 
 
 def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
@@ -100,21 +100,21 @@ def test_wrong_directions_and_sizes_are_refused(
 
 def test_a_direction_has_to_be_given() -> None:
     with pytest.raises(UsageError) as error:
-        direction_of(OrthoOptions(gsd_m=1e-9), None)
+        direction_from_options(OrthoOptions(gsd_m=1e-9), None)
     assert error.value.code == "option.none-given"
 
 
 def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
-    line = direction_of(OrthoOptions(trend_deg=370.0, plunge_deg=-30.0), None)
+    line = direction_from_options(OrthoOptions(trend_deg=370.0, plunge_deg=-30.0), None)
     assert line.view is not None
     assert (line.view.trend_deg, line.view.plunge_deg, line.fold) == (10.0, -30.0, None)
-    plane = direction_of(OrthoOptions(plane="120/40"), None)
+    plane = direction_from_options(OrthoOptions(plane="120/40"), None)
     assert plane.view is not None
     assert plane.view.frame.direction == pytest.approx(-Plane(120, 40).normal(), abs=1e-12)
     fold = cylinder(tmp_path)
-    assert direction_of(OrthoOptions(fold="t.csv"), fold) == Direction(None, fold)
+    assert direction_from_options(OrthoOptions(fold="t.csv"), fold) == Direction(None, fold)
     with pytest.raises(UsageError) as raised:
-        direction_of(OrthoOptions(plane="steep"), None)
+        direction_from_options(OrthoOptions(plane="steep"), None)
     assert raised.value.field == "--plane"
     assert "steep" in raised.value.message
 
@@ -122,7 +122,7 @@ def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
 # What is asked for ----------------------------------------------------------------------------
 def test_a_request_is_the_plan_of_its_view() -> None:
     requests = ask(
-        FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
+        FLOOR, direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
     )
     assert (requests.plan.grid.width, requests.plan.grid.height, requests.plan.grid.gsd) == (
         20,
@@ -135,7 +135,7 @@ def test_a_request_is_the_plan_of_its_view() -> None:
 
 
 def test_the_other_side_is_the_opposite_direction() -> None:
-    direction = direction_of(OrthoOptions(trend_deg=30.0, plunge_deg=50.0), None)
+    direction = direction_from_options(OrthoOptions(trend_deg=30.0, plunge_deg=50.0), None)
     there, back = (ask(FLOOR, direction, gsd_m=1.0, flip=flip) for flip in (False, True))
     assert back.plan.frame.direction == pytest.approx(-there.plan.frame.direction, abs=1e-12)
     assert back.plan.view.sense == REVERSED
@@ -145,7 +145,7 @@ def test_the_other_side_is_the_opposite_direction() -> None:
 def test_a_model_without_a_place_says_so(metric: bool) -> None:
     requests = ask(
         FLOOR,
-        direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
+        direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
         gsd_m=1,
         is_placed=False,
         is_metric=metric,
@@ -158,7 +158,7 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
 def test_a_model_that_cannot_be_drawn_is_named() -> None:
     empty = Mesh(FLOOR.vertices, np.zeros((0, 3), np.int32))
     with refused("model.no-surface", file=MODEL):
-        ask(empty, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None))
+        ask(empty, direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None))
     for data in (empty, PointCloud(np.zeros((0, 3)))):
         with refused("model.no-surface"):
             view_along_axis(0.0, 30.0, data, SAME)
@@ -167,7 +167,11 @@ def test_a_model_that_cannot_be_drawn_is_named() -> None:
 def test_too_many_pixels_are_counted() -> None:
     """10 m by 10 m at a hundredth of a millimetre are 10^12 pixels."""
     with refused("gsd.too-many-pixels", UsageError, megapixels=1e6, limit=300):
-        ask(FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=1e-5)
+        ask(
+            FLOOR,
+            direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
+            gsd_m=1e-5,
+        )
 
 
 # Along the axis of a fold ---------------------------------------------------------------------
@@ -267,7 +271,7 @@ def test_the_picture_in_memory_is_that_of_the_files(
         assert np.array_equal(np.moveaxis(image.read(), 0, 2), drawn.rgba)
         np.testing.assert_array_equal(depth.read(1), drawn.depth)
     assert np.array_equal(drawn.rgba[..., 3] > 0, np.isfinite(drawn.depth))
-    figures = drawn_figures(drawn, planned, "EPSG:32633")
+    figures = picture_figures(drawn, planned, "EPSG:32633")
     of_view, of_model = Finding("view.not-placed"), Finding("frame.no-unit")
     requests = PlannedPicture(planned, None, (of_view,))
     report = collect_result(output, requests, str(output.image), None, (of_model,))
@@ -294,10 +298,10 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
         np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [3, 4, 7], [3, 7, 6]], np.int32),
     )
     requests = ask(
-        floor, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
+        floor, direction_from_options(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5
     )
     drawn = draw_picture(floor, requests.plan)
-    figures = drawn_figures(drawn, requests.plan, "EPSG:32633")
+    figures = picture_figures(drawn, requests.plan, "EPSG:32633")
     assert (figures.width, figures.height, figures.gsd_m) == (20, 20, 0.5)
     assert figures.coverage == pytest.approx(0.75, abs=0.01)
     assert figures.reference_point == pytest.approx(UTM + [5, 5, 0], abs=1e-9)
@@ -324,16 +328,16 @@ def test_what_stands_behind_is_not_seen_from_inside() -> None:
     """Two halves of one area: one faces the viewer, one, far behind, turns its back. Its share is a
     half whichever point is named first."""
     from vomstudio.geometry.view_frame import ViewFrame
-    from vomstudio.products.ortho.cloud_picture import share_facing_away
+    from vomstudio.products.ortho.cloud_picture import away_facing_share
 
     g = np.linspace(-1, 1, 200)
     x, y = (part.ravel() for part in np.meshgrid(g, g))
     points = np.column_stack([x, y, np.where(x + y > 0, -10.0, 0.0)])
     normals = np.column_stack([np.zeros((len(x), 2)), np.where(x + y > 0, -1.0, 1.0)])
-    frame = ViewFrame.looking((0.0, 0.0, -1.0))
+    frame = ViewFrame.from_direction((0.0, 0.0, -1.0))
     seen = frame.to_view(points, np.zeros(3))
     up = np.array([0.0, 0.0, 1.0]) @ frame.axes
     for order in (slice(None), slice(None, None, -1)):
-        share, guessed = share_facing_away(seen[order], normals[order] @ frame.axes, up)
+        share, guessed = away_facing_share(seen[order], normals[order] @ frame.axes, up)
         assert not guessed
         assert share == pytest.approx(0.5, abs=0.02)

@@ -10,9 +10,9 @@ from PIL import Image
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.products.ortho.cloud_picture import CloudSource, share_facing_away
+from vomstudio.products.ortho.cloud_picture import CloudSource, away_facing_share
 from vomstudio.products.ortho.mesh_picture import texel_sizes
-from vomstudio.products.ortho.orthophoto import _Reduced
+from vomstudio.products.ortho.orthophoto import _ReducedPicture
 from vomstudio.products.ortho.textures import load_pyramid, picture_size
 from vomstudio.products.ortho.tiles import Grid
 
@@ -56,8 +56,8 @@ def test_what_lies_beyond_a_tile_keeps_its_holes_open(
     def alpha() -> np.ndarray:
         grid = Grid(0.0, 0.0, 1.0, 64, 64)
         source = CloudSource(cloud, view, grid, close / 2.0)
-        assert source._close == close
-        source._reach[:] = 0.8
+        assert source._closing_radius == close
+        source._radii[:] = 0.8
         out = np.zeros((64, 64), np.uint8)
         for tile in grid.tiles():
             part = source.draw(tile).rgba[..., 3]
@@ -75,14 +75,14 @@ def test_what_lies_beyond_a_tile_keeps_its_holes_open(
     ("extent", "pixels"), [(100.0, 100), (100.0 + 5e-8, 100), (100.0 + 5e-5, 101), (99.9, 100)]
 )
 def test_a_crumb_of_rounding_is_no_pixel_of_its_own(extent: float, pixels: int) -> None:
-    grid = Grid.covering((0.0, 0.0), (extent * 0.1, 0.0), 0.1)
+    grid = Grid.from_bounds((0.0, 0.0), (extent * 0.1, 0.0), 0.1)
     assert (grid.width, grid.height) == (pixels, 1)
 
 
 @pytest.mark.parametrize(("width", "factor"), [(2_457_600, 1024), (9_000_000, 1024)])
 def test_a_sheet_is_reduced_at_most_to_a_pixel_a_tile(width: int, factor: int) -> None:
     """Or a pixel would be shared between tiles that come one by one."""
-    assert _Reduced(Grid(0.0, 0.0, 0.1, width, 10)).factor == factor
+    assert _ReducedPicture(Grid(0.0, 0.0, 0.1, width, 10)).factor == factor
 
 
 def test_faces_without_an_area_have_no_texels(tmp_path: Path) -> None:
@@ -136,6 +136,6 @@ def test_of_a_few_places_each_is_asked_once_where_it_faces(side: int) -> None:
     away = np.repeat(np.arange(side**2) % 2 == 0, 25)
     normals = np.column_stack([np.zeros((len(view), 2)), np.where(away, 0.3, -0.3)])
     up = np.array([0.0, -1.0, 0.0])
-    share, guessed = share_facing_away(view, normals, up)
+    share, guessed = away_facing_share(view, normals, up)
     assert share == pytest.approx(np.ceil(side**2 / 2) / side**2)
     assert not guessed

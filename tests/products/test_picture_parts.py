@@ -48,19 +48,19 @@ def layers(seed: int, n: int = 4000) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("n", [400, 4000, 40_000, 300_000])
 def test_of_a_cloud_only_what_is_in_front_is_asked_where_it_faces(n: int) -> None:
     points, normals = layers(n, n)
-    result, guessed = cloud_picture.share_facing_away(points, normals, UP)
+    result, guessed = cloud_picture.away_facing_share(points, normals, UP)
     # Columns hold four points, or are a 256th of the extent wide: some have none of the near sheet.
     none = np.exp(-n / min(2 * n / 4, 256**2))
     assert result == pytest.approx(0.3 + 0.7 * none / (1.0 + none), abs=0.1 if n == 400 else 0.03)
     assert not guessed
     moved = points + [-7.0, 3.0, 9.0]
-    again, _ = cloud_picture.share_facing_away(moved, normals, UP)
+    again, _ = cloud_picture.away_facing_share(moved, normals, UP)
     assert again == pytest.approx(result, abs=0.05)
     # Normals that are none say nothing.
     unknown = normals.copy()
     unknown[points[:, 0] < 0.3] = 0.0
     unknown[points[:, 0] < 0.15] = np.nan
-    share, _ = cloud_picture.share_facing_away(points, unknown, UP)
+    share, _ = cloud_picture.away_facing_share(points, unknown, UP)
     assert share < 1.05 * np.exp(-2.0) + 0.05
 
 
@@ -76,10 +76,10 @@ def test_surfaces_without_normals_are_taken_to_face_up(
     # x to the right, y down, z away from the viewer: the upper 40 % hang over.
     back = np.where(rise < 0.6, rise, 1.2 - rise)
     view = np.column_stack([across, -rise, back])
-    result, guessed = cloud_picture.share_facing_away(view, None, np.array([0.0, -1.0, 0.0]))
+    result, guessed = cloud_picture.away_facing_share(view, None, np.array([0.0, -1.0, 0.0]))
     assert guessed
     assert result == pytest.approx(0.4, abs=0.05)
-    two, guessed = cloud_picture.share_facing_away(view[:2], None, UP)
+    two, guessed = cloud_picture.away_facing_share(view[:2], None, UP)
     assert np.isnan(two)
     assert guessed
 
@@ -110,9 +110,9 @@ def test_of_a_mesh_the_share_is_that_of_the_rays() -> None:
     faces = np.concatenate([f + 4 * k for k, (_, f) in enumerate(parts)]).astype(np.int32)
     for rays in (64, 256):
         for scale in (1.0, 1e-3, 5e3):
-            result = mesh_picture.share_facing_away(scale * view - 7.0 * scale, faces, rays)
+            result = mesh_picture.away_facing_share(scale * view - 7.0 * scale, faces, rays)
             assert result == pytest.approx(0.25, abs=1.01 / rays)
-    assert np.isnan(mesh_picture.share_facing_away(np.ones((3, 3)), np.array([[0, 1, 2]]), 8))
+    assert np.isnan(mesh_picture.away_facing_share(np.ones((3, 3)), np.array([[0, 1, 2]]), 8))
 
 
 @pytest.mark.parametrize(("trend", "plunge"), [(0.0, 30.0), (77.0, -30.0), (200.0, -1.0)])
@@ -149,7 +149,7 @@ def test_how_light_a_face_is_depends_on_its_tilt_and_not_on_its_size(size: float
     corners[:-1, 1, 0] = size
     corners[:-1, 2, 1], corners[:-1, 2, 2] = 3 * size * np.cos(tilt), 3 * size * np.sin(tilt)
     expected = [*(0.35 + 0.65 * np.abs(np.cos(tilt))), 0.35]
-    assert mesh_picture._facing(corners + 5.0) == pytest.approx(expected, rel=1e-6)
+    assert mesh_picture._face_brightness(corners + 5.0) == pytest.approx(expected, rel=1e-6)
 
 
 COLOURS = [(0.9, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, 0.0, 0.7), None]
@@ -171,7 +171,7 @@ def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -
         materials=materials,
         material_offsets=np.array(offsets),
     )
-    grid = Grid.covering((0, 0), (7, 2), 0.25)
+    grid = Grid.from_bounds((0, 0), (7, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for k in range(6):
         (worn,) = [i for i in range(len(materials)) if offsets[i] <= k < offsets[i + 1]] or [None]
@@ -193,7 +193,7 @@ def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
         materials=(Material("m", None, (1.0, 0.0, 0.0)),),
         material_offsets=np.array([0, 2]),
     )
-    grid = Grid.covering((0, 0), (6, 2), 0.25)
+    grid = Grid.from_bounds((0, 0), (6, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for column in (2, 18):
         assert picture.rgba[2, column].tolist() == [10, 120, 230, 255]
@@ -218,7 +218,7 @@ def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
         materials=(Material("m", tmp_path / "t.png", (1.0, 0.0, 0.5)),),
         material_offsets=np.array([0, 2]),
     )
-    grid = Grid.covering((0, 0), (6, 2), 0.25)
+    grid = Grid.from_bounds((0, 0), (6, 2), 0.25)
     source = MeshSource(mesh, places, grid)
     picture = source.draw(grid.tiles()[0])
     assert picture.rgba[2, 2].tolist() == [30, 60, 90, 255]
@@ -280,7 +280,7 @@ def test_a_cloud_without_colours_is_grey_by_its_intensity_else_by_its_depth(
 def test_holes_are_closed_up_to_four_spacings_or_two_pixels(spacing: float, gsd: float) -> None:
     own = np.arange(0.0, 2.0, spacing)
     view = np.array([(x, y, 0.0) for x in own for y in own])
-    source = CloudSource(PointCloud(view), view, Grid.covering((0, 0), (2, 2), gsd), spacing)
+    source = CloudSource(PointCloud(view), view, Grid.from_bounds((0, 0), (2, 2), gsd), spacing)
     assert source.hole_m == pytest.approx(max(4.0 * spacing, 2.0 * gsd))
     assert source.warnings() == []
 
@@ -377,8 +377,8 @@ def test_levels_finer_than_a_pixel_are_not_decoded(
     tmp_path: Path, gsd: float, coarser: int
 ) -> None:
     mesh = paved(tmp_path, [(1.0, 100)])
-    source = MeshSource(mesh, mesh.vertices, Grid.covering((0, 0), (1, 1), gsd))
-    assert source._coarser_levels() == {tmp_path / "0.png": coarser}
+    source = MeshSource(mesh, mesh.vertices, Grid.from_bounds((0, 0), (1, 1), gsd))
+    assert source._skipped_level_counts() == {tmp_path / "0.png": coarser}
 
 
 def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
@@ -470,7 +470,7 @@ def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: flo
     cloud = PointCloud(UTM + rng.uniform(-5.0, 5.0, (3000, 3)))
     view = view_along_line(trend, plunge)
     whole = plan(cloud, view, to_world=SAME, gsd=0.1)
-    frame = ViewFrame.looking(lines_to_vectors(trend, plunge))
+    frame = ViewFrame.from_direction(lines_to_vectors(trend, plunge))
     own = (cloud.points - whole.reference) @ np.stack([frame.right, frame.down], axis=1)
     low, high = own.min(axis=0), own.max(axis=0)
     for at, size in (((0.5, 0.2), (3.0, 2.0)), ((4.0, -4.0), (3.0, 6.0)), ((0, 0), (99.0, 1.0))):

@@ -17,12 +17,12 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 from vomstudio.products.ortho.interpretation import Item, ProjectedItem, project_item
-from vomstudio.products.ortho.legend_entries import entries_of
+from vomstudio.products.ortho.legend_entries import create_entries
 from vomstudio.products.ortho.sheet import write_sheet
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     DrawingShape,
-    shape_of,
+    create_shape,
     svg_text,
     write_dxf,
     write_gpkg,
@@ -60,7 +60,7 @@ def seen(what: Item, trend: float, plunge: float) -> ProjectedItem:
 def test_a_map_shows_strike_and_true_dip(dd: float, dip: float) -> None:
     flat = seen(item(dd, dip), 0, 90)
     assert flat.apparent_dip_deg is None
-    shape = shape_of(flat)
+    shape = create_shape(flat)
     assert shape.label == f"{dip}°"
     assert shape.dip_deg is None
     assert shape.values["apparent_dip_deg"] is None
@@ -78,8 +78,8 @@ def test_turning_the_world_about_up_turns_symbols_and_no_labels(turn: float) -> 
     a = math.radians(turn)
     spin = np.array([[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]])
     for dd, dip in PLANES:
-        before = shape_of(seen(item(dd, dip, overturned=True), 0, 90))
-        after = shape_of(seen(item((dd + turn) % 360, dip, overturned=True), 0, 90))
+        before = create_shape(seen(item(dd, dip, overturned=True), 0, 90))
+        after = create_shape(seen(item((dd + turn) % 360, dip, overturned=True), 0, 90))
         assert before.label == after.label
         # Azimuths are clockwise.
         for one, other in zip(before.symbol, after.symbol, strict=True):
@@ -109,14 +109,14 @@ def map_drawing() -> Drawing:
     ]
     trace = DrawingShape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
     shapes = tuple(
-        replace(shape_of(seen(row, 0, 90)), label=f"bed {k}") for k, row in enumerate(rows)
+        replace(create_shape(seen(row, 0, 90)), label=f"bed {k}") for k, row in enumerate(rows)
     )
     bounds = np.array([[-10.0, -10.0], [90.0, 60.0]])
     return Drawing((*shapes, trace), bounds, ("W", "E"), ("x", "y"))
 
 
 def section_drawing() -> Drawing:
-    shape = shape_of(seen(item(120, 20), 40, 0))
+    shape = create_shape(seen(item(120, 20), 40, 0))
     trace = DrawingShape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
     return Drawing((shape, trace), np.array([[-10.0, -10.0], [10.0, 10.0]]), ("W", "E"), ("x", "y"))
 
@@ -165,12 +165,12 @@ def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> N
 
 
 def test_the_legend_says_which_symbol_is_drawn() -> None:
-    (entry,) = (e for e in entries_of(map_drawing().shapes) if e.place)
-    assert entry.is_mapped
+    (entry,) = (e for e in create_entries(map_drawing().shapes) if e.place)
+    assert entry.has_map_symbol
     assert entry.overturned
-    (entry,) = (e for e in entries_of(section_drawing().shapes) if e.place)
+    (entry,) = (e for e in create_entries(section_drawing().shapes) if e.place)
     assert entry.dips
-    assert not entry.is_mapped
+    assert not entry.has_map_symbol
 
 
 def test_long_northings_leave_room_for_the_name_of_their_axis(tmp_path: Path) -> None:

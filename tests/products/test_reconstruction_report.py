@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from vomstudio.core.findings import Finding
-from vomstudio.products.report.reconstruction import FRAMES, LABELS, write_report
-from vomstudio.registration.summary import FACTS
+from vomstudio.products.report.reconstruction import FRAME_NAMES, LABELS, write_report
+from vomstudio.registration.summary import FACT_NAMES
 
 
 def result(**more: Any) -> dict[str, Any]:
@@ -73,7 +73,7 @@ def test_names_are_text_and_never_markup(tmp_path: Path) -> None:
 
 def test_a_model_without_scale_is_never_given_metres(tmp_path: Path) -> None:
     text = page(tmp_path)
-    assert FRAMES["arbitrary"] in text
+    assert FRAME_NAMES["arbitrary"] in text
     assert LABELS["texel"].format(unit="units") in text
 
 
@@ -88,11 +88,11 @@ def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
         "rotation_error_deg": turn,
     }
     text = page(tmp_path, scaled=True, registration=registration)
-    assert FRAMES["arbitrary"] not in text
+    assert FRAME_NAMES["arbitrary"] not in text
     assert LABELS["texel"].format(unit="m") in text
     cells = re.findall("<td>(.*?)</td>", text)
     for code, value in (("rms-check", "0.011 m"), ("turned-about-east", "± 0.098°")):
-        assert cells[cells.index(FACTS[code]) + 1] == value
+        assert cells[cells.index(FACT_NAMES[code]) + 1] == value
 
 
 @pytest.mark.parametrize("text", ["http://", "https://", "<script"])

@@ -18,7 +18,7 @@ from matplotlib.quiver import Quiver
 
 from tests.messages import shown_codes, shown_values
 from tests.products.test_reconstruction_report import result
-from vomstudio.products.report.reconstruction import FRAMES, LABELS, write_report
+from vomstudio.products.report.reconstruction import FRAME_NAMES, LABELS, write_report
 from vomstudio.registration import summary
 
 Row = tuple[str, list[str]]
@@ -54,7 +54,7 @@ def tables(html: str, heading: str) -> list[list[Row]]:
 
 def by_code(rows: list[Row]) -> dict[str, str]:
     """The facts of a registration in a table, by their codes."""
-    codes = {name: code for code, name in summary.FACTS.items()}
+    codes = {name: code for code, name in summary.FACT_NAMES.items()}
     return {codes[cells[0]]: cells[1] for _, cells in rows if cells[0] in codes}
 
 
@@ -173,7 +173,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     facts, listed = tables(
         page(registration={"method": "ground control points", "points": points}), "Registration"
     )
-    assert by_code(facts) == {"method": summary.METHODS["control"]}
+    assert by_code(facts) == {"method": summary.METHOD_NAMES["control"]}
     assert listed == [
         ("", ["point", "used as", "photos", "east, m", "north, m", "up, m", "error, px"]),
         ("", ["A", "control", "7", "0.001", "-0.003", "0.000", "0.46"]),
@@ -183,7 +183,7 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     ]
     report = {"method": "camera positions (GPS)", "points": []}
     (alone,) = tables(page(registration=report), "Registration")
-    assert by_code(alone) == {"method": summary.METHODS["gps"]}
+    assert by_code(alone) == {"method": summary.METHOD_NAMES["gps"]}
     assert {"reconstruct.local-frame", "reconstruct.register-later"} <= shown_codes(
         unescape(page())
     )
@@ -225,20 +225,20 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
 
 
 def test_the_summary_counts_and_says_in_which_frame(page: Pages) -> None:
-    def summary_of(html: str) -> str:
+    def summarize_registration(html: str) -> str:
         return html.split("<p>")[1].split("</p>")[0]
 
     more = {"registered": 9, "photos": 12, "reprojection_error_px": 0.456, "tie_points": 12345}
-    text = summary_of(page(**more))
+    text = summarize_registration(page(**more))
     aligned = {"registered": "9", "photos": "12", "error_px": "0.46"}
     assert shown_values(text, "reconstruction.aligned") == aligned
     tie_points = {"tie_points": "12,345", "in_three": "1,100"}
     assert shown_values(text, "reconstruction.tie-points") == tie_points
     size = {"points": "50,000", "faces": "4,000"}
     for html, frame in (
-        (text, FRAMES["arbitrary"]),
-        (summary_of(page(scaled=True)), FRAMES["scaled"]),
-        (summary_of(page(scaled=True, frame="EPSG:32615")), "EPSG:32615"),
+        (text, FRAME_NAMES["arbitrary"]),
+        (summarize_registration(page(scaled=True)), FRAME_NAMES["scaled"]),
+        (summarize_registration(page(scaled=True, frame="EPSG:32615")), "EPSG:32615"),
     ):
         assert shown_values(html, "reconstruction.size") == size | {"frame": frame}
 
@@ -379,7 +379,7 @@ def test_the_section_on_the_registration_says_what_it_is_worth(
     rows, listed = tables(html, "Registration")
     assert [cells[0] for _, cells in listed[1:]] == ["G0", "G1", "G2", "G3"]
     report = by_code(rows)
-    assert report["method"] == summary.METHODS["control"]
+    assert report["method"] == summary.METHOD_NAMES["control"]
     assert (report["control-points"], report["check-points"]) == ("3", "1")
     assert (report["rms-control"], report["rms-check"]) == ("0.022 m", "0.031 m")
     assert report["turned-about-north"] == "± 0.98°"

@@ -13,7 +13,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg, count_features
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import ProjectionDirections
-from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_from_line, curtain_from_plane
 from vomstudio.products.section.writing import project_items
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])
@@ -31,7 +31,7 @@ CUBE = mesh_of(pv.Box((-1, 1, -1, 1, -1, 1)).triangulate(), UTM)
 @pytest.mark.parametrize("azimuth", [0.0, 30.0, 45.0, 90.0, 251.0])
 def test_a_vertical_section_of_a_cube(azimuth: float) -> None:
     """A rectangle 2 high, as wide as the cube is along the section's strike."""
-    cut = cut_model(CUBE, curtain_of_plane(Plane(azimuth, 90), UTM))
+    cut = cut_model(CUBE, curtain_from_plane(Plane(azimuth, 90), UTM))
     a = np.radians(azimuth % 90)
     width = 2 / max(np.cos(a), np.sin(a))
     assert len(cut.lines) == 1
@@ -42,7 +42,7 @@ def test_a_vertical_section_of_a_cube(azimuth: float) -> None:
 
 
 def test_the_section_across_a_cubes_diagonal_is_a_hexagon() -> None:
-    cut = cut_model(CUBE, curtain_of_plane(Plane(45, np.degrees(np.arctan(np.sqrt(2)))), UTM))
+    cut = cut_model(CUBE, curtain_from_plane(Plane(45, np.degrees(np.arctan(np.sqrt(2)))), UTM))
     assert len(cut.lines) == 1
     assert cut.length_m == pytest.approx(6 * np.sqrt(2), abs=1e-8)
 
@@ -53,7 +53,7 @@ def test_it_is_what_vtk_cuts(plane: Plane) -> None:
     terrain = pv.ParametricRandomHills(number_of_hills=20, random_seed=3)
     mesh = mesh_of(terrain)
     through = mesh.vertices[rng.integers(len(mesh.vertices))] + 0.01
-    cut = cut_model(mesh, curtain_of_plane(plane, through))
+    cut = cut_model(mesh, curtain_from_plane(plane, through))
     vtk = terrain.triangulate().slice(
         normal=plane.normal(), origin=through, generate_triangles=False
     )
@@ -69,10 +69,10 @@ def test_corners_that_stand_twice_do_not_part_a_line() -> None:
     apart = Mesh(
         CUBE.vertices[CUBE.faces].reshape(-1, 3), np.arange(36, dtype=np.int32).reshape(-1, 3)
     )
-    cut = cut_model(apart, curtain_of_plane(Plane(30, 60), UTM))
+    cut = cut_model(apart, curtain_from_plane(Plane(30, 60), UTM))
     assert len(cut.lines) == 1
     # A plane along a face of the cube.
-    touching = cut_model(CUBE, curtain_of_plane(Plane(90, 90), UTM + [1, 0, 0]))
+    touching = cut_model(CUBE, curtain_from_plane(Plane(90, 90), UTM + [1, 0, 0]))
     assert touching.length_m in (pytest.approx(8), 0.0)
 
 
@@ -82,7 +82,7 @@ def test_a_profile_follows_its_line() -> None:
     corners = np.array([(a, b, 10 - abs(a)) for a in x for b in (-10.0, 10.0)])
     faces = np.array([[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]], np.int32)
     line = np.array([[-8, -8], [4, 1], [4, 1], [4, 9]])
-    cut = cut_model(Mesh(corners, faces), curtain_of_line(line))
+    cut = cut_model(Mesh(corners, faces), curtain_from_line(line))
     assert len(cut.lines) == 1
     s, z = cut.lines[0].T
     assert s.min() == pytest.approx(0)
@@ -93,14 +93,14 @@ def test_a_profile_follows_its_line() -> None:
     # It crosses the ridge after 8 / 0.8.
     assert s[np.argmax(z)] == pytest.approx(10, abs=1e-5)
     with refused("section.no-length", field="--section-line"):
-        curtain_of_line([[1, 1], [1, 1]])
+        curtain_from_line([[1, 1], [1, 1]])
 
 
 @pytest.mark.parametrize(
     "curtain",
     [
-        curtain_of_plane(Plane(30, 60), UTM),
-        curtain_of_line(UTM[:2] + np.array([[-4.0, -1.0], [0.3, 0.2], [3.0, -2.0]])),
+        curtain_from_plane(Plane(30, 60), UTM),
+        curtain_from_line(UTM[:2] + np.array([[-4.0, -1.0], [0.3, 0.2], [3.0, -2.0]])),
     ],
     ids=["plane", "line"],
 )
@@ -127,7 +127,7 @@ def test_a_cloud_is_cut_by_a_slab() -> None:
     cloud = PointCloud(UTM + 5 * v / np.linalg.norm(v, axis=1)[:, None])
     # An open arc: the upper half of the sphere.
     cloud = PointCloud(cloud.points[cloud.points[:, 2] > 160])
-    cut = cut_model(cloud, curtain_of_plane(Plane(70, 90), UTM), spacing=0.05)
+    cut = cut_model(cloud, curtain_from_plane(Plane(70, 90), UTM), spacing=0.05)
     assert cut.slab_m == pytest.approx(0.2)
     assert len(cut.lines) == 1
     assert cut.length_m == pytest.approx(np.pi * 5, rel=0.15)
@@ -145,7 +145,7 @@ def test_the_line_of_a_slanting_cloud_is_no_zigzag(
     x, y = rng.uniform(-5, 5, (2, 20000))
     z = 0.4 * x + across * y + rng.normal(0, noise, 20000)
     cloud = PointCloud(UTM + np.column_stack((x, y, z)))
-    cut = cut_model(cloud, curtain_of_plane(Plane(0, 90), UTM), spacing=0.07)
+    cut = cut_model(cloud, curtain_from_plane(Plane(0, 90), UTM), spacing=0.07)
     (line,) = cut.world
     truth = float(np.hypot(1.0, 0.4) * np.ptp(line[:, 0]))
     assert np.ptp(line[:, 0]) > 9.7
@@ -159,7 +159,7 @@ def test_the_line_of_a_slanting_cloud_is_no_zigzag(
 def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) -> None:
     """tan a = tan d sin b, b from the section's strike to the plane's."""
     section = Plane(90 + turn, 90)
-    panel = curtain_of_plane(section, UTM).panels[0]
+    panel = curtain_from_plane(section, UTM).panels[0]
     # Along North when the world is not turned; b = 90: the plane dips along the section.
     plane = Plane((90 + b + turn) % 360, dip)
     result = apparent_dip_deg(plane.normal(), panel.right, panel.up)
@@ -173,7 +173,7 @@ def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) 
 
 
 def test_features_come_along_the_direction_of_projection() -> None:
-    curtain = curtain_of_plane(Plane(180, 90), UTM)
+    curtain = curtain_from_plane(Plane(180, 90), UTM)
     plane = Plane(90, 40)
     item = Item(
         "planes",
@@ -198,12 +198,12 @@ def test_features_come_along_the_direction_of_projection() -> None:
     (flat,), _ = project_items((item,), curtain, ProjectionDirections(along), None)
     assert flat.points[0] == pytest.approx([1, 162 + 5 * np.tan(np.radians(30))])
     assert project_items((item,), curtain, ProjectionDirections(None), 4.0) == ((), 1)
-    far = curtain_of_line([[UTM[0] + 3, UTM[1]], [UTM[0] + 9, UTM[1]]])
+    far = curtain_from_line([[UTM[0] + 3, UTM[1]], [UTM[0] + 9, UTM[1]]])
     assert project_items((item,), far, ProjectionDirections(None), None) == ((), 1)
 
 
 def test_a_trace_with_its_line_and_its_plane_is_one_feature() -> None:
-    curtain = curtain_of_plane(Plane(180, 90), UTM)
+    curtain = curtain_from_plane(Plane(180, 90), UTM)
 
     def item(layer: str, id_: str, away: float) -> Item:
         return Item(layer, "point", UTM[None] + [1, away, 2], id_, id_, "bedding", "", "#000000")

@@ -13,25 +13,25 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.interpretation import NO_COLOR, Item, items_of_table
+from vomstudio.products.ortho.interpretation import DEFAULT_COLOR, Item, items_from_table
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import ProjectionDirections
-from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_from_line, curtain_from_plane
 from vomstudio.products.section.writing import (
     PERPENDICULAR,
-    figures_of,
     project_items,
     section_drawing,
+    section_figures,
     write_section,
 )
 from vomstudio.project.records.feature_types import DEFAULT_TYPES
 
-EAST = curtain_of_plane(Plane(90.0, 90.0), (0.0, 0.0, 0.0))
+EAST = curtain_from_plane(Plane(90.0, 90.0), (0.0, 0.0, 0.0))
 GROUND = Mesh(
     np.array([[-99.0, -99.0, 0], [99.0, -99.0, 0], [99.0, 99.0, 5], [-99.0, 99.0, 5]]),
     np.array([[0, 1, 2], [0, 2, 3]], np.int32),
 )
-BEDS = items_of_table(
+BEDS = items_from_table(
     np.array([[10.0, 5.0, 1.0], [-7.0, 20.0, 2.0]]),
     [{"id": str(k), "dip_direction_deg": 120.0, "dip_deg": 30.0} for k in range(2)],
 )
@@ -40,7 +40,7 @@ BEDS = items_of_table(
 def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: str) -> str:
     cut = cut_model(GROUND, curtain, None, 0.0)
     flats, left_out = project_items(BEDS, curtain, ProjectionDirections(along), None)
-    figures = figures_of(cut, curtain, flats, left_out, ProjectionDirections(along))
+    figures = section_figures(cut, curtain, flats, left_out, ProjectionDirections(along))
     write_section(tmp_path / name, cut, curtain, figures, flats)
     return (tmp_path / name).read_text("utf-8")
 
@@ -66,7 +66,7 @@ def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refu
 
 
 def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
-    bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
+    bent = curtain_from_line([[0, -50], [0, 0], [50, 0]])
     along = Line(0.0, 0.0).vector()
     (finding,) = ProjectionDirections(along).check(bent)
     assert finding == Finding("section.pieces-without-features", limit_deg=2.0)
@@ -83,13 +83,13 @@ def test_files_say_along_what_features_were_projected(tmp_path: Path) -> None:
     assert PERPENDICULAR in written(tmp_path, EAST, None, "b.csv")
     assert PERPENDICULAR in written(tmp_path, EAST, None, "b.svg")
     cut = cut_model(GROUND, EAST, None, 0.0)
-    figures = figures_of(cut, EAST, (), 0, None)
+    figures = section_figures(cut, EAST, (), 0, None)
     assert figures.projection_angle_deg is None
 
 
 def test_bends_are_marked_where_the_line_turns(tmp_path: Path) -> None:
     line = np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 0.2], [60.0, 40.0]])
-    curtain = curtain_of_line(line)
+    curtain = curtain_from_line(line)
     cut = cut_model(GROUND, curtain, None, 0.0)
     (mark,) = (s for s in section_drawing(cut, curtain, ()).shapes if s.layer == "bends")
     assert mark.points[:, 0] == pytest.approx(30 + math.hypot(30, 0.2))
@@ -97,9 +97,9 @@ def test_bends_are_marked_where_the_line_turns(tmp_path: Path) -> None:
     assert "bends at distance_m 60.001" in written(tmp_path, curtain, None, "c.csv")
     # A line drawn with a mouse has many; the sharpest are marked.
     turn = np.linspace(0, np.pi, 90)
-    many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    many = curtain_from_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     assert len(many.bends(20)) == 20
-    assert not curtain_of_line([[0, 0], [5, 0], [9, 0.05]]).bends(20)
+    assert not curtain_from_line([[0, 0], [5, 0], [9, 0.05]]).bends(20)
 
 
 def line_item(points: np.ndarray, form: str = "line") -> Item:
@@ -109,7 +109,7 @@ def line_item(points: np.ndarray, form: str = "line") -> Item:
 def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     """A line that lies on the section itself is drawn where it is, and one beside it is broken at
     the bend on the inner side, where both pieces have the corner before them."""
-    bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
+    bent = curtain_from_line([[0, -50], [0, 0], [50, 0]])
     on = np.array([[0, -20, 1.0], [0, -5, 2.0], [0, 0, 3.0], [7, 0, 4.0], [30, 0, 5.0]])
     (flat,), left_out = project_items((line_item(on),), bent, ProjectionDirections(None), None)
     assert left_out == 0
@@ -133,12 +133,12 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     assert flat.points[[0, -1], 0] == pytest.approx([20, 80], abs=0.3)
     assert (np.abs(flat.points[:, 0] - 50) < 0.5).sum() >= 2
     cut = cut_model(GROUND, bent, None, 0.0)
-    assert figures_of(cut, bent, flats, 0).features == 1
+    assert section_figures(cut, bent, flats, 0).features == 1
 
 
 def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
     turn = np.linspace(0, np.pi, 90)
-    many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    many = curtain_from_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     angle = np.linspace(0.1, 3.0, 40)
     beside = np.stack([80.5 * np.cos(angle), 80.5 * np.sin(angle), angle], axis=1)
     (flat,), _ = project_items((line_item(beside),), many, ProjectionDirections(None), None)
@@ -153,5 +153,5 @@ def test_planes_of_a_table_have_the_colours_of_their_feature_types() -> None:
         {"id": kind, "kind": kind, "dip_direction_deg": 90.0, "dip_deg": 30.0}
         for kind in ("bedding", "Fault", "dyke")
     ]
-    drawn = items_of_table(np.zeros((3, 3)), rows)
-    assert [each.color for each in drawn] == [colors["Bedding"], colors["Fault"], NO_COLOR]
+    drawn = items_from_table(np.zeros((3, 3)), rows)
+    assert [each.color for each in drawn] == [colors["Bedding"], colors["Fault"], DEFAULT_COLOR]

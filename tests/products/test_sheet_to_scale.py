@@ -17,8 +17,8 @@ from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.products.ortho.legend_entries import entries_of
-from vomstudio.products.ortho.sheet import format_of, write_sheet
+from vomstudio.products.ortho.legend_entries import create_entries
+from vomstudio.products.ortho.sheet import format_from_path, write_sheet
 from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape, paper_scale, place_labels
 from vomstudio.products.ortho.view_description import unknown_direction_text
 from vomstudio.products.ortho.view_directions import view_along_line
@@ -41,7 +41,7 @@ def page_of(path: Path) -> tuple[list[float], str]:
     raise AssertionError("no page")
 
 
-def texts_of(page: str) -> str:
+def get_texts(page: str) -> str:
     """Words that are written, without kerning; letters may be codes of two bytes."""
     messages = []
     for block in re.findall(r"\bBT\b(.*?)\bET\b", page, re.S):
@@ -79,7 +79,7 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
     output = drawing()
     write_sheet(tmp_path / "s.pdf", output, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
-    words = texts_of(page)
+    words = get_texts(page)
     for messages in (
         "NW (315)",
         "SE (135)",
@@ -107,7 +107,7 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
 def test_the_bar_is_as_long_as_it_says(tmp_path: Path) -> None:
     write_sheet(tmp_path / "s.pdf", drawing(), view_along_line(45, 0), "pdf")
     _, page = page_of(tmp_path / "s.pdf")
-    assert "5 m, 1 : 100" in texts_of(page)
+    assert "5 m, 1 : 100" in get_texts(page)
     rows = re.findall(r"([-\d.]+) ([-\d.]+) m\n([-\d.]+) \2 l\n\3 ", page)
     widths = {round((float(b) - float(a)) / MM, 2) for a, _, b in rows}
     assert 25.0 in widths
@@ -123,7 +123,7 @@ def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> No
     narrow = replace(drawing(0.5, 8.0), shapes=(), is_metric=False)
     write_sheet(tmp_path / "s.pdf", narrow, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
-    words = texts_of(page)
+    words = get_texts(page)
     assert unknown_direction_text(view) in words
     assert "1 :" not in words
     assert box[2] / MM == pytest.approx(166.0, abs=0.1)
@@ -187,7 +187,7 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
     bounds = np.array([[0.0, 0.0], [width, height]])
     output = replace(drawing(), shapes=(), picture=None, bounds=bounds)
     path = tmp_path / f"s.{ending}"
-    write_sheet(path, output, view_along_line(45, 0), format_of(path))
+    write_sheet(path, output, view_along_line(45, 0), format_from_path(path))
     with Image.open(path) as page:
         assert page.format == {"png": "PNG"}.get(ending, "JPEG")
         dpi = page.info["dpi"]
@@ -215,7 +215,7 @@ def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
 def test_a_picture_has_the_interpretation_where_the_ticks_say(tmp_path: Path, ending: str) -> None:
     output = drawing()
     path = tmp_path / f"s.{ending}"
-    write_sheet(path, output, view_along_line(45, 0), format_of(path))
+    write_sheet(path, output, view_along_line(45, 0), format_from_path(path))
     with Image.open(path) as page:
         seen = np.asarray(page.convert("RGB")).astype(int)
     left, _, _, bottom = frame_of(seen.sum(axis=2) < 200)
@@ -268,9 +268,9 @@ def test_the_ending_says_the_format() -> None:
         ("a.jpeg", "jpeg"),
         ("a.pdf", "pdf"),
     ):
-        assert format_of(name) == format_
+        assert format_from_path(name) == format_
     with refused("output.unknown-format", UsageError, field="--sheet", suffix=".gif"):
-        format_of("a.gif")
+        format_from_path("a.gif")
 
 
 def key_drawing() -> Drawing:
@@ -299,7 +299,7 @@ def key_drawing() -> Drawing:
 
 
 def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path) -> None:
-    result = {entry.name: entry for entry in entries_of(key_drawing().shapes)}
+    result = {entry.name: entry for entry in create_entries(key_drawing().shapes)}
     assert list(result) == ["bedding", "joint $J_1$", "sandstone", "known lines"]
     bed, joint = result["bedding"], result["joint $J_1$"]
     assert (bed.line, bed.area, bed.place, bed.is_filled) == (True, True, True, False)
@@ -307,12 +307,12 @@ def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path
     assert result["sandstone"].is_filled
     write_sheet(tmp_path / "s.pdf", key_drawing(), view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
-    words = texts_of(page)
+    words = get_texts(page)
     for messages in (*result, "Ticks at points: planes with their apparent dips"):
         assert messages in words
     write_sheet(tmp_path / "n.pdf", key_drawing(), view_along_line(45, 0), "pdf", legend=False)
     without, page = page_of(tmp_path / "n.pdf")
-    assert "sandstone" not in texts_of(page)
+    assert "sandstone" not in get_texts(page)
     # The page grows by the legend; nothing that is to scale moves.
     assert box[3] > without[3]
     assert box[2] == without[2]
@@ -331,7 +331,7 @@ def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
     output = replace(drawing(2.0, 8.0), shapes=many)
     write_sheet(tmp_path / "s.pdf", output, view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")
-    words = texts_of(page)
+    words = get_texts(page)
     assert all(f"type {k} " in words for k in range(30))
     places = [(float(x), float(y)) for x, y in re.findall(r"1 0 0 1 ([-\d.]+) ([-\d.]+) Tm", page)]
     assert all(0 < x < box[2] for x, _ in places)

@@ -164,10 +164,10 @@ def test_a_click_on_a_great_circle_finds_its_plane() -> None:
 def test_a_lasso_holds_what_is_inside_it() -> None:
     _, artists = draw(FULL)
     w, h = 2 * artists.centre_px[0], 360.0
-    assert len(artists.features_within([(0, 0), (w, 0), (w, h), (0, h)])) == 38
+    assert len(artists.features_in_polygon([(0, 0), (w, 0), (w, h), (0, h)])) == 38
     x, y = pixel(artists, Line.from_vector(SETS[1].vectors()[0]))
     square = [(x - 2, y - 2), (x + 2, y - 2), (x + 2, y + 2), (x - 2, y + 2)]
-    assert "Fault0" in artists.features_within(square)
+    assert "Fault0" in artists.features_in_polygon(square)
 
 
 def test_selection_emphasises_in_the_same_colour_and_can_be_taken_back() -> None:

@@ -17,7 +17,7 @@ from vomstudio.geology.roughness.planar_part import find_planar_part
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.surface.analysis import analyse
-from vomstudio.products.surface.patch import extract_around, extract_facet
+from vomstudio.products.surface.patch import extract_facet, extract_within_radius
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
 Array = np.ndarray
@@ -165,7 +165,7 @@ def test_deviations_are_the_heights_over_the_plane() -> None:
     assert result.rms_m == pytest.approx(0.03 / math.sqrt(2), rel=0.02)
     assert result.highest_m == pytest.approx(0.03, rel=0.05)
     assert result.lowest_m == pytest.approx(-0.03, rel=0.05)
-    assert result.at_points == pytest.approx(heights.ravel() - heights.mean(), abs=0.002)
+    assert result.point_deviations == pytest.approx(heights.ravel() - heights.mean(), abs=0.002)
     assert result.trim is None
     rows, columns = result.deviations.shape
     assert result.cells == np.isfinite(result.deviations).sum() > 0.9 * rows * columns
@@ -286,15 +286,15 @@ def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> N
 def test_parts_of_a_model_and_what_is_refused() -> None:
     mesh = mesh_over(0.01 * np.random.default_rng(10).standard_normal((80, 80)), 0.05)
     middle = mesh.vertices.mean(axis=0)
-    part = extract_around(mesh, middle, 1.0)
+    part = extract_within_radius(mesh, middle, 1.0)
     assert np.linalg.norm(part.vertices - middle, axis=1).max() <= 1.0
     assert len(part.faces) == pytest.approx(math.pi / 0.05**2 * 2, rel=0.1)
     with refused("patch.empty"):
-        extract_around(mesh, middle + 100, 1.0)
+        extract_within_radius(mesh, middle + 100, 1.0)
     with refused("facet.no-field", field="--facet"):
         extract_facet(mesh, 0)
     with refused("patch.too-small", GeometryError):
-        analyse(extract_around(mesh, middle, 0.15))
+        analyse(extract_within_radius(mesh, middle, 0.15))
     with pytest.raises(UsageError) as error:
         SurfaceOptions(noise_m=-1.0)
     assert (error.value.code, error.value.field) == ("option.out-of-range", "--noise")

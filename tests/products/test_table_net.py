@@ -11,13 +11,13 @@ import pytest
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.io.gate.orientation_files import read_orientations
-from vomstudio.products.net.table_net import net_of_table
+from vomstudio.products.net.table_net import net_from_table
 
 
 def net(folder: Path, text: str, by: str | None = None, **more: Any) -> Any:
     table = folder / "table.csv"
     table.write_text(text, encoding="utf-8")
-    return net_of_table(read_orientations(table), by, **more)
+    return net_from_table(read_orientations(table), by, **more)
 
 
 BOTH = """dip_direction,dip,trend,plunge,set,kind,site

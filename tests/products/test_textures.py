@@ -82,6 +82,6 @@ def test_a_picture_that_cannot_be_read_is_asked_for_once_and_named(tmp_path: Pat
     broken.write_bytes(b"no picture")
     store = TextureStore({})
     assert store.get(broken) is None
-    assert store.unreadable == {broken}
+    assert store.unreadable_paths == {broken}
     picture(broken, 4, 4)
     assert store.get(broken) is None

@@ -10,8 +10,8 @@ from vomstudio.geology.folds import fold_axis
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.project.records import Model
-from vomstudio.project.registration_errors import bowing_of_registration, max_bowing_deg
-from vomstudio.registration.summary import summary_of
+from vomstudio.project.registration_errors import max_bowing_deg, registration_bowing
+from vomstudio.registration.summary import summarize_registration
 
 
 def registration(curvature: float, *, n: int = 14, wrong: bool = False) -> Registration:
@@ -41,7 +41,7 @@ def model(placed: Registration | Frame) -> Model:
 
 
 def test_the_bowing_is_that_of_the_bent_ground() -> None:
-    found = bowing_of_registration(registration(-0.001))
+    found = registration_bowing(registration(-0.001))
     assert found is not None
     assert found.significant
     assert found.curvature_per_m == pytest.approx(-0.001, rel=0.1)
@@ -51,7 +51,7 @@ def test_the_bowing_is_that_of_the_bent_ground() -> None:
 
 
 def test_a_wrong_point_neither_hides_nor_makes_it() -> None:
-    bent = bowing_of_registration(registration(-0.001, wrong=True))
+    bent = registration_bowing(registration(-0.001, wrong=True))
     assert bent is not None
     assert bent.curvature_per_m == pytest.approx(-0.001, rel=0.1)
     assert max_bowing_deg([model(registration(0.0, wrong=True))]) is None
@@ -62,7 +62,7 @@ def test_flat_and_declared_models_have_none() -> None:
 
 
 def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_it() -> None:
-    told = summary_of(registration(-0.001))
+    told = summarize_registration(registration(-0.001))
     facts = {fact.code: fact for fact in told.facts}
     assert facts["control-points"].values == {"count": 10}
     assert facts["check-points"].values == {"count": 4}
@@ -78,18 +78,18 @@ def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_i
     assert told.rotation.values["error95_deg"] == pytest.approx(0.588, abs=1e-3)
     (bowed,) = with_code(told.warnings, "registration.bowed")
     assert (bowed.values["source"], bowed.values["n"]) == ("residuals", 14)
-    assert not with_code(summary_of(registration(0.0)).warnings, "registration.bowed")
+    assert not with_code(summarize_registration(registration(0.0)).warnings, "registration.bowed")
 
 
 def test_few_points_and_none_that_judge_are_said() -> None:
     record = registration(0.0, n=3)
-    warnings = by_code(summary_of(record).warnings)
+    warnings = by_code(summarize_registration(record).warnings)
     assert warnings["control.no-redundancy"] == {"count": 3, "least": 4}
     assert "control.no-check-points" in warnings
 
 
 def test_of_a_registration_without_errors_nothing_is_made_up() -> None:
-    told = summary_of(Registration("r1", "r", "local", Frame("scaled")))
+    told = summarize_registration(Registration("r1", "r", "local", Frame("scaled")))
     assert told.rotation is None
     assert [fact.code for fact in told.facts] == ["method"]
     assert told.warnings == ()

@@ -13,7 +13,7 @@ from tests.project.test_edits import FEATURES, LINE, MEETING, MODEL, PATCH, READ
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.registrations import ReadNorth, Registration
+from vomstudio.geometry.registrations import NorthReference, Registration
 from vomstudio.project.codec import decode, decode_edit, encode, encode_edit
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.journal.replay import JournalRow, replay
@@ -38,7 +38,9 @@ EVERY: tuple[Record, ...] = (
     MODEL,
     DEFAULT_TYPES[6],
     BY,
-    replace(BY, id="g2", read_north=ReadNorth("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)),
+    replace(
+        BY, id="g2", read_north=NorthReference("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)
+    ),
     Compass("compass-m1", "m1", "magnetic", "2024-05-12", (11.35, 46.5), None, 0.5),
     KnownLine(
         "w2", "B01", "plane", "m1", "0" * 64, (), 213.0, 3.0, inclination_deg=45.0, feature_id="t1"

@@ -115,8 +115,8 @@ def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
     [np.array(["a"] * 400), np.zeros((20, 20)), np.zeros(400, complex), np.float64(3.0)],
 )
 def test_distances_that_are_none(values: Any, tmp_path: Path) -> None:
-    from vomstudio.ui.panels.comparison.compare_panel import _read_stored
+    from vomstudio.ui.panels.comparison.compare_panel import _read_stored_comparison
 
     path = tmp_path / "fields.npz"
     np.savez(path, distance_m=values)
-    assert _read_stored(path) is None
+    assert _read_stored_comparison(path) is None

@@ -29,9 +29,9 @@ from vomstudio.project.kind import (
     is_picked_plane,
     may_have_plane,
     midpoint,
-    planes_among,
+    select_plane_features,
 )
-from vomstudio.project.kinds import ATTRIBUTES, GROUPS, KINDS, kind_named, kind_of
+from vomstudio.project.kinds import ATTRIBUTES, GROUPS, KINDS, find_kind, get_kind
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
@@ -55,11 +55,11 @@ def drawn(subject: Subject):
         record = subject.records.get(id_)
         return measure_all(subject.records, [record])[0] if isinstance(record, Feature) else None
 
-    return kind_of(subject.feature).sketch(subject, measured)
+    return get_kind(subject.feature).sketch(subject, measured)
 
 
 def words(subject: Subject) -> list[str]:
-    return kind_of(subject.feature).words(subject.measured)
+    return get_kind(subject.feature).words(subject.measured)
 
 
 # --- what is said of all kinds ---------------------------------------------------------------
@@ -116,13 +116,13 @@ def test_fields_are_offered_where_they_mean_something():
         if name not in ("lineation", "dimension")
     ]
     for feature, special in asked:
-        for attribute in kind_of(feature).attributes:
+        for attribute in get_kind(feature).attributes:
             assert attribute.applies(feature) is special.get(attribute.field, True)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
 def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
-    assert kind_named(kind.name) is kind
+    assert find_kind(kind.name) is kind
     assert kind.title[0].isupper()
     assert kind.icon
     assert re.fullmatch("|#[0-9a-f]{6}", kind.color)
@@ -150,16 +150,16 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
 
 
 def test_no_kind_has_a_name_that_is_not_there():
-    assert kind_named("dyke") is None
+    assert find_kind("dyke") is None
 
 
 def test_features_are_called_what_they_are():
     for name, feature in ONE_OF_EACH.items():
         what = {"dimension": "thickness", "station": "sample"}.get(name, name)
-        assert kind_of(feature).noun(feature) == what
+        assert get_kind(feature).noun(feature) == what
     for what in ("distance", "polyline", "area", "thickness"):
         feature = replace(ONE_OF_EACH["dimension"], kind=what, name="")
-        assert kind_of(feature).noun(feature) == what
+        assert get_kind(feature).noun(feature) == what
         added = edits.add_features({"m1": MODEL}, [feature])
         assert added.after["d1"].name == f"{what[0].upper()}01"
 
@@ -223,7 +223,7 @@ def test_planes_are_told_from_what_has_none():
     assert not has_plane(None)
     assert not may_have_plane(None)
     assert not is_picked_plane(None)
-    found = planes_among(records, ["r1", "m1", "gone", "l1", "t1", "d1", "r2"])
+    found = select_plane_features(records, ["r1", "m1", "gone", "l1", "t1", "d1", "r2"])
     assert [r.id for r in found] == ["r1", "t1", "r2"]
 
 
@@ -275,12 +275,12 @@ def test_what_has_no_points_is_not_drawn():
 def test_one_click_is_a_place_and_no_line(name):
     one = replace(ONE_OF_EACH[name], vertices=((1.0, 2.0, 3.0),))
     subject = seen(one)
-    assert kind_of(one).layer.shape(subject) is None
+    assert get_kind(one).layer.shape(subject) is None
     sketch = drawn(subject)
     assert sketch.line.tolist() == [[1.0, 2.0, 3.0]]
     assert sketch.anchor.tolist() == [1.0, 2.0, 3.0]
     two = replace(one, vertices=((1.0, 2.0, 3.0), (2.0, 2.0, 3.0)))
-    assert len(kind_of(two).layer.shape(seen(two))) == 2
+    assert len(get_kind(two).layer.shape(seen(two))) == 2
 
 
 def test_an_area_is_drawn_closed_and_a_length_open():
@@ -308,12 +308,12 @@ def test_a_patch_is_drawn_by_its_outline_or_as_a_place():
         assert sketch.line.tolist() == [*ring.tolist(), ring[0].tolist()]
         assert sketch.faces is subject.feature
         assert sketch.anchor.tolist() == sketch.sign.tolist() == [0.5, 1.0, 1.5]
-        assert kind_of(subject.feature).layer.shape(subject).tolist() == ring.tolist()
+        assert get_kind(subject.feature).layer.shape(subject).tolist() == ring.tolist()
     for n in (0, 2):
         subject = seen(patch(n))
         assert drawn(subject).line.tolist() == [[1.0, 2.0, 3.0]]
-        assert kind_of(subject.feature).layer.shape(subject) is None
-    places = kind_of(patch()).places
+        assert get_kind(subject.feature).layer.shape(subject) is None
+    places = get_kind(patch()).places
     assert places(seen(patch(2))).tolist() == [[1.0, 2.0, 3.0], *map(list, SQUARE[:2])]
     assert places(seen(patch(0))).tolist() == [[1.0, 2.0, 3.0]]
 
@@ -386,7 +386,7 @@ def test_a_line_without_a_slip_has_no_arrow():
         assert drawn(subject).line.tolist() == subject.measured.points.tolist()
     # Nor where the plane is not at hand while the line is drawn.
     subject = seen(striation(20.0, "normal"), reading)
-    bare = kind_of(subject.feature).sketch(subject, lambda id_: None)
+    bare = get_kind(subject.feature).sketch(subject, lambda id_: None)
     assert bare.line.tolist() == subject.measured.points.tolist()
 
 
@@ -467,7 +467,7 @@ def test_a_group_holds_the_picks_of_its_type_and_set():
         replace(wall("c", Plane(90.0, 80.0), (0, 0, 0)), set_name="A", type_id="fault"),
         Reading("r1", "R", "bedding", "plane", 0.0, 30.0, set_name="A"),
     )
-    kind = kind_of(subject.feature)
+    kind = get_kind(subject.feature)
 
     def below(**group: str) -> list[str]:
         feature = replace(subject.feature, first=Group(**group))
@@ -535,14 +535,14 @@ def test_too_few_points_are_said_so():
         why = Finding("feature.too-few-points", count=1, minimum=minimum)
         found = seen(dimension(kind, *SQUARE[:few])).measured
         assert (found.problem, found.dimension) == (why, None)
-        assert kind_of(ONE_OF_EACH["dimension"]).headline(found) is None
-        assert kind_of(ONE_OF_EACH["dimension"]).words(found) == []
+        assert get_kind(ONE_OF_EACH["dimension"]).headline(found) is None
+        assert get_kind(ONE_OF_EACH["dimension"]).words(found) == []
 
 
 def test_a_dimension_is_told_by_the_figure_it_is_made_for():
     level = Reading("r1", "R", "bedding", "plane", 0.0, 0.0)
     up = ((0.0, 0.0, 0.0), (3.0, 0.0, 4.0))
-    headline = kind_of(ONE_OF_EACH["dimension"]).headline
+    headline = get_kind(ONE_OF_EACH["dimension"]).headline
     for feature, main, lines in (
         (
             dimension("distance", *up),
@@ -585,7 +585,7 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
         assert words(subject) == lines
         units = replace(subject.measured, metric=False)
         assert headline(units).endswith(" units²" if feature.kind == "area" else " units")
-        lengths = [line for line in kind_of(feature).words(units) if "Trend" not in line]
+        lengths = [line for line in get_kind(feature).words(units) if "Trend" not in line]
         assert all("units" in line for line in lengths)
 
 
@@ -600,7 +600,7 @@ def test_a_thickness_is_told_with_its_error():
             "vertical_m": 0.0,
         },
     )
-    kind = kind_of(ONE_OF_EACH["dimension"])
+    kind = get_kind(ONE_OF_EACH["dimension"])
     assert kind.headline(found) == "4.00 m ± 12 cm"
     assert figures(kind.words(found)[0]) == [4.0, 95.0, 12.0]
 
@@ -610,7 +610,7 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
     subject = seen(feature, bed("t1"))
     both = {**subject.measured.dimension, "length_m": 1.0, "area_m2": 2.0, "perimeter_m": 3.0}
     subject = replace(subject, measured=replace(subject.measured, dimension=both))
-    kind = kind_of(feature)
+    kind = get_kind(feature)
     columns = {figure.name: figure.value(subject) for figure in kind.layer.figures}
     assert {name: columns[name] for name in both} == both
     assert columns["kind"] == "thickness"
@@ -638,7 +638,7 @@ def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
 
 def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
-    kind = kind_of(reading)
+    kind = get_kind(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
     assert comparison_finding(None) == Finding("reading.no-pick")
     compared = {"angle": "12°", "angle_deg": 12.34, "pick": "B01"}
@@ -664,7 +664,7 @@ def test_a_reading_tells_where_it_comes_from():
 def test_kinds_that_have_nothing_to_say_say_nothing():
     for name in ("trace", "lineation", "patch", "dimension", "intersection"):
         subject = seen(ONE_OF_EACH[name], ONE_OF_EACH["trace"], ONE_OF_EACH["patch"])
-        kind = kind_of(subject.feature)
+        kind = get_kind(subject.feature)
         assert kind.remarks(subject) == kind.about(subject) == []
         if name != "dimension":
             assert kind.headline(subject.measured) is None

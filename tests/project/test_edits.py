@@ -180,8 +180,8 @@ def test_added_features_follow_on_with_their_labels() -> None:
 
 def test_thousands_are_named_without_looking_at_each_again_and_again(monkeypatch) -> None:
     looked = []
-    own = edits.number_of
-    monkeypatch.setattr(edits, "number_of", lambda *of: looked.append(of) or own(*of))
+    own = edits.name_number
+    monkeypatch.setattr(edits, "name_number", lambda *of: looked.append(of) or own(*of))
     count = 3000
     many = [replace(PATCH, id=f"n{i}", name="") for i in range(count)]
     many[10] = replace(many[10], name="B70")

@@ -18,7 +18,7 @@ from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Model
-from vomstudio.project.tables.project_table import NORTH_UNKNOWN
+from vomstudio.project.tables.project_table import UNKNOWN_NORTH_TEXT
 
 UTM = Frame("crs", "EPSG:32633")
 
@@ -92,7 +92,7 @@ def test_a_local_model_has_no_crs_and_an_undeclared_one_says_so(project, tmp_pat
     session.apply(edits.declare_frame(session.records, "m1", Frame()))
     export_project(project.folder, "csv", tmp_path / "undeclared.csv")
     text = (tmp_path / "undeclared.csv").read_text()
-    assert NORTH_UNKNOWN in text
+    assert UNKNOWN_NORTH_TEXT in text
     assert Frame().name() in text
 
 

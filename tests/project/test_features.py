@@ -317,11 +317,11 @@ def test_a_copy_with_other_values_is_that_of_dataclasses() -> None:
     # `Feature.but` creates no kind through its constructor.
     assert not [kind.name for kind in KINDS if hasattr(kind.record, "__post_init__")]
     trace = bed("t1")
-    copy = trace.but(set_name="J1", notes="wet")
+    copy = trace.replace_fields(set_name="J1", notes="wet")
     assert copy == replace(trace, set_name="J1", notes="wet")
     assert (trace.set_name, trace.notes) == ("", "")
     with pytest.raises(TypeError):
-        trace.but(no_such_field=1)
+        trace.replace_fields(no_such_field=1)
 
 
 def test_records_of_some_ids_are_selected_in_their_order() -> None:

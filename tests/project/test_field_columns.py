@@ -14,7 +14,7 @@ from vomstudio.project.imports.field_columns import guess
 from vomstudio.project.imports.field_table import (
     FieldTable,
     is_orientation,
-    number_in,
+    parse_cell,
     read_field_table,
 )
 from vomstudio.project.imports.readings import (
@@ -254,18 +254,23 @@ def test_lines_keep_their_numbers_over_comments_and_blanks(book: Path) -> None:
     table = table_of(book, "# a book\n\ndip direction,dip\r\n132,41\n\n # later\n120,30\n")
     assert table.names == ("dip direction", "dip")
     assert (table.rows, table.lines) == ([["132", "41"], ["120", "30"]], [4, 7])
-    assert (table.width, table.delimiter, dict(table.ragged), table.notes) == (2, ",", {}, ())
+    assert (table.width, table.delimiter, dict(table.ragged_row_findings), table.notes) == (
+        2,
+        ",",
+        {},
+        (),
+    )
 
 
 def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) -> None:
     table = table_of(book, "name,dip direction,dip\na,132,41,,\nb,132\nc,132,41,wet,cold\n")
     assert table.rows == [["a", "132", "41"], ["b", "132", ""], ["c", "132", "41"]]
-    assert dict(table.ragged) == {
+    assert dict(table.ragged_row_findings) == {
         1: Finding("table.ragged-row", count=2, expected=3, delimiter="comma"),
         2: Finding("table.ragged-row", count=5, expected=3, delimiter="comma"),
     }
     table = table_of(book, "132,41\n120,30\n1,2,3\n5,6\n")
-    assert (table.names, table.width, list(table.ragged)) == (None, 2, [2])
+    assert (table.names, table.width, list(table.ragged_row_findings)) == (None, 2, [2])
 
 
 def test_quotation_marks_hold_a_cell_together(book: Path) -> None:
@@ -318,11 +323,11 @@ def test_numbers_in_cells(book: Path) -> None:
     commas, points = table_of(book, "a,b\n1,2\n"), table_of(book, "a;b\n1,5;2\n")
     tabs = table_of(book, "a\tb\n1,5\t2\n")
     for cell in ("", "x", "nan", "inf", "-inf", "-"):
-        assert number_in(cell, commas) is None
-    assert number_in("41.5°", commas) == 41.5
-    assert number_in("-1e2", commas) == -100.0
-    assert number_in("1,5", commas) is None
-    assert number_in("1,5", points) == number_in("1,5", tabs) == 1.5
+        assert parse_cell(cell, commas) is None
+    assert parse_cell("41.5°", commas) == 41.5
+    assert parse_cell("-1e2", commas) == -100.0
+    assert parse_cell("1,5", commas) is None
+    assert parse_cell("1,5", points) == parse_cell("1,5", tabs) == 1.5
 
 
 # --- rows ----------------------------------------------------------------------------------------
@@ -376,16 +381,16 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
 ) -> None:
     found = readings(book, f"name,dip direction,dip\na,1,2\nb,{row}\nc,3,4\n")
     if isinstance(expected, tuple):
-        assert found.bad == ()
+        assert found.bad_rows == ()
         assert (found.rows[1].azimuth_deg, found.rows[1].inclination_deg) == expected
         assert found.rows[1].geometry == "plane"
     else:
-        assert [bad.line for bad in found.bad] == [3]
+        assert [bad_rows.line for bad_rows in found.bad_rows] == [3]
         if expected is not None:
             code = "reading.no-angle" if "missing" in expected else "angle.out-of-range"
-            assert found.bad[0].reason.code == code
-            assert expected.items() <= found.bad[0].reason.values.items()
-        assert str(found.bad[0]) == f"Line 3: {found.bad[0].reason}"
+            assert found.bad_rows[0].reason.code == code
+            assert expected.items() <= found.bad_rows[0].reason.values.items()
+        assert str(found.bad_rows[0]) == f"Line 3: {found.bad_rows[0].reason}"
         assert [r.line for r in found.rows] == [2, 4]
 
 
@@ -411,11 +416,11 @@ def test_angles_of_a_line_end_where_a_compass_ends(
 ) -> None:
     found = readings(book, f"trend,plunge\n1,2\n{row}\n")
     if isinstance(expected[0], str):
-        reason = found.bad[0].reason
+        reason = found.bad_rows[0].reason
         assert reason.code == "angle.out-of-range"
         assert (reason.values["angle"], reason.values["value"]) == expected
         return
-    assert found.bad == ()
+    assert found.bad_rows == ()
     made = found.rows[1]
     assert made.geometry == "line"
     assert made.inclination_deg == expected[1]
@@ -481,7 +486,7 @@ def test_all_that_a_row_says_is_kept(book: Path) -> None:
         FieldRow(3, "b", "plane", 120.0, 30.0),
         FieldRow(4, "c", "plane", 1.0, 2.0, position=(4.0, 5.0, -6.0), overturned=True),
     )
-    assert (found.bad, found.findings, found.type_names) == ((), (), ("Bedding",))
+    assert (found.bad_rows, found.findings, found.type_names) == ((), (), ("Bedding",))
 
 
 @pytest.mark.parametrize("word", ["1", "true", "YES", "y", "x", "overturned", "Inverted"])
@@ -561,7 +566,7 @@ def test_metres_go_before_degrees(book: Path) -> None:
 def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(book: Path) -> None:
     table = table_of(book, "dip direction,dip\n1,2,3\n4,5\n")
     found = read_readings(table, guess(table).columns, "dipdir/dip")
-    assert found.bad == (BadRow(2, table.ragged[0]),)
+    assert found.bad_rows == (BadRow(2, table.ragged_row_findings[0]),)
     assert [r.line for r in found.rows] == [3]
     with pytest.raises(ValueError, match="nonsense"):
         read_readings(table, {}, "nonsense")

@@ -21,7 +21,7 @@ from vomstudio.project.imports.field_columns import geometry_of_type, guess
 from vomstudio.project.imports.field_table import read_field_table
 from vomstudio.project.imports.readings import make_readings, read_readings
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.project.kinds.station import KIND, Station, photos_of, readings_of
+from vomstudio.project.kinds.station import KIND, Station, get_readings, photos_of
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Model
 from vomstudio.project.tables.project_table import project_table
@@ -43,7 +43,7 @@ def read_book(tmp_path: Path, text: str = BOOK, line_types: tuple[str, ...] = ()
     table = read_field_table(path)
     found = guess(table)
     read = read_readings(table, found.columns, "dipdir/dip", line_types=line_types)
-    assert not read.bad
+    assert not read.bad_rows
     return make_readings(read.rows, type_ids={k: k for k in TYPES}, type_id="bedding")
 
 
@@ -72,7 +72,7 @@ def test_an_open_quote_belongs_to_its_line_alone(tmp_path: Path) -> None:
 def test_a_station_owns_the_readings_with_its_number(tmp_path: Path) -> None:
     station = Station("s1", "S01", "m1", HASH, ((0.0, 0.0, 0.0),), number="kb-17")
     records = {**TYPES, **with_readings(read_book(tmp_path)), "m1": MODEL, "s1": station}
-    assert [r.name for r in readings_of(station, records)] == ["B01", "B02", "J01"]
+    assert [r.name for r in get_readings(station, records)] == ["B01", "B02", "J01"]
     (measured,) = measure_all(records, [station])
     assert "B01, B02, J01" in KIND.about(Subject(station, measured, records))[0]
     unused = replace(station, number="", name="X9")

@@ -22,7 +22,7 @@ from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.project import catalogue as of
 from vomstudio.project import slip_figures as slip
-from vomstudio.project.catalogue import IN_WORLD
+from vomstudio.project.catalogue import GRID_NORTH_TEXT
 from vomstudio.project.figures import Figure, Form, Subject, Unit, number
 from vomstudio.project.kinds import FIGURES, KINDS
 from vomstudio.project.kinds.intersection import Intersection
@@ -31,7 +31,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.measurement import NearestPick
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import DEFAULT_TYPES, Feature, Group, OnAModel, Record
+from vomstudio.project.records import DEFAULT_TYPES, Feature, Group, ModelFeature, Record
 
 EVERY = tuple(
     {
@@ -107,7 +107,7 @@ def test_large_numbers_are_whole_and_the_largest_have_an_exponent():
 
 def test_a_figure_is_written_after_its_form():
     def words(form: Form, value: Any, **more: Any) -> str:
-        return Figure("a", "A", "", lambda s: value, form).words_for(value, **more)
+        return Figure("a", "A", "", lambda s: value, form).value_text(value, **more)
 
     assert (words("text", None), words("text", "wet"), words("text", 3)) == ("", "wet", "3")
     assert (words("flag", True), words("flag", False), words("flag", None)) == ("yes", "", "")
@@ -368,7 +368,7 @@ def test_every_column_of_a_reading_says_what_the_compass_said():
         "normal_x": normal[0],
         "normal_y": normal[1],
         "normal_z": normal[2],
-        "frame": IN_WORLD,
+        "frame": GRID_NORTH_TEXT,
     }
     nowhere = values(seen(replace(reading, position=None, geometry="line")))
     assert (nowhere["element"], nowhere["trend_deg"], nowhere["plunge_deg"]) == (
@@ -396,7 +396,7 @@ def test_what_is_not_there_is_said_in_words():
     gone = ONE_OF_EACH["trace"]
     records = {"t1": gone}
     alone = Subject(gone, measure_all(records, [gone])[0], records)
-    assert of.FRAME.value(alone) == of.NO_MODEL
+    assert of.FRAME.value(alone) == of.MISSING_MODEL_TEXT
     assert of.MODEL.value(alone) is None
     # A type that is gone is told by its id in files; the window leaves it out.
     assert (of.KIND.value(alone), of.KIND.text(alone)) == ("bedding", "")
@@ -432,8 +432,8 @@ def test_an_extent_is_compared_with_a_resolution_that_is_known():
 def test_the_angle_to_the_nearest_pick_is_asked_for_when_shown():
     reading = ONE_OF_EACH["reading"]
     pick = NearestPick("t1", "B01", 12.5, None)
-    assert of.TO_PICK.value(seen(reading, nearest=lambda: pick)) == 12.5
-    assert of.TO_PICK.value(seen(reading)) is None
+    assert of.ANGLE_TO_PICK.value(seen(reading, nearest=lambda: pick)) == 12.5
+    assert of.ANGLE_TO_PICK.value(seen(reading)) is None
     meets = Intersection("i1", "I", "lineation", Group("a"), Group("b"))
     level = Reading("a", "A", "joint", "plane", 90.0, 0.0)
     steep = replace(level, id="b", inclination_deg=35.0)
@@ -470,7 +470,7 @@ def test_a_subject_knows_its_type_and_model_as_far_as_they_are_there():
     length = seen(ONE_OF_EACH["dimension"], bed("t1"))
     assert (length.type, length.model) == (None, MODEL)
     read = seen(ONE_OF_EACH["reading"])
-    assert not isinstance(read.feature, OnAModel)
+    assert not isinstance(read.feature, ModelFeature)
     assert (read.type, read.model) == (DEFAULT_TYPES[0], None)
     nothing = Subject(None, subject.measured)
     assert (nothing.type, nothing.model, nothing.nearest()) == (None, None, None)

@@ -20,7 +20,7 @@ from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.imports.feature_lists import ImportedFeatures, read_listed_features
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement_cache import measure_one
+from vomstudio.project.measurement_cache import measure_feature
 from vomstudio.project.records import DEFAULT_TYPES, SURROUNDINGS_RULE, Model
 
 pytestmark = pytest.mark.filterwarnings("ignore:Measured:UserWarning")
@@ -146,7 +146,7 @@ def test_lines_in_another_crs_are_converted(tmp_path: Path) -> None:
 
 
 def test_orientations_of_the_file_are_compared_with_the_points(tmp_path: Path) -> None:
-    plane = measure_one(
+    plane = measure_feature(
         read(geojson(tmp_path / "a.geojson", ({}, POINTS))).features[0], MODEL
     ).plane
     assert plane is not None

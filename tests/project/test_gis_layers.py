@@ -20,10 +20,10 @@ from tests.project.test_gis_files import CRS, UTM, features
 from vomstudio.core.errors import InputError, TargetError, UsageError
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.units import WORLD
+from vomstudio.geometry.units import WORLD_AXES
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layers import Layer
-from vomstudio.project.exports.export import export_project, export_records, thresholds_of
+from vomstudio.project.exports.export import export_project, export_records, get_thresholds
 from vomstudio.project.exports.gis_files import DISC_CORNERS, write_dxf, write_shapefiles
 from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.kinds.reading import Reading
@@ -112,7 +112,7 @@ def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any
     assert not list(tmp_path.glob("*.prj"))
     assert pyogrio.read_info(tmp_path / "o.shp")["crs"] is None
     (comment,) = re.findall("VOM Studio, .*", (tmp_path / "o.dxf").read_text("ascii"))
-    assert comment.endswith(f", {WORLD.unit}")
+    assert comment.endswith(f", {WORLD_AXES.unit}")
     assert "EPSG" not in comment
 
 
@@ -181,9 +181,9 @@ def test_the_journal_is_not_exported_over(tmp_path: Path, records: dict[str, Any
 
 
 def test_the_thresholds_of_the_newest_edit_are_those_of_the_table() -> None:
-    assert thresholds_of({"thresholds": {"good_M": 3.5}}) == Thresholds(good_M=3.5)
+    assert get_thresholds({"thresholds": {"good_M": 3.5}}) == Thresholds(good_M=3.5)
     for damaged in ({}, {"thresholds": None}, {"thresholds": {"no such": 1.0}}):
-        assert thresholds_of(damaged) is None
+        assert get_thresholds(damaged) is None
 
 
 # --- drawings ------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ from vomstudio.project.journal.database import (
     APPLICATION_ID,
     SCHEMA_VERSION,
     SqliteJournal,
-    own_files,
+    journal_files,
     read_replay,
     read_schema_and_replay,
 )
@@ -539,7 +539,7 @@ def test_no_export_may_replace_the_journal_or_the_log_beside_it(tmp_path: Path) 
     project = ProjectFolder.create(tmp_path / "a.vom")
     beside = {p for p in project.folder.iterdir() if p.name.startswith("journal")}
     assert len(beside) == 3
-    assert set(own_files(project.folder)) == beside
+    assert set(journal_files(project.folder)) == beside
     project.close()
 
 

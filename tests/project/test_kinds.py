@@ -24,11 +24,11 @@ from vomstudio.project.kinds import (
     KINDS,
     RECORDS,
     _merge_attributes,
+    get_kind,
     group_of,
-    kind_of,
 )
 from vomstudio.project.measurement_cache import Measurements, depends_on, measure_all
-from vomstudio.project.records import Feature, Model, OnAModel, Picked
+from vomstudio.project.records import Feature, Model, ModelFeature, PickedFeature
 
 ROOT = Path(__file__).resolve().parents[2]
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
@@ -44,7 +44,7 @@ def test_there_is_an_example_of_every_kind_under_its_name():
 @pytest.mark.parametrize("name", ONE_OF_EACH)
 def test_a_kind_measures_draws_and_names_what_it_is_given(name):
     feature = ONE_OF_EACH[name]
-    kind = kind_of(feature)
+    kind = get_kind(feature)
     assert kind.name == name
     measured = measure_all(RECORDS_OF_ALL, [feature])[0]
     assert measured.kind == name
@@ -63,7 +63,7 @@ def test_a_kind_measures_draws_and_names_what_it_is_given(name):
 def test_features_of_many_kinds_come_back_in_the_order_in_which_they_were_asked_for():
     mixed = [*ONE_OF_EACH.values(), bed("t2", shift=5.0), *reversed(ONE_OF_EACH.values())]
     measured = measure_all(RECORDS_OF_ALL, mixed)
-    assert [m.kind for m in measured] == [kind_of(f).name for f in mixed]
+    assert [m.kind for m in measured] == [get_kind(f).name for f in mixed]
     assert measured[len(ONE_OF_EACH)].fit.centroid[2] == measured[0].fit.centroid[2] + 5.0
 
 
@@ -114,7 +114,7 @@ def test_only_what_a_kind_lets_be_changed_is_changed(session):
 @pytest.mark.parametrize(
     ("changed", "looks_different"),
     [
-        ("m1", {"i1", *(f.id for f in ONE_OF_EACH.values() if isinstance(f, OnAModel))}),
+        ("m1", {"i1", *(f.id for f in ONE_OF_EACH.values() if isinstance(f, ModelFeature))}),
         ("t1", {"l1", "d1", "i1"}),
         ("lineation", {"l1", "i1"}),
         ("p1", {"i1"}),
@@ -174,7 +174,7 @@ def test_a_subject_without_a_document_has_its_fits_figures():
     feature = ONE_OF_EACH["trace"]
     measured = measure_all(RECORDS_OF_ALL, [feature])[0]
     subject = Subject(None, measured)
-    assert isinstance(feature, Picked)
+    assert isinstance(feature, PickedFeature)
     assert catalogue.DIP.value(subject) == measured.plane.dip_deg
     assert catalogue.N_POINTS.value(subject) == len(feature.vertices)
 

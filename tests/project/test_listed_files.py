@@ -18,7 +18,7 @@ from tests.messages import refused
 from tests.samples import bed
 from tests.specimens.figures import command
 from vomstudio.core.errors import DocumentError, InputError
-from vomstudio.geology.beds.lithologies import LITHOLOGIES, color_of_rock, strabospot_fields
+from vomstudio.geology.beds.lithologies import LITHOLOGIES, lithology_color, strabospot_fields
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
@@ -130,7 +130,7 @@ def test_what_is_no_choice_is_refused_and_never_gets_into_the_journal(project: P
 def test_every_word_of_the_list_is_one_of_strabospot_and_has_a_colour_but_what_is_covered():
     assert len(set(LITHOLOGIES)) == len(LITHOLOGIES)
     assert all(strabospot_fields(word) is not None for word in LITHOLOGIES)
-    assert [word for word in LITHOLOGIES if not color_of_rock(word)] == ["covered"]
+    assert [word for word in LITHOLOGIES if not lithology_color(word)] == ["covered"]
     # As on the state geologic maps of the USGS: red, green, blue.
     published = {
         "sandstone": (205, 255, 217),
@@ -140,9 +140,9 @@ def test_every_word_of_the_list_is_one_of_strabospot_and_has_a_colour_but_what_i
         "conglomerate": (183, 217, 204),
     }
     for word, rgb in published.items():
-        assert color_of_rock(word) == "#{:02x}{:02x}{:02x}".format(*rgb)
-    assert color_of_rock("granite") == color_of_rock("") == ""
-    assert color_of_rock("packstone") == color_of_rock("limestone")
+        assert lithology_color(word) == "#{:02x}{:02x}{:02x}".format(*rgb)
+    assert lithology_color("granite") == lithology_color("") == ""
+    assert lithology_color("packstone") == lithology_color("limestone")
 
 
 # --- files ----------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from vomstudio.geology.quality import governing_confidence_deg
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.planes import fit_plane, fit_planes
 from vomstudio.project import edits
-from vomstudio.project.kind import kind_of
+from vomstudio.project.kind import get_kind
 from vomstudio.project.kinds import trace
 from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.kinds.lineation import Lineation
@@ -30,19 +30,19 @@ from vomstudio.project.measurement import (
     fit_fields,
     is_metric,
     length_in_metres,
+    matrix_to_world,
     plane_with_error,
-    rows_of,
     world_points,
 )
 from vomstudio.project.measurement_cache import (
     LABEL_FIELDS,
     Measurements,
     depends_on,
+    get_sources,
     measure_all,
-    measure_one,
-    sources_of,
+    measure_feature,
 )
-from vomstudio.project.records import DEFAULT_TYPES, Group, OnAModel
+from vomstudio.project.records import DEFAULT_TYPES, Group, ModelFeature
 
 COLLINEAR = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
 ROUGH = tuple(
@@ -82,7 +82,7 @@ def test_a_measurement_is_kept_until_something_it_rests_on_changes():
     again = keep.of(dict(RECORDS_OF_ALL), RECORDS_OF_ALL)
     assert all(again[id_] is first[id_] for id_ in first)
     for changed, anew in (
-        ("m1", {"i1", *(f.id for f in ONE_OF_EACH.values() if isinstance(f, OnAModel))}),
+        ("m1", {"i1", *(f.id for f in ONE_OF_EACH.values() if isinstance(f, ModelFeature))}),
         ("t1", {"t1", "l1", "d1", "i1"}),
         ("p1", {"p1", "i1"}),
         ("r1", {"r1"}),
@@ -110,7 +110,7 @@ def test_labels_change_no_measurement_of_any_kind(name):
         assert repr(before) == repr(after)
     keep = Measurements()
     first = keep.of(RECORDS_OF_ALL, [feature.id])[feature.id]
-    if not kind_of(feature).has_dynamic_dependencies:
+    if not get_kind(feature).has_dynamic_dependencies:
         assert keep.of(records, [feature.id])[feature.id] is first
         # The labels are compared with the newest ones.
         assert keep.of(RECORDS_OF_ALL, [feature.id])[feature.id] is first
@@ -194,9 +194,9 @@ def test_a_feature_rests_on_its_model_and_on_what_it_names():
         ("intersection", ["i1", "t1", "m1", "p1", "m1"]),
     ):
         feature = ONE_OF_EACH[name]
-        assert [r.id for r in sources_of(records, feature)] == below
+        assert [r.id for r in get_sources(records, feature)] == below
     alone = {"t1": records["t1"]}
-    assert sources_of(alone, records["t1"]) == (records["t1"], None)
+    assert get_sources(alone, records["t1"]) == (records["t1"], None)
 
 
 def test_an_edit_of_something_else_leaves_a_feature_as_it_looks():
@@ -214,11 +214,11 @@ def test_an_edit_of_something_else_leaves_a_feature_as_it_looks():
 def test_a_feature_without_a_figure_is_refused_by_its_name():
     for name, said in (("B07", "B07"), ("", None)):
         with pytest.raises(GeometryError) as refused:
-            measure_one(replace(bed("t1", vertices=COLLINEAR), name=name), MODEL)
+            measure_feature(replace(bed("t1", vertices=COLLINEAR), name=name), MODEL)
         assert refused.value.field == said
-    assert measure_one(bed("t1"), None).points.tolist() == [list(p) for p in ZIGZAG]
-    assert measure_one(bed("t1"), TURNED).points[0].tolist() == [100.0, 200.0, 300.0]
-    strict = measure_one(bed("t1"), MODEL, Thresholds(0.0, 0.0))
+    assert measure_feature(bed("t1"), None).points.tolist() == [list(p) for p in ZIGZAG]
+    assert measure_feature(bed("t1"), TURNED).points[0].tolist() == [100.0, 200.0, 300.0]
+    strict = measure_feature(bed("t1"), MODEL, Thresholds(0.0, 0.0))
     assert strict.verdict.quality == "poor"
 
 
@@ -242,10 +242,10 @@ def test_points_and_lengths_come_to_world_with_the_model():
     assert world_points(feature, None).tolist() == [list(p) for p in ZIGZAG]
     found = world_points(feature, TURNED)
     assert found[1] == pytest.approx([100.0 - 0.4, 200.0 + 2.0, 300.0 + 1.02])
-    assert rows_of(None).tolist() == np.eye(4).tolist()
-    assert rows_of(TURNED)[:3, 3].tolist() == [100.0, 200.0, 300.0]
-    assert length_in_metres(0.25, rows_of(TURNED)) == pytest.approx(0.5)
-    assert length_in_metres(None, rows_of(TURNED)) is None
+    assert matrix_to_world(None).tolist() == np.eye(4).tolist()
+    assert matrix_to_world(TURNED)[:3, 3].tolist() == [100.0, 200.0, 300.0]
+    assert length_in_metres(0.25, matrix_to_world(TURNED)) == pytest.approx(0.5)
+    assert length_in_metres(None, matrix_to_world(TURNED)) is None
     assert is_metric(None)
     assert not is_metric(replace(MODEL, placement=Frame("undeclared")))
 
@@ -423,7 +423,7 @@ def test_the_wider_error_of_a_line_on_a_plane_lies_where_less_is_known(better):
     assert out == pytest.approx(1.0 if better == "line" else 0.0, abs=1e-9)
     assert found.confidence_axis @ found.line.vector() == pytest.approx(0.0, abs=1e-9)
     assert np.linalg.norm(found.confidence_axis) == pytest.approx(1.0)
-    assert kind_of(line).name == found.kind
+    assert get_kind(line).name == found.kind
 
 
 def test_a_line_of_two_clicks_on_a_plane_has_no_error():

@@ -48,7 +48,7 @@ def project(tmp_path: Path) -> ProjectFolder:
 
 
 @pytest.fixture
-def untitled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def is_untitled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(folders, "untitled_folder", lambda: tmp_path / "state" / "untitled")
     return tmp_path / "state" / "untitled"
 
@@ -182,14 +182,14 @@ def test_a_project_is_named_by_its_folder_or_a_file_in_it(tmp_path: Path) -> Non
 
 
 def test_a_project_knows_its_name_and_where_it_keeps_what_may_be_deleted(
-    project: ProjectFolder, untitled: Path
+    project: ProjectFolder, is_untitled: Path
 ) -> None:
-    assert (project.name, project.untitled) == ("a", False)
+    assert (project.name, project.is_untitled) == ("a", False)
     assert project.cache == project.folder / "cache"
     project.close()
     nameless = create_untitled()
-    assert nameless.untitled
-    assert nameless.folder.parent == untitled
+    assert nameless.is_untitled
+    assert nameless.folder.parent == is_untitled
     nameless.close()
 
 
@@ -357,7 +357,7 @@ def test_unsaved_work_goes_to_the_new_name_and_can_be_brought_back_under_the_old
 
 
 def test_an_untitled_project_that_gets_a_name_keeps_its_unsaved_work(
-    untitled: Path, tmp_path: Path
+    is_untitled: Path, tmp_path: Path
 ) -> None:
     project = create_untitled()
     project.session.apply(edits.add_model(project.session.records, MODEL))
@@ -365,7 +365,7 @@ def test_an_untitled_project_that_gets_a_name_keeps_its_unsaved_work(
     left = project.folder
     project.save_as(tmp_path / "b.vom")
     assert not left.exists()
-    assert not project.untitled
+    assert not project.is_untitled
     kept = read_replay(tmp_path / "b.vom")
     assert {"m1", "t1"} <= set(kept.records)
     assert kept.top == kept.saved_top
@@ -411,7 +411,7 @@ def test_projects_without_a_name_live_in_the_user_s_state(own_folders: Path) -> 
 
 
 def test_two_projects_of_the_same_second_are_two(
-    untitled: Path, monkeypatch: pytest.MonkeyPatch
+    is_untitled: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(folders.time, "strftime", lambda _: "20260203-101112")
     projects = [create_untitled(settings=lambda: {"n": 1}) for _ in range(3)]
@@ -423,12 +423,12 @@ def test_two_projects_of_the_same_second_are_two(
     assert read_replay(projects[2].folder).settings == {"n": 1}
     for project in projects:
         project.close()
-    assert list(untitled.iterdir()) == []
+    assert list(is_untitled.iterdir()) == []
 
 
 @pytest.mark.parametrize("held", ["nothing", "a model", "a feature", "an undone feature", "clicks"])
 def test_an_untitled_project_is_kept_where_anything_was_measured_in_it(
-    untitled: Path, held: str
+    is_untitled: Path, held: str
 ) -> None:
     project = create_untitled()
     session = project.session
@@ -448,7 +448,7 @@ def test_an_untitled_project_is_kept_where_anything_was_measured_in_it(
 
 @pytest.mark.parametrize("way", ["closing", "saving as", "a saving that fails", "moving"])
 def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
-    untitled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
+    is_untitled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     """Another program may have a file open in a folder that is not needed any more."""
     project = create_untitled()
@@ -486,7 +486,7 @@ def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
         project.close()
 
 
-def test_a_folder_that_somebody_removed_is_closed_all_the_same(untitled: Path) -> None:
+def test_a_folder_that_somebody_removed_is_closed_all_the_same(is_untitled: Path) -> None:
     project = create_untitled()
     shutil.rmtree(project.folder)
     project.close()
@@ -500,12 +500,12 @@ def test_the_cache_of_a_project_with_a_name_stays(project: ProjectFolder) -> Non
 
 
 def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
-    untitled: Path,
+    is_untitled: Path,
 ) -> None:
     """Left behind: open work, an open trace, and what cannot even be read. Finished: discarded."""
     made = {}
     for number, kind in enumerate(("discarded", "work", "clicks", "damaged", "held")):
-        project = ProjectFolder.create(untitled / f"{kind}.vom")
+        project = ProjectFolder.create(is_untitled / f"{kind}.vom")
         project.session.apply(edits.add_model(project.session.records, MODEL))
         add_bed(project)
         if kind == "discarded":
@@ -520,7 +520,7 @@ def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
             path.write_bytes(OF_ANOTHER_DAY * 1000)
         os.utime(path, (1e9 + number, 1e9 + number))
         made[kind] = project
-    (untitled / "empty.vom").mkdir()
+    (is_untitled / "empty.vom").mkdir()
     left = untitled_projects(finished=False)
     assert [folder.stem for folder in left] == ["damaged", "clicks", "work"]
     assert [folder.stem for folder in untitled_projects(finished=True)] == ["discarded"]
@@ -528,17 +528,17 @@ def test_what_a_crash_left_is_offered_the_newest_first_and_nothing_is_hidden(
 
 
 def test_a_project_that_goes_away_while_it_is_looked_at_is_no_error(
-    untitled: Path, monkeypatch: pytest.MonkeyPatch
+    is_untitled: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("a", "b"):
-        project = ProjectFolder.create(untitled / f"{name}.vom")
+        project = ProjectFolder.create(is_untitled / f"{name}.vom")
         project.session.apply(edits.add_model(project.session.records, MODEL))
         add_bed(project)
         project.close()
     stat = Path.stat
 
     def gone(self: Path, **values: Any) -> os.stat_result:
-        if self == untitled / "a.vom" / "journal.sqlite":
+        if self == is_untitled / "a.vom" / "journal.sqlite":
             shutil.rmtree(self.parent, ignore_errors=True)
         return stat(self, **values)
 

@@ -69,10 +69,10 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
     found = marks(there)
     assert {key: (m.x, m.y) for key, m in found.items()} == MARKS
     assert found["B", "1.jpg"].point_id == b.id
-    assert [(photo, m.file) for photo, m in photo_edits.masks_of(there, "s1").items()] == [
+    assert [(photo, m.file) for photo, m in photo_edits.get_masks(there, "s1").items()] == [
         ("1.jpg", FILE)
     ]
-    assert photo_edits.masks_of(there, "s2") == {}
+    assert photo_edits.get_masks(there, "s2") == {}
     assert list(photo_edits.photo_sets(there)) == [OTHER, SET]
     assert [p.label for p in photo_edits.points_of(there, "s2")] == ["A"]
 
@@ -161,7 +161,7 @@ def test_a_point_with_another_label_is_the_same_point(there: Records) -> None:
 
 
 def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
-    (old,) = photo_edits.masks_of(there, "s1").values()
+    (old,) = photo_edits.get_masks(there, "s1").values()
     edit = photo_edits.set_masks(there, "s1", {"1.jpg": FINER, "2.jpg": FILE, "3.jpg": None}, "x")
     assert edit.after[old.id] == replace(old, file=FINER)
     (new,) = [m for m in edit.after.values() if m is not None and m.id != old.id]
@@ -177,7 +177,7 @@ def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there:
     assert after["s1"] == replace(SET, crs="EPSG:25833")
     assert [p.label for p in photo_edits.points_of(after, "s1")] == ["A"]
     assert marks(after) == {}
-    assert photo_edits.masks_of(after, "s1") == {}
+    assert photo_edits.get_masks(after, "s1") == {}
     kept = photo_edits.import_sidecar_data(there, "s1", [A, B], MARKS, {})
     assert done(there, kept)["s1"] == SET
 
@@ -210,8 +210,8 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     assert again.after["k1"] is None
     assert "k2" not in again.after
     records = done(records, again)
-    assert photo_edits.reconstruction_in(records, "cliff") == replace(first, id="k3")
-    assert photo_edits.reconstruction_in(records, "nowhere") is None
+    assert photo_edits.find_reconstruction(records, "cliff") == replace(first, id="k3")
+    assert photo_edits.find_reconstruction(records, "nowhere") is None
     assert photo_edits.reconstruction_registration(records, "k3").id == "g3"  # type: ignore[union-attr]
     assert photo_edits.reconstruction_registration(records, "k9") is None
     with refused("record.missing", DocumentError):

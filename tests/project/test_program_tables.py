@@ -16,7 +16,7 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement_cache import measure_one
+from vomstudio.project.measurement_cache import measure_feature
 
 pytestmark = pytest.mark.filterwarnings("ignore:Measured:UserWarning")
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Measured:UserWarning")
 def own_plane() -> tuple[float, float]:
     """Dip direction and dip of the zigzag."""
     trace = Trace("t", "", "joint", "m1", MODEL.content_hash, tuple(map(tuple, POINTS.tolist())))
-    plane = measure_one(trace, MODEL).plane
+    plane = measure_feature(trace, MODEL).plane
     assert plane is not None
     return plane.dip_direction_deg, plane.dip_deg
 

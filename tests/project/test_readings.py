@@ -86,7 +86,7 @@ def test_what_the_program_prints_it_reads_back(tmp_path, notation):
         "id;orientation\n" + "\n".join(f"{i};{line}" for i, line in enumerate(text.splitlines())),
         notation,
     )
-    assert not understood.bad
+    assert not understood.bad_rows
     for row, plane in zip(understood.rows, PLANES, strict=True):
         back = Plane(row.azimuth_deg, row.inclination_deg)
         assert angle_between_planes(back, Plane(*plane)) < 1e-6
@@ -183,8 +183,8 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
     )
     assert [r.name for r in understood.rows] == ["a", "g"]
     assert understood.rows[1].notes == "covered, wet"
-    assert [b.line for b in understood.bad] == [4, 5, 6, 7, 8]
-    missing, azimuth, dip, word, cells = (bad.reason for bad in understood.bad)
+    assert [b.line for b in understood.bad_rows] == [4, 5, 6, 7, 8]
+    missing, azimuth, dip, word, cells = (bad_rows.reason for bad_rows in understood.bad_rows)
     assert missing == Finding("reading.no-angle", missing=("inclination",))
     assert (azimuth.code, azimuth.values["value"]) == ("angle.out-of-range", 400.0)
     assert "95" in dip.message
@@ -195,7 +195,7 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
 def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
     understood = read(tmp_path, "strike,dip,quadrant\n42,41,SE\n42,41,NE\n")
     assert len(understood.rows) == 1
-    assert understood.bad[0].line == 3
+    assert understood.bad_rows[0].line == 3
 
 
 def test_half_a_position_is_left_out_and_said(tmp_path):
@@ -308,7 +308,7 @@ def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_sta
     table = table_of(tmp_path, f"dip direction,dip,{header}\n132,41,{cells}\n132,41,46,15,350\n")
     found = guess(table)
     understood = read_readings(table, found.columns, "dipdir/dip", degrees_to_grid("EPSG:32633"))
-    assert understood.bad == ()
+    assert understood.bad_rows == ()
     assert understood.rows[0].position is None
     assert understood.rows[1].position is not None
     (finding,) = understood.findings

@@ -10,9 +10,9 @@ from tests.project.test_kinds import ONE_OF_EACH, RECORDS_OF_ALL
 from vomstudio.project.edits import NextNames
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.record_map import RecordMap, highest_number
-from vomstudio.project.records import DEFAULT_TYPES, Feature, FeatureType, Model, Typed
+from vomstudio.project.records import DEFAULT_TYPES, Feature, FeatureType, Model, TypedFeature
 
-CLASSES = (Feature, Typed, Trace, Model, FeatureType)
+CLASSES = (Feature, TypedFeature, Trace, Model, FeatureType)
 NAMES = st.sampled_from(["B1", "B02", "B10", "B7a", "B", "J3", "", "12", "B٣", "Bed 5"])
 IDS = st.sampled_from(["t1", "p1", "l1", "new1", "new2"])
 MAKERS = st.sampled_from(["trace", "patch", "lineation", "reading", "type", None])
@@ -73,7 +73,7 @@ def test_a_name_is_free_among_those_that_come_with_it_too():
     taken = made("new1", "trace", f"{bedding.name[0]}41")
     names = NextNames(records)
     names.reserve(taken)
-    assert names.next_for(bedding) == f"{bedding.name[0]}42"
+    assert names.propose_name(bedding) == f"{bedding.name[0]}42"
 
 
 def test_what_is_handed_out_is_not_the_index_itself():

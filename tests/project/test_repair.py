@@ -53,7 +53,7 @@ def test_what_could_be_read_stays_with_its_steps_both_ways(damaged: ProjectFolde
     records, label, again = dict(session.records), session.undo_label, session.redo_label
     assert len(damaged.problems) == 1
     made = damaged.repair()
-    assert made.lost == tuple(read_replay(made.backup).problems)
+    assert made.loss_findings == tuple(read_replay(made.backup).problems)
     assert damaged.problems == []
     assert verify(damaged.folder).sound
     played = read_replay(damaged.folder)

@@ -220,7 +220,7 @@ def test_a_new_project_has_the_types_of_the_house_and_nothing_to_save_or_undo(jo
     session = Session(journal)
     assert label_of(journal.kept) == [("do", "New project"), ("save", "")]
     assert session.of(FeatureType) == list(DEFAULT_TYPES)
-    assert (session.dirty, session.recovered, session.problems) == (False, False, ())
+    assert (session.dirty, session.is_recovered, session.problems) == (False, False, ())
     assert session.undo_label is session.redo_label is session.draft is None
     assert dict(session.saved) == dict(session.records)
     session.undo()
@@ -234,19 +234,19 @@ def test_work_that_was_never_saved_is_told_until_it_is_saved_or_put_aside(sessio
     """The window asks whether to keep what a crash has left behind."""
     session.save()
     session.apply(edits.add_trace(session.records, bed("t1")))
-    assert not session.recovered
+    assert not session.is_recovered
     for end in (Session.save, Session.discard_unsaved):
         again = Session(journal)
-        assert again.recovered
+        assert again.is_recovered
         end(again)
-        assert not again.recovered
-        assert not Session(journal).recovered
+        assert not again.is_recovered
+        assert not Session(journal).is_recovered
         again.apply(edits.add_trace(again.records, bed(f"n{again.top}")))
     # What was undone past the save is unsaved work as well.
     again = Session(journal)
     again.save()
     again.undo()
-    assert Session(journal).recovered
+    assert Session(journal).is_recovered
 
 
 def test_types_that_were_lost_are_restored_and_stay(session, journal):

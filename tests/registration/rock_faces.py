@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
+from vomstudio.registration.by_model.reference import ModelFit, fit_to_reference
 from vomstudio.registration.placing import place
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.registration.similarity import Similarity
 
 Array = npt.NDArray[np.float64]
@@ -61,8 +61,8 @@ class Outcome:
     stated_deg: Array
     off_scale: float
     stated_scale: float
-    fitted: FittedToReference
-    placed: Placed
+    fitted: ModelFit
+    placed: ModelPlacement
     truth: Similarity
 
 

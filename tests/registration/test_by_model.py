@@ -15,14 +15,14 @@ from tests.messages import refused, with_code
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
 from vomstudio.core.errors import Cancelled, GeometryError, InputError
 from vomstudio.core.progress import CancelToken, SilentProgress
-from vomstudio.registration.by_model.reference import FREE, fit_to_reference
+from vomstudio.registration.by_model.reference import FREE_PARAMETERS, fit_to_reference
 from vomstudio.registration.by_model.refining import Refinement, determined_directions
-from vomstudio.registration.by_model.stable import find_inside_polygons, is_near_cloud
+from vomstudio.registration.by_model.stable import find_inside_polygons, find_near_cloud
 from vomstudio.registration.by_model.subsets import cut_into_blocks, jackknife_error
-from vomstudio.registration.combined import Combined, difference
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import place
 from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.similarity_observation import SimilarityObservation, difference
 
 Array = npt.NDArray[np.float64]
 STAYS = Similarity(1.0, np.eye(3), np.zeros(3))
@@ -72,7 +72,7 @@ def test_a_flat_wall_leaves_free_what_it_cannot_hold() -> None:
     assert not found.placed.known.vertical
     assert found.placed.known.north
     assert not found.placed.known.position
-    assert found.fitted.free == (FREE["slide"], FREE["turn"])
+    assert found.fitted.free == (FREE_PARAMETERS["slide"], FREE_PARAMETERS["turn"])
     assert with_code(found.fitted.warnings, "reference.little-relief")
     weakest = found.placed.rotation_error_95_deg.weakest
     assert weakest.error_deg is None
@@ -178,7 +178,9 @@ def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refinement, A
     rng = np.random.default_rng(seed)
     cell = rng.uniform(0.0, 1.0, (blocks, blocks, each, 2))
     flat = (cell + np.indices((blocks, blocks)).transpose(1, 2, 0)[:, :, None]).reshape(-1, 2) / 2
-    miss = np.repeat(rng.normal(0, 0.02, blocks * blocks), each) + rng.normal(0, 0.02, len(flat))
+    residuals = np.repeat(rng.normal(0, 0.02, blocks * blocks), each) + rng.normal(
+        0, 0.02, len(flat)
+    )
     places = np.column_stack([flat[:, 0], ledges(flat), flat[:, 1]])
     about = places.mean(axis=0)
     size = float(np.sqrt(((places - about) ** 2).sum(axis=1).mean()))
@@ -188,8 +190,8 @@ def clustered(seed: int, blocks: int = 16, each: int = 4) -> tuple[Refinement, A
     moves[:, 2] = (places - about)[:, 0]
     moves[:, 5] = size
     held = determined_directions(moves.T @ moves, np.zeros((7, 7)))
-    step = held @ (held.T @ (moves.T @ miss))
-    left = miss - moves @ step
+    step = held @ (held.T @ (moves.T @ residuals))
+    left = residuals - moves @ step
     ones = np.ones(len(flat))
     return (
         Refinement(STAYS, about, size, places, left, moves, left, ones, 0.03, held, np.eye(3)),
@@ -206,7 +208,7 @@ def test_errors_that_blocks_share_are_in_the_stated_one() -> None:
         whitening = jackknife_error(found, 0.5).whitening
         numbers = np.linalg.pinv(whitening)
         inside.append(np.abs(step) <= 1.96 * np.linalg.norm(numbers, axis=1))
-        plain = found.determined @ found.determined.T * (found.miss**2).mean()
+        plain = found.determined_axes @ found.determined_axes.T * (found.residuals**2).mean()
         units = np.array([1, 1, 1, 1, found.size, found.size, found.size])
         naive.append(np.abs(step) <= 1.96 * np.sqrt(np.diag(plain)) * units)
     shares = np.array(inside).mean(axis=0)[[0, 2, 5]]
@@ -229,7 +231,7 @@ def test_the_stated_error_is_that_of_fits_without_one_block_after_the_other() ->
     moves, fits = found.design[:, columns], []
     for block in range(spread.blocks):
         rest = named != block
-        fits.append(np.linalg.lstsq(moves[rest], found.miss[rest], rcond=None)[0])
+        fits.append(np.linalg.lstsq(moves[rest], found.residuals[rest], rcond=None)[0])
     scatter = np.sqrt((np.array(fits) ** 2).sum(axis=0)) * [1, 1, found.size]
     stated = np.sqrt(np.diag(covariance))[columns]
     # Student's t of ten degrees of freedom and more widens it by up to 14 %.
@@ -248,9 +250,11 @@ def test_information_that_noise_makes_up_is_none() -> None:
 
 
 # --- as one observation ---------------------------------------------------------------------------
-def combined(sigma: Array) -> Combined:
+def combined(sigma: Array) -> SimilarityObservation:
     turn = Rotation.from_euler("zyx", [50.0, 12.0, -7.0], degrees=True).as_matrix()
-    return Combined(["reference"], Similarity(2.0, turn, FAR), FAR + 10.0, np.diag(1.0 / sigma))
+    return SimilarityObservation(
+        ["reference"], Similarity(2.0, turn, FAR), FAR + 10.0, np.diag(1.0 / sigma)
+    )
 
 
 def test_the_observation_alone_gives_itself_and_its_covariance() -> None:
@@ -292,7 +296,11 @@ def test_points_and_the_observation_add_their_information() -> None:
     sigma = np.array([1e-3, 1e-3, 1e-3, 1e-4, 0.02, 0.02, 0.02])
     given = combined(sigma)
     both = place(
-        [given, Combined(["again"], given.start, given.rotation_centre, given.whitening)], None
+        [
+            given,
+            SimilarityObservation(["again"], given.start, given.rotation_centre, given.whitening),
+        ],
+        None,
     )
     assert both.rotation_error_deg.about_up == pytest.approx(
         np.degrees(1e-3 / np.sqrt(2)), rel=1e-4
@@ -316,7 +324,7 @@ def test_points_that_contradict_it_are_named() -> None:
 # --- masks ----------------------------------------------------------------------------------------
 def test_a_cloud_is_a_mask_for_what_lies_near_it() -> None:
     points = np.column_stack([np.linspace(0, 10, 101), np.zeros(101), np.zeros(101)]) + FAR
-    flags, reach = is_near_cloud(points, points[:11], 0.1)
+    flags, reach = find_near_cloud(points, points[:11], 0.1)
     assert reach == pytest.approx(0.3)
     assert flags.sum() in (13, 14)
 

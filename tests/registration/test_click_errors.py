@@ -17,7 +17,7 @@ from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import place, register_points
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.registration.similarity import jacobians
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +29,7 @@ SIGMA = np.full((7, 3), 0.01)
 NO_CLICK_ERROR = "control.click-error-unknown"
 
 
-def codes(placed: Placed) -> list[str]:
+def codes(placed: ModelPlacement) -> list[str]:
     return [each.code for each in placed.warnings]
 
 

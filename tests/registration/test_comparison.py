@@ -12,9 +12,9 @@ from vomstudio.core.progress import CancelToken, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.registration.distances import m3c2
-from vomstudio.registration.distances.cloud_distance import CloudSides
+from vomstudio.registration.distances.cloud_distance import OrientedCloud
 from vomstudio.registration.distances.comparison import compare, statistics
-from vomstudio.registration.distances.mesh_distance import MeshSides
+from vomstudio.registration.distances.mesh_distance import OrientedMesh
 from vomstudio.registration.overlap import crs_findings
 from vomstudio.registration.surface_points import surface_points
 
@@ -59,10 +59,10 @@ def test_the_distance_of_a_cube_is_that_of_its_formula() -> None:
     outside = np.linalg.norm(np.maximum(off, 0.0), axis=1)
     truth = outside + np.minimum(off.max(axis=1), 0.0)
     for shift in (np.zeros(3), FAR):
-        sides = MeshSides(Mesh(box.vertices + shift, box.faces))
+        sides = OrientedMesh(Mesh(box.vertices + shift, box.faces))
         found = sides.find_counterparts(places + shift)
         assert found.distance == pytest.approx(truth, abs=1e-8)
-        assert not found.beyond_edge.any()
+        assert not found.distance_beyond_edge.any()
         assert np.linalg.norm(sides.mean_normal) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -79,7 +79,7 @@ def test_the_distance_to_a_rough_mesh_is_that_of_open3d() -> None:
         o3d.core.Tensor(mesh.faces.astype(np.uint32)),
     )
     theirs = scene.compute_distance(o3d.core.Tensor(places.astype(np.float32))).numpy()
-    found = MeshSides(mesh).find_counterparts(places)
+    found = OrientedMesh(mesh).find_counterparts(places)
     assert np.abs(found.distance) == pytest.approx(theirs, abs=2e-6)
 
 
@@ -109,7 +109,7 @@ def test_faces_without_area_and_places_that_are_nowhere() -> None:
     ground = sheet(5)
     faces = np.concatenate([ground.faces, [[0, 0, 1], [3, 3, 3]]]).astype(np.int32)
     places = np.array([[0.2, 0.2, 0.1], [np.nan, 0, 0], [0.0, 0.0, -0.2]])
-    found = MeshSides(Mesh(ground.vertices, faces)).find_counterparts(places)
+    found = OrientedMesh(Mesh(ground.vertices, faces)).find_counterparts(places)
     assert found.distance == pytest.approx([0.1, np.nan, -0.2], nan_ok=True)
 
 
@@ -140,7 +140,7 @@ def test_the_sides_of_a_cloud_all_around_a_body_agree() -> None:
     ball /= np.linalg.norm(ball, axis=1, keepdims=True)
     bench = PointCloud(ball)
     places = 1.1 * ball[:500]
-    distance = CloudSides(bench, 0.046).find_counterparts(places).distance
+    distance = OrientedCloud(bench, 0.046).find_counterparts(places).distance
     assert np.abs(np.sign(distance).sum()) == 500
     # A chord's plane lies within the ball: half of the radius squared over four.
     assert np.abs(distance) == pytest.approx(np.full(500, 0.1), abs=0.02)

@@ -17,19 +17,19 @@ from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
     Directions,
-    KeptScale,
+    FixedScale,
     LevelLines,
-    Observed,
+    ObservationKind,
     Points,
 )
-from vomstudio.registration.placing import Placed, place
+from vomstudio.registration.placing import ModelPlacement, place
 
 Array = npt.NDArray[np.float64]
 ORIGIN = np.array([576_700.0, 5_188_160.0, 160.0])
 TURNS = ("registration.north-turned", "registration.north-quarter-turn")
 
 
-def north_turns(placed: Placed) -> list[Finding]:
+def north_turns(placed: ModelPlacement) -> list[Finding]:
     return [each for code in TURNS for each in with_code(placed.warnings, code)]
 
 
@@ -79,13 +79,13 @@ def azimuth(rng: np.random.Generator, off_deg: float) -> Azimuths:
     return Azimuths(["line"], line @ TURN, read, np.radians([3.0]))
 
 
-def off_deg(placed: Placed) -> Array:
+def off_deg(placed: ModelPlacement) -> Array:
     """(3,) by how much a placement is turned, about east, north and up."""
     rotation = np.array(placed.matrix)[:3, :3] / placed.scale
     return np.degrees(Rotation.from_matrix(rotation @ TURN.T).as_rotvec())
 
 
-def held(placed: Placed) -> bool:
+def held(placed: ModelPlacement) -> bool:
     stated = placed.rotation_error_95_deg
     assert stated is not None
     limits = np.array([stated.about_east, stated.about_north, stated.about_up], np.float64)
@@ -149,7 +149,7 @@ def test_what_agrees_is_seldom_called_contradictory() -> None:
     said = 0
     for seed in range(25):
         rng = np.random.default_rng(seed)
-        every: list[list[Observed]] = [
+        every: list[list[ObservationKind]] = [
             [points(rng, 4), levels(rng, 0.0)],
             [points(rng, 5), yaws(rng, 0.0)],
             [points(rng, 6), planes(rng, 0.0, stated=bool(seed % 2))],
@@ -169,7 +169,7 @@ def test_a_scale_that_is_kept_stands_against_points_that_fit_well_alone() -> Non
     own = points(rng, 6)
     twice = Points(own.labels, own.model, ORIGIN + 2.0 * (own.world - ORIGIN), own.sigma)
     ends = np.array([[-30.0, 0.0, 0.0]]), np.array([[30.0, 0.0, 0.0]])
-    kept = KeptScale(["scale"], *ends, np.array([60.0]), np.array([0.006]))
+    kept = FixedScale(["scale"], *ends, np.array([60.0]), np.array([0.006]))
     for others in ([], [levels(rng, 0.0)]):
         placed = place([twice, kept, *others])
         assert placed.scale == pytest.approx(1.0, abs=0.01)

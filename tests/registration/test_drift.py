@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from tests.messages import with_code
 from vomstudio.registration.observations import Points
-from vomstudio.registration.placing import Placed, place
+from vomstudio.registration.placing import ModelPlacement, place
 
 TURN = Rotation.from_euler("z", 40.0, degrees=True).as_matrix()
 RUNS = 40
 
 
-def flown(seed: int, rho: float, n: int = 30) -> Placed:
+def flown(seed: int, rho: float, n: int = 30) -> ModelPlacement:
     """A strip of 100 m in two rows, whose receiver is off by 2, 2 and 4 m."""
     rng = np.random.default_rng(seed)
     row = np.where(np.arange(n) % 2, 20.0, -20.0)

@@ -13,10 +13,10 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.project.records import Model
 from vomstudio.registration.by_model.reference import fit_to_reference
-from vomstudio.registration.combined import difference
 from vomstudio.registration.placing import place
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.registration.similarity import Similarity, jacobian
+from vomstudio.registration.similarity_observation import difference
 from vomstudio.studio.placing.registering import (
     add_reference_error,
     create_registration,
@@ -28,7 +28,9 @@ SCALE_ERROR = 1e-3
 SIZE, COUNT = 9.0, (2_500, 3_500)
 
 
-def fitted(seed: int, relative_error: float, scale_error: float | None) -> tuple[Placed, Array]:
+def fitted(
+    seed: int, relative_error: float, scale_error: float | None
+) -> tuple[ModelPlacement, Array]:
     """Fit a model whose scale is off to its reference, and return the seven errors of the fit."""
     rng = np.random.default_rng(seed)
     reference = sampled(COUNT[1], rng, 0.01, SIZE)

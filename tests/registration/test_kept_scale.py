@@ -12,7 +12,7 @@ from tests.tiers import first_in_default_tier
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import register_points
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 
 TURN = Rotation.from_euler("zyx", [40.0, 3.0, -5.0], degrees=True).as_matrix()
 SHIFT = np.array([398_000.0, 4_980_000.0, 320.0])
@@ -157,7 +157,7 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
     with pytest.warns(vs.errors.VomWarning) as warned:
         placed = vs.register(model, world, robust=True, keep_scale=True)
     assert warned[0].message.code == "registration.left-out"
-    assert isinstance(placed, Placed)
+    assert isinstance(placed, ModelPlacement)
     assert found["scale"] == pytest.approx(1.0, abs=1e-4)
     assert np.array(found["matrix"]) == pytest.approx(placed.matrix, abs=1e-6)
     assert [b["label"] for b in found["blunders"]] == ["6"]

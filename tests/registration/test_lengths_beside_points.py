@@ -13,7 +13,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar, read_scale_bars
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.length_evidence import length_findings, lengths_of
+from vomstudio.registration.length_evidence import length_findings, length_observations
 
 
 def survey(n: int, seed: int, noise: float, stated: bool = False) -> Pairs:
@@ -81,7 +81,7 @@ def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, code: s
     pairs = survey(4, 1, 0.02)
     pairs.model[1] = pairs.model[0]
     with refused(code, UsageError, file=path, line=4):
-        lengths_of(read_scale_bars(path), [], pairs)
+        length_observations(read_scale_bars(path), [], pairs)
 
 
 def test_several_lengths_of_one_unit_are_told_together() -> None:

@@ -9,7 +9,7 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
 from vomstudio.io.gis.crs import convergence_deg, degrees_to_grid
-from vomstudio.registration.north import North, declination_deg
+from vomstudio.registration.north import NorthInputs, declination_deg
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_where_there_is_none(place, when, code, capsys) -> None:
 
 CRS, PLACE = "EPSG:32633", (13.4, 46.5)
 CONVERGENCE = convergence_deg(CRS, *degrees_to_grid(CRS)(*PLACE))
-IN_CRS = North(CRS, PLACE, date(2024, 5, 12), 3.0)
+IN_CRS = NorthInputs(CRS, PLACE, date(2024, 5, 12), 3.0)
 
 
 def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
@@ -74,15 +74,15 @@ def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
     assert IN_CRS.correction("grid").deg == 0.0
     assert IN_CRS.correction("true").deg == pytest.approx(-CONVERGENCE)
     assert IN_CRS.correction("magnetic").deg == pytest.approx(3.0 - CONVERGENCE)
-    assert North(None, PLACE, None, 3.0).correction("magnetic").deg == 3.0
-    assert North(None).correction("true").deg == 0.0
+    assert NorthInputs(None, PLACE, None, 3.0).correction("magnetic").deg == 3.0
+    assert NorthInputs(None).correction("true").deg == 0.0
 
 
 @pytest.mark.parametrize(
     ("known", "north", "code", "values"),
     [
         (
-            North(None, declination_deg=2.6),
+            NorthInputs(None, declination_deg=2.6),
             "magnetic",
             "north.declination-added",
             {"correction_deg": 2.6, "source": "as stated"},
@@ -99,10 +99,10 @@ def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
             },
         ),
         (IN_CRS, "true", "north.true-corrected", {"correction_deg": pytest.approx(-CONVERGENCE)}),
-        (North(None), "true", "north.true-unchanged", {}),
+        (NorthInputs(None), "true", "north.true-unchanged", {}),
     ],
 )
-def test_a_correction_is_reported(known: North, north: str, code: str, values: dict) -> None:
+def test_a_correction_is_reported(known: NorthInputs, north: str, code: str, values: dict) -> None:
     finding = known.correction(north).finding
     assert (finding.code, dict(finding.values)) == (code, values)
 
@@ -115,11 +115,11 @@ def test_a_correction_is_shown_to_the_hundredth_of_a_degree() -> None:
 @pytest.mark.parametrize(
     ("known", "north", "code"),
     [
-        (North(CRS), "true", "north.no-convergence"),
-        (North(CRS, PLACE), "magnetic", "north.no-declination"),
-        (North(None, None, date(2024, 5, 12)), "magnetic", "north.no-declination"),
+        (NorthInputs(CRS), "true", "north.no-convergence"),
+        (NorthInputs(CRS, PLACE), "magnetic", "north.no-declination"),
+        (NorthInputs(None, None, date(2024, 5, 12)), "magnetic", "north.no-declination"),
     ],
 )
-def test_what_is_lacking_is_reported(known: North, north: str, code: str) -> None:
+def test_what_is_lacking_is_reported(known: NorthInputs, north: str, code: str) -> None:
     with refused(code, UsageError, field="--north"):
-        known.required_correction(north, "--north")
+        known.require_correction(north, "--north")

@@ -16,7 +16,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.registration.marks.mark_checks import (
     name_findings,
     nearest,
-    require_pixels_of_photos,
+    require_photo_pixels,
 )
 
 Array = npt.NDArray[np.float64]
@@ -82,7 +82,7 @@ def test_pixels_that_are_counted_otherwise_are_named(
     views, marks, world = survey(kind, 3)
     wrong = [(label, photo, *change(x, y)) for label, photo, x, y in marks]
     with refused("control.other-pixels", GeometryError) as failure:
-        require_pixels_of_photos(wrong, views, world)
+        require_photo_pixels(wrong, views, world)
     assert named in f"{failure.value.values['change']}."
 
 
@@ -92,7 +92,7 @@ def test_sound_marks_are_left_alone(kind: str) -> None:
     for seed in range(10):
         views, marks, world = survey(kind, seed, 6.0 if seed % 2 else 1.0, 0.3)
         world["P0"], world["P1"] = world["P1"], world["P0"]
-        require_pixels_of_photos(marks, views, world)
+        require_photo_pixels(marks, views, world)
 
 
 def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:

@@ -12,14 +12,14 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import (
-    MIN_MARK_PX,
+    MIN_MARK_ERROR_PX,
     Marks,
     mark_error_px,
     mark_scatter_px,
-    place_covariance,
-    robust_place,
+    position_covariance,
+    robust_position,
 )
-from vomstudio.registration.marks.wrong_marks import find_agreeing, is_meeting
+from vomstudio.registration.marks.wrong_marks import do_rays_intersect, find_consistent_marks
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -57,16 +57,16 @@ def test_wrong_marks_do_not_change_the_scatter_much(photos: int, wrong: int, eac
 def test_most_marks_locate_a_point_and_the_others_are_wrong() -> None:
     (marks,) = marked(1.0, 8, points=1, wrong=3)
     right = triangulate(marks.views[3:], marks.pixels[3:])
-    assert robust_place(marks) == pytest.approx(right, abs=0.02)
-    rows, wrong = find_agreeing("A", marks, 6.0)
+    assert robust_position(marks) == pytest.approx(right, abs=0.02)
+    rows, wrong = find_consistent_marks("A", marks, 6.0)
     assert rows.tolist() == [3, 4, 5, 6, 7]
     assert [mark.photo for mark in wrong] == [view.name for view in marks.views[:3]]
-    assert is_meeting(Marks(marks.views[3:], marks.pixels[3:]), 6.0)
+    assert do_rays_intersect(Marks(marks.views[3:], marks.pixels[3:]), 6.0)
 
 
 def test_marks_that_agree_exactly_are_not_trusted_beyond_a_pixel() -> None:
-    assert mark_error_px(marked(0.1, 4)) == MIN_MARK_PX
-    assert mark_error_px([]) == MIN_MARK_PX
+    assert mark_error_px(marked(0.1, 4)) == MIN_MARK_ERROR_PX
+    assert mark_error_px([]) == MIN_MARK_ERROR_PX
 
 
 def test_marks_of_other_points_are_refused() -> None:
@@ -90,5 +90,5 @@ def test_the_errors_of_a_place_between_two_cameras_at_right_angles_are_known() -
     pixel = 3.0 * 10.0 / 2000.0
     expected = np.diag([pixel**2, pixel**2, pixel**2 / 2.0])
     np.testing.assert_allclose(
-        place_covariance(marks, np.zeros(3), 3.0), expected, rtol=1e-4, atol=1e-9
+        position_covariance(marks, np.zeros(3), 3.0), expected, rtol=1e-4, atol=1e-9
     )

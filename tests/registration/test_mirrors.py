@@ -10,7 +10,7 @@ from tests.messages import with_code
 from vomstudio.core.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.checks.comparison import residual_misfit
-from vomstudio.registration.checks.mirrors import fits_as_mirror, tipping_findings
+from vomstudio.registration.checks.mirrors import fits_as_mirror, upside_down_findings
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points
@@ -81,7 +81,7 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
     def codes(pair: tuple[Array, Array], rotation: Array) -> list[str]:
         model, world = pair
         points = Points(labels, model, world @ rotation.T, nothing)
-        return [finding.code for finding in tipping_findings(rotation, None, points)]
+        return [finding.code for finding in upside_down_findings(rotation, None, points)]
 
     assert codes(flat, over) == ["registration.upside-down-or-mirror"]
     assert codes(deep, over) == []
@@ -90,8 +90,8 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
 
 def test_the_upward_direction_may_be_any_in_the_model() -> None:
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    assert tipping_findings(turn, turn.T @ UP, None) == []
-    assert tipping_findings(turn, -turn.T @ UP, None)
+    assert upside_down_findings(turn, turn.T @ UP, None) == []
+    assert upside_down_findings(turn, -turn.T @ UP, None)
 
 
 def test_what_is_left_over_is_that_of_least_squares() -> None:

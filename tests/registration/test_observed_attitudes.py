@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.registrations import TURN
 from vomstudio.geology.view_attitudes import camera_rotations, error_axes
-from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
+from vomstudio.registration.observations import Attitudes, Azimuths, ObservationKind, Verticals
 from vomstudio.registration.similarity import Similarity
 
 Array = npt.NDArray[np.float64]
@@ -24,7 +24,7 @@ LABELS = list("abcd")
 NONE = np.full((4, 3), np.nan)
 
 
-def observed(kind: str) -> Observed:
+def observed(kind: str) -> ObservationKind:
     """Without any miss."""
     if kind == "attitudes":
         return Attitudes(LABELS, MODEL, CAMERAS, error_axes(ANGLES), NONE, 0.2, 0.02)

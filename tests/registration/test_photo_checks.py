@@ -12,10 +12,10 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
-from vomstudio.registration.evidence import Evidence, marked_places, register
-from vomstudio.registration.level_evidence import angle_from_model_deg, level_line_findings
+from vomstudio.registration.evidence import Evidence, register, triangulate_marks
+from vomstudio.registration.level_evidence import image_plane_angle_deg, level_line_findings
 from vomstudio.registration.marks.mark_errors import Marks
-from vomstudio.registration.marks.wrong_marks import find_agreeing
+from vomstudio.registration.marks.wrong_marks import find_consistent_marks
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -29,7 +29,7 @@ def seen(place: Array = PLACE) -> Array:
 
 def test_marks_that_agree_are_all_kept() -> None:
     chance = np.random.default_rng(1)
-    rows, wrong = find_agreeing("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
+    rows, wrong = find_consistent_marks("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
     assert rows.tolist() == list(range(9))
     assert wrong == []
 
@@ -37,7 +37,7 @@ def test_marks_that_agree_are_all_kept() -> None:
 def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
     marks = seen()
     marks[4] += [600.0, -300.0]
-    rows, (wrong,) = find_agreeing("A", Marks(VIEWS, marks), 6.0)
+    rows, (wrong,) = find_consistent_marks("A", Marks(VIEWS, marks), 6.0)
     assert 4 not in rows
     assert (wrong.label, wrong.photo) == ("A", VIEWS[4].name)
     assert wrong.expected == pytest.approx(tuple(seen()[4]), abs=0.1)
@@ -51,7 +51,7 @@ def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> 
     marks[5] = ("A", VIEWS[5].name, marks[5][2] + 400.0, marks[5][3])
     findings: list[Finding] = []
     evidence = Evidence(views={view.name: view for view in VIEWS})
-    places = marked_places(evidence, marks, findings)
+    places = triangulate_marks(evidence, marks, findings)
     np.testing.assert_allclose(places["A"][0], PLACE, atol=1e-3)
     (outside,) = with_code(findings, "control.mark-outside")
     assert outside.values["photo"] == VIEWS[2].name
@@ -72,7 +72,7 @@ def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> No
     wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
     view = wall_view(turn)
     ends = view.project(np.array([[-3.0, 0.0, 5.0], [3.0, 0.0, 5.0]]))
-    assert angle_from_model_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
+    assert image_plane_angle_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
     findings = level_line_findings([view.name], [view], ends[None], wall)
     assert [each.code for each in findings] == (["level.away"] if turn > 2.0 else [])
     # The axis of the photo, and a horizon above the wall.

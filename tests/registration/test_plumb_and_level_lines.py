@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from vomstudio.core.findings import Finding
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.level_evidence import UPRIGHT_SIGMA_DEG, KnownDirection
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 
 Array = npt.NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
@@ -18,16 +18,16 @@ TURN = Rotation.from_euler("zyx", [35.0, 9.0, -6.0], degrees=True).as_matrix()
 """From the model to World."""
 
 
-def codes(placed: Placed) -> set[str]:
+def codes(placed: ModelPlacement) -> set[str]:
     return {each.code for each in placed.warnings if isinstance(each, Finding)}
 
 
-def up_on_model(placed: Placed) -> Array:
+def up_on_model(placed: ModelPlacement) -> Array:
     """What the placement makes of the true vertical of the model."""
     return placed.matrix[:3, :3] / placed.scale @ TURN.T @ UP
 
 
-def tip_deg(placed: Placed) -> float:
+def tip_deg(placed: ModelPlacement) -> float:
     return float(np.degrees(np.arccos(np.clip(up_on_model(placed) @ UP, -1.0, 1.0))))
 
 

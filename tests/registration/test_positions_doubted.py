@@ -76,7 +76,7 @@ def test_photos_named_in_another_order_are_named() -> None:
         # The first photo has no position, and the last position no photo.
         found = find_row_order(model[1:], world[:-1])
         assert found is not None
-        assert (found.rows + 1 == found.others).all()
+        assert (found.rows + 1 == found.coordinate_rows).all()
 
 
 def test_all_x_and_y_exchanged_leave_no_photo_out() -> None:

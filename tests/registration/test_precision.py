@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from vomstudio.registration.placing import register_points
-from vomstudio.registration.precision import last_digit
+from vomstudio.registration.precision import rounding_step
 from vomstudio.registration.similarity import rotation_covariance
 
 Array = npt.NDArray[np.float64]
@@ -34,7 +34,7 @@ def worst_deg(model: Array, world: Array) -> float:
     ],
 )
 def test_the_step_in_which_numbers_are_written(values: list[float], step: float) -> None:
-    assert last_digit(values) == pytest.approx(step, rel=1e-9)
+    assert rounding_step(values) == pytest.approx(step, rel=1e-9)
 
 
 @pytest.mark.parametrize("decimals", [2, 3, 5])

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.tiers import first_in_default_tier
-from vomstudio.registration.scatter import scale_findings, scatter_of
+from vomstudio.registration.scatter import estimate_scatter, scale_findings
 from vomstudio.registration.similarity import fit_similarity
 
 REPEATS = 400
@@ -24,7 +24,7 @@ def inside(n: int, heights: float, stated: bool, shape: tuple[float, ...]) -> np
         places = rng.uniform(-1, 1, (n, 3)) * shape
         target = places + rng.normal(0, 1, (n, 3)) * sigma
         fit = fit_similarity(places, target)
-        found = scatter_of(target, fit(places) - target, sigma if stated else None)
+        found = estimate_scatter(target, fit(places) - target, sigma if stated else None)
         off = [*Rotation.from_matrix(fit.rotation).as_rotvec(), fit.scale - 1.0]
         hits += np.abs(off) <= 1.96 * np.sqrt(np.diag(found.covariance)[:4])
     return hits / REPEATS
@@ -58,7 +58,7 @@ def test_the_errors_of_many_points_are_those_that_were_made() -> None:
     sigma = np.array([0.1, 0.2, 0.9])
     target = places + rng.normal(0, 1, places.shape) * sigma
     fit = fit_similarity(places, target)
-    found = scatter_of(target, fit(places) - target)
+    found = estimate_scatter(target, fit(places) - target)
     assert found.sigma == pytest.approx(sigma, rel=0.05)
 
 
@@ -68,8 +68,8 @@ def test_the_covariance_turns_with_the_world() -> None:
     places = rng.uniform(-1, 1, (20, 3)) * [40, 5, 8]
     misses = rng.normal(0, 1, (20, 3)) * [0.1, 0.3, 0.5]
     quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    first = scatter_of(places, misses)
-    turned = scatter_of(places @ quarter.T, misses @ quarter.T)
+    first = estimate_scatter(places, misses)
+    turned = estimate_scatter(places @ quarter.T, misses @ quarter.T)
     assert turned.rotation == pytest.approx(quarter @ first.rotation @ quarter.T, rel=1e-6)
     assert turned.covariance[3, 3] == pytest.approx(first.covariance[3, 3], rel=1e-9)
     assert turned.sigma == pytest.approx(first.sigma[[1, 0, 2]], rel=1e-9)
@@ -80,7 +80,7 @@ def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> N
     places = rng.uniform(-20, 20, (10, 3))
     misses = rng.normal(0, 1.2, (10, 3))
     fit = fit_similarity(places, places + misses)
-    found = scatter_of(places + misses, fit(places) - places - misses, 0.0036)
+    found = estimate_scatter(places + misses, fit(places) - places - misses, 0.0036)
     assert found.sigma.min() > 0.6
     assert found.sigma.max() < 2.5
 
@@ -101,13 +101,13 @@ def test_a_receiver_that_drifts_is_recognised_where_the_order_is_known() -> None
         row = np.where(np.arange(n) % 2, 20.0, -20.0)
         places = np.column_stack([np.linspace(-50, 50, n), row, rng.uniform(-5, 5, n)])
         errors = rng.normal(size=(n, 3))
-        sound += scatter_of(places, left_over(places, errors), is_ordered=True).drift > 0.0
+        sound += estimate_scatter(places, left_over(places, errors), is_ordered=True).drift > 0.0
         for i in range(1, n):
             errors[i] = rho * errors[i - 1] + np.sqrt(1.0 - rho**2) * errors[i]
         fit = fit_similarity(places, places + errors)
         off = np.abs(Rotation.from_matrix(fit.rotation).as_rotvec())
         for k, in_order in enumerate((False, True)):
-            found = scatter_of(places, fit(places) - places - errors, is_ordered=in_order)
+            found = estimate_scatter(places, fit(places) - places - errors, is_ordered=in_order)
             inside[k] += (off <= 1.96 * np.sqrt(np.diag(found.rotation))).mean()
     assert inside[0] / runs < 0.75
     assert inside[1] / runs > 0.84

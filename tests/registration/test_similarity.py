@@ -283,13 +283,13 @@ def test_many_points_join_together_as_they_would_one_by_one(
 ) -> None:
     """With wrong ones of every size among them, in steps that hardly grow with their number."""
     rng = np.random.default_rng(11)
-    step, taken = similarity._next, [0]
+    step, taken = similarity._next_inliers, [0]
 
     def counted(*given):  # type: ignore[no-untyped-def]
         taken[0] += 1
         return step(*given)
 
-    monkeypatch.setattr(similarity, "_next", counted)
+    monkeypatch.setattr(similarity, "_next_inliers", counted)
     for n in (60, 300):
         points, truth = some(n, 4)
         target = truth(points) + rng.normal(0, 0.05, (n, 3))

@@ -10,9 +10,9 @@ import pytest
 from tests.messages import with_code
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
-from vomstudio.registration.summary import summary_of
+from vomstudio.registration.summary import summarize_registration
 
-METHODS = get_args(get_type_hints(Registration)["method"])
+METHOD_NAMES = get_args(get_type_hints(Registration)["method"])
 HERE = (0.0, 0.0, 0.0)
 POINTS = tuple(RegistrationPoint(f"P{i}", HERE, HERE, (0.01, 0.0, 0.0)) for i in range(3))
 
@@ -32,9 +32,9 @@ def registration(method: str, **more: object) -> Registration:
     )
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHOD_NAMES)
 def test_every_way_of_registering_is_told(method: str) -> None:
-    told = summary_of(registration(method))
+    told = summarize_registration(registration(method))
     facts = {fact.code: fact for fact in told.facts}
     assert facts["method"].values == {"method": method}
     assert all(fact.name and fact.text for fact in told.facts)
@@ -48,10 +48,10 @@ def test_every_way_of_registering_is_told(method: str) -> None:
 
 
 def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> None:
-    by_points = {each.code for each in summary_of(registration("points")).warnings}
+    by_points = {each.code for each in summarize_registration(registration("points")).warnings}
     judged = {"control.no-redundancy", "control.no-check-points"}
     assert judged <= by_points
-    fitted = {each.code for each in summary_of(registration("reference")).warnings}
+    fitted = {each.code for each in summarize_registration(registration("reference")).warnings}
     assert not judged & fitted
 
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.rendering.view.clipping import BOX_EDGES, BOX_FACES, ClipBox, along_axis, limits_for
+from vomstudio.rendering.view.clipping import (
+    BOX_EDGES,
+    BOX_FACES,
+    ClipBox,
+    along_axis,
+    find_pick_limits,
+)
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))
@@ -30,15 +36,15 @@ def test_faces_never_pass_each_other() -> None:
 
 
 def test_a_flat_model_has_a_box_with_a_height() -> None:
-    box = ClipBox.around(np.array([[0.0, 0, 5], [1, 1, 5]]))
+    box = ClipBox.from_points(np.array([[0.0, 0, 5], [1, 1, 5]]))
     assert box.low[2] < 5.0 < box.high[2]
 
 
 def test_a_ray_is_inside_between_the_faces_that_it_meets() -> None:
-    assert BOX.stretch(np.array([5.0, -10, 3]), np.array([0.0, 1, 0])) == (10.0, 14.0)
-    assert BOX.stretch(np.array([5.0, 2, 3]), np.array([0.0, 1, 0])) == (0.0, 2.0)
-    assert BOX.stretch(np.array([5.0, -10, 9]), np.array([0.0, 1, 0])) is None
-    assert BOX.stretch(np.array([5.0, 10, 3]), np.array([0.0, 1, 0])) is None
+    assert BOX.ray_range(np.array([5.0, -10, 3]), np.array([0.0, 1, 0])) == (10.0, 14.0)
+    assert BOX.ray_range(np.array([5.0, 2, 3]), np.array([0.0, 1, 0])) == (0.0, 2.0)
+    assert BOX.ray_range(np.array([5.0, -10, 9]), np.array([0.0, 1, 0])) is None
+    assert BOX.ray_range(np.array([5.0, 10, 3]), np.array([0.0, 1, 0])) is None
 
 
 def test_limits_are_in_the_models_own_metres() -> None:
@@ -46,9 +52,11 @@ def test_limits_are_in_the_models_own_metres() -> None:
     to_world = np.eye(4)
     to_world[:3, :3] = 1e-3 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     to_world[:3, 3] = UTM
-    box = ClipBox.around(BOX.corners() + UTM)
+    box = ClipBox.from_points(BOX.corners() + UTM)
     start = UTM + [5.0, -10.0, 3.0]
-    limits = limits_for(box, start, np.array([0.0, 1.0, 0.0]), to_world, np.array([7.0, 0, 0]))
+    limits = find_pick_limits(
+        box, start, np.array([0.0, 1.0, 0.0]), to_world, np.array([7.0, 0, 0])
+    )
     assert limits is not None
     assert [limits.first, limits.last] == pytest.approx([10_000.0, 14_000.0])
     world = np.random.default_rng(0).uniform(-2, 12, (200, 3)) + UTM

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.rendering.view.decluttering import CELL, LabelGrid, order_by_importance, place_labels
+from vomstudio.rendering.view.decluttering import (
+    CELL_PIXELS,
+    LabelGrid,
+    order_by_importance,
+    place_labels,
+)
 
 
 def placed_boxes(n: int) -> tuple[dict[int, tuple[float, float]], np.ndarray]:
@@ -76,10 +81,11 @@ def test_places_go_to_the_selected_then_to_the_larger() -> None:
 def test_a_grid_of_bits_takes_what_a_grid_of_cells_takes() -> None:
     rng = np.random.default_rng(3)
     grid = LabelGrid(300.0, 200.0)
-    taken = np.zeros((200 // CELL + 2, 300 // CELL + 2), bool)
+    taken = np.zeros((200 // CELL_PIXELS + 2, 300 // CELL_PIXELS + 2), bool)
     for x, y, w, h in rng.uniform([-10, -10, 3, 3], [310, 210, 60, 30], (400, 4)).tolist():
         cells = taken[
-            int(y) // CELL : int(y + h) // CELL + 1, int(x) // CELL : int(x + w) // CELL + 1
+            int(y) // CELL_PIXELS : int(y + h) // CELL_PIXELS + 1,
+            int(x) // CELL_PIXELS : int(x + w) // CELL_PIXELS + 1,
         ]
         inside = x >= 0 and y >= 0 and x + w <= 300.0 and y + h <= 200.0
         free = inside and not cells.any()

@@ -32,7 +32,7 @@ def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
 
 
 def test_halos_of_many_selected_lines_are_omitted_while_the_camera_moves(monkeypatch) -> None:
-    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    monkeypatch.setattr(feature_layer, "MIN_THIN_POINTS", 10)
     layer = FeatureLayer()
     layer.attach(vtkRenderer(), vtkRenderer())
     names = [f"f{i:03d}" for i in range(10)]
@@ -46,7 +46,7 @@ def test_halos_of_many_selected_lines_are_omitted_while_the_camera_moves(monkeyp
 
 
 def test_lines_are_simplified_while_the_camera_moves_and_complete_at_rest(monkeypatch) -> None:
-    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    monkeypatch.setattr(feature_layer, "MIN_THIN_POINTS", 10)
     layer = FeatureLayer()
     layer.attach(vtkRenderer(), vtkRenderer())
     line = np.stack([np.linspace(0.0, 10.0, 101), np.zeros(101), np.zeros(101)], axis=1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from vomstudio.rendering.view.frame_timing import BATCH_S, MOVING_S, Pace, point_weight
+from vomstudio.rendering.view.frame_timing import BATCH_S, MAX_MOVING_FRAME_S, Pace, point_weight
 
 
 @dataclass
@@ -19,7 +19,7 @@ class Part:
 def taught(seconds_per_part: float) -> Pace:
     pace = Pace()
     for _ in range(40):
-        pace.learn([Part()], seconds_per_part)
+        pace.record_frame([Part()], seconds_per_part)
     return pace
 
 
@@ -40,25 +40,25 @@ def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
 
 def test_a_machine_that_slows_down_is_noticed_at_once() -> None:
     pace = taught(0.002)
-    pace.learn([Part()], 0.040)
+    pace.record_frame([Part()], 0.040)
     assert pace.expected([Part()]) > 0.015
 
 
 def test_first_drawings_teach_nothing() -> None:
     pace = taught(0.002)
-    pace.learn([Part(), Part(is_uploaded=False)], 5.0)
+    pace.record_frame([Part(), Part(is_uploaded=False)], 5.0)
     assert pace.expected([Part()]) == pytest.approx(0.002, rel=0.01)
 
 
 def test_moving_pictures_take_as_many_sets_as_there_is_time_for() -> None:
     pace = Pace()
     for _ in range(30):
-        pace.learn_moving(0.001, 6)
+        pace.record_moving_frame(0.001, 6)
     assert pace.moving_sets == 6
     for _ in range(30):
-        pace.learn_moving(0.012 * pace.moving_sets, 6)
+        pace.record_moving_frame(0.012 * pace.moving_sets, 6)
     assert pace.moving_sets > 1
-    assert 0.012 * pace.moving_sets <= MOVING_S
+    assert 0.012 * pace.moving_sets <= MAX_MOVING_FRAME_S
     for _ in range(30):
-        pace.learn_moving(1.0, 6)
+        pace.record_moving_frame(1.0, 6)
     assert pace.moving_sets == 1

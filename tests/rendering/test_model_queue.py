@@ -50,4 +50,4 @@ def test_work_closed_while_a_thread_hands_over_says_nothing(
     work.prepare("m1", data, texture_limit=1024, max_whole_side=None, budget=1000)
     assert arrived.wait(10.0)
     work.close()
-    assert work.next() is None
+    assert work.next_event() is None

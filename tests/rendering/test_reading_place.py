@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, box
 
-from vomstudio.rendering.view.readout_position import PickedPoints, ReadingPosition, _lengths_in
+from vomstudio.rendering.view.readout_position import PickedPoints, ReadingPosition, _lengths_inside
 
 VIEW = (900.0, 600.0)
 SIZE = (210.0, 80.0)
@@ -55,9 +55,9 @@ def test_lines_along_all_edges_leave_it_the_room_between_them() -> None:
 @given(st.tuples(pixel, pixel), pixel, st.floats(1, 400), st.floats(1, 300))
 @settings(max_examples=200, deadline=None)
 def test_the_covered_length_is_that_of_shapely(ends, corner, wide, high):
-    found = _lengths_in((*corner, wide, high), np.array(ends, float).reshape(1, 4))
-    want = LineString(ends).intersection(rectangle((*corner, wide, high))).length
-    assert found[0] == pytest.approx(want, abs=1e-6)
+    found = _lengths_inside((*corner, wide, high), np.array(ends, float).reshape(1, 4))
+    request_photos = LineString(ends).intersection(rectangle((*corner, wide, high))).length
+    assert found[0] == pytest.approx(request_photos, abs=1e-6)
 
 
 @pytest.mark.parametrize("x", [400.0, 560.0, 640.0])

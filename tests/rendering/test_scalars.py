@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view import scalars
-from vomstudio.rendering.view.scalars import ELEVATION, MISSING, FieldStyle, make_scale
+from vomstudio.rendering.view.scalars import ELEVATION, MISSING_COLOR, FieldStyle, make_scale
 
 LEVEL = np.eye(4)
 
@@ -68,10 +68,13 @@ def test_azimuths_close_in_a_circle() -> None:
 def test_what_has_no_value_is_grey() -> None:
     made = scale("roughness", np.array([0.1, np.nan, 0.3, np.inf]))
     assert made.missing
-    assert [tuple(c) for c in made.colors(np.array([np.nan, np.inf]))] == [MISSING, MISSING]
+    assert [tuple(c) for c in made.colors(np.array([np.nan, np.inf]))] == [
+        MISSING_COLOR,
+        MISSING_COLOR,
+    ]
     assert np.isfinite([made.low, made.high]).all()
     nothing = scale("roughness", np.array([np.nan, np.nan]))
-    assert tuple(nothing.colors(np.array([np.nan]))[0]) == MISSING
+    assert tuple(nothing.colors(np.array([np.nan]))[0]) == MISSING_COLOR
 
 
 def test_las_classes_have_their_names_and_colours_of_their_own() -> None:
@@ -85,7 +88,7 @@ def test_las_classes_have_their_names_and_colours_of_their_own() -> None:
     ]
     colors = made.colors(np.array([2, 5, 6, 64, 7]))
     assert len(np.unique(colors, axis=0)) == 5
-    assert tuple(colors[4]) == MISSING
+    assert tuple(colors[4]) == MISSING_COLOR
     every = {color for _, color in scalars.LAS_CLASSES.values()}
     assert len(every) == len(scalars.LAS_CLASSES)
 

@@ -151,7 +151,9 @@ def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -
         scene.set_selected(chosen)
         with pytest.MonkeyPatch.context() as patch:
             # All lines but those of the selection stay as they are.
-            patch.setattr(scene.features, "_dress", only_emphasis(scene.features._dress))
+            patch.setattr(
+                scene.features, "_update_lines", only_emphasis(scene.features._update_lines)
+            )
             scene.picture.draw_features()
         over = scene.canvas.pixels()[::-1, :, :3].astype(int)
         assert (np.abs(over - bare).max(axis=2) > 40).any() == bool(chosen)
@@ -227,7 +229,7 @@ def test_many_features_drawn_in_bands_are_those_drawn_in_one(
         """How often bands had to be asked for, and the picture."""
         ask()
         count = 0
-        while scene.picture.layering:
+        while scene.picture.is_layering:
             assert not scene.picture.is_complete
             scene.picture.draw_band()
             count += 1
@@ -292,7 +294,7 @@ def test_a_large_selection_drawn_in_bands_is_the_one_drawn_at_once(
             scene.set_selected(names)
             scene.picture.draw_features()
             assert scene.picture.shows_simple_emphasis == (uses_bands and len(names) > 5)
-            while scene.picture.layering:
+            while scene.picture.is_layering:
                 scene.picture.draw_band()
             assert scene.picture.is_complete
             pictures[uses_bands].append(scene.canvas.pixels().astype(int))
@@ -306,7 +308,7 @@ def test_a_large_selection_drawn_in_bands_is_the_one_drawn_at_once(
 def test_lines_simplified_in_a_moving_view_are_complete_at_rest(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(feature_layer, "THIN_ABOVE", 10)
+    monkeypatch.setattr(feature_layer, "MIN_THIN_POINTS", 10)
     show(scene, "w", wall(relief=0.0))
     scene.camera.fit(scene.corners(), SIZE)
     line = UTM + np.stack([np.linspace(0, 10, 80), np.zeros(80), np.linspace(0, 8, 80)], axis=1)
@@ -336,7 +338,7 @@ def test_features_that_change_while_a_frame_is_in_bands_are_in_it(
     line = UTM + np.array([[0.0, -0.3, 0.0], [10.0, 0.3, 8.0]])
     scene.set_features({"all": FeatureDrawing("all", line, None, (1.0, 0.4, 0.2), "", line[0])})
     scene.picture.begin_rest()
-    while not scene.picture.layering:
+    while not scene.picture.is_layering:
         assert not scene.picture.refine()
     scene.picture.refine()
     scene.set_features({f"f{k}": some(f"f{k}") for k in range(0, 40, 2)})
@@ -353,10 +355,10 @@ def lines_drawn(scene: Scene) -> int:
     return int(scene.features._actors["line"].GetMapper().GetInput().GetNumberOfPoints())
 
 
-def only_emphasis(dress: Callable[..., None]) -> Callable[..., None]:
+def only_emphasis(style_part: Callable[..., None]) -> Callable[..., None]:
     def checked(mark: str, *values: object) -> None:
         assert mark == "+"
-        dress(mark, *values)
+        style_part(mark, *values)
 
     return checked
 
@@ -627,7 +629,7 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
     coarse = {part.row for part in model.parts}
     scene.picture.draw(is_moving=False)
     assert not scene.nodes.is_settled
-    assert scene.nodes.waits
+    assert scene.nodes.is_waiting
     before = {row: model.shown_rows[row] for row in coarse}
     sizes = [part.actor.GetProperty().GetPointSize() for part in model.parts]
     assert len(later) == 1
@@ -647,13 +649,15 @@ def test_until_finer_nodes_are_there_the_coarse_ones_close_the_surface(scene: Sc
 
 def test_bounds_pass_over_what_is_not_finite() -> None:
     points = np.random.default_rng(0).normal(0, 5, (2000, 3)) + UTM
-    want = np.stack([points.min(axis=0), points.max(axis=0)])
+    request_photos = np.stack([points.min(axis=0), points.max(axis=0)])
     holed = np.insert(points, [0, 700, 1990], np.nan, axis=0)
     for some in (holed, holed[: len(holed) // 512 * 512], holed[:100]):
         got = preparation.finite_bounds(some, threading.Event())
         np.testing.assert_array_equal(got[0], np.nanmin(some, axis=0))
         np.testing.assert_array_equal(got[1], np.nanmax(some, axis=0))
-    np.testing.assert_array_equal(preparation.finite_bounds(holed, threading.Event()), want)
+    np.testing.assert_array_equal(
+        preparation.finite_bounds(holed, threading.Event()), request_photos
+    )
 
 
 def test_the_stand_in_of_a_large_mesh_is_small_coloured_and_in_place(tmp_path: Path) -> None:

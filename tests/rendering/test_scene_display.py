@@ -83,8 +83,8 @@ def test_a_cloud_shows_its_field_in_matplotlibs_colours(scene: Scene) -> None:
         expected = colormaps["viridis"]((values[row] - 10.0) / 30.0, bytes=True)[:3]
         pixels, _ = scene.camera.project(point[None], SIZE)
         x, y = np.round(pixels[0]).astype(int)
-        around = picture[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3)
-        near.append(np.abs(around - np.array(expected, int)).max(axis=1).min())
+        from_points = picture[y - 1 : y + 2, x - 1 : x + 2].reshape(-1, 3)
+        near.append(np.abs(from_points - np.array(expected, int)).max(axis=1).min())
     assert max(near) <= 1, (near, found)
 
 
@@ -100,7 +100,7 @@ def test_own_colours_come_back_and_the_fields_take_no_more_memory(scene: Scene) 
     assert np.array_equal(rest(scene), before)
     scene.set_field("c", None)
     for part in scene.models["c"].parts:
-        assert part.own_scalars is None
+        assert part.point_scalars is None
         data = part.actor.GetMapper().GetInput()
         assert data.GetPointData().GetNumberOfArrays() == 1
 
@@ -274,7 +274,7 @@ def test_a_clipped_place_shows_and_gives_what_is_behind(
         scene.models["m"].locators = []
     face(scene, points, orthographic=orthographic)
     # The near sheet is cut away East of its middle.
-    box = ClipBox.around(points)
+    box = ClipBox.from_points(points)
     cut = ClipBox((box.low[0], UTM[1] + 1.0, box.low[2]), box.high)
     pixels, _ = scene.camera.project(UTM[None] + [6.0, 0.0, 4.0], SIZE)
     x, y = pixels[0]
@@ -312,7 +312,11 @@ def test_features_outside_the_box_are_hidden_and_cut(scene: Scene) -> None:
     face(scene, mesh.vertices)
     line = UTM + np.array([[1.0, -0.3, 4.0], [9.0, -0.3, 4.0]])
     scene.set_features({"f": FeatureDrawing("f", line, None, (1.0, 0.0, 0.0), "", line[0])})
-    box = ClipBox.around(mesh.vertices).move_face(0, 1, UTM[0] + 5.0).move_face(1, 0, UTM[1] - 1.0)
+    box = (
+        ClipBox.from_points(mesh.vertices)
+        .move_face(0, 1, UTM[0] + 5.0)
+        .move_face(1, 0, UTM[1] - 1.0)
+    )
     scene.set_clip(box)
     picture = rest(scene)
     red = np.abs(picture - [255, 0, 0]).max(axis=2) < 30
@@ -345,7 +349,7 @@ def test_painted_areas_are_cut_too(scene: Scene) -> None:
     area = Area(origin, corners, corners[:, :2])
     drawing = FeatureDrawing("f", mesh.vertices[:1], None, (1.0, 0.0, 0.0), "", UTM, area=area)
     # The box cuts the area, but not the wall, which lies within it otherwise.
-    box = ClipBox.around(mesh.vertices).move_face(0, 1, UTM[0] + 5.0)
+    box = ClipBox.from_points(mesh.vertices).move_face(0, 1, UTM[0] + 5.0)
     for clipped in (box, None):
         scene.set_clip(clipped)
         scene.set_features({"f": drawing})

@@ -59,7 +59,7 @@ def test_both_scenes_draw_the_same_picture_in_every_mode(scene, second, tmp_path
     scene.set_features({"f": drawing})
     scene.set_selected(["f"])
     scene.set_mode(mode)
-    scene.set_clip(ClipBox.around(UTM + np.array([[1.0, -3.0, 1.0], [8.0, 3.0, 7.0]])))
+    scene.set_clip(ClipBox.from_points(UTM + np.array([[1.0, -3.0, 1.0], [8.0, 3.0, 7.0]])))
     look(scene, second)
     assert second.follow(everything)
     assert second.follow_features()

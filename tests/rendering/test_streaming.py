@@ -115,14 +115,14 @@ def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud)
 
 def test_a_view_needs_finer_nodes_where_it_is_near_and_their_parents_first(cliff: Path) -> None:
     store = copc.stream(cliff, 20_000).store
-    far, near = (store.choose(from_above(40, 30, h), N) for h in (3000.0, 30.0))
+    far, near = (store.select_nodes(from_above(40, 30, h), N) for h in (3000.0, 30.0))
     assert store.spacing[near].min() < store.spacing[far].min()
-    assert len(store.choose(from_above(5000, 30, 30.0), N)) == 0
+    assert len(store.select_nodes(from_above(5000, 30, 30.0), N)) == 0
     place = {row: k for k, row in enumerate(near.tolist())}
     for row, k in place.items():
         parent = int(store.parents[row])
         assert parent < 0 or place[parent] < k
-    few = store.choose(from_above(40, 30, 30.0), 9000)
+    few = store.select_nodes(from_above(40, 30, 30.0), 9000)
     assert 0 < store.counts[few].sum() <= 9000
     assert all(closed <= store.spacing[row] for row, closed in store.closing_spacings(near).items())
 
@@ -154,14 +154,17 @@ def test_the_surface_of_all_nodes_is_that_of_the_cloud(cliff: Path, whole: Point
     rng = np.random.default_rng(2)
     for index in rng.integers(0, N, 10).tolist():
         centre = whole.points[index]
-        assert np.array_equal(surface.within(index, centre, 1.5), other.within(index, centre, 1.5))
-        line = whole.points[surface.within(index, centre, 4.0)[:3]]
-        assert surface.resolution_near(line) == pytest.approx(other.resolution_near(line))
+        assert np.array_equal(
+            surface.connected_ids_in_ball(index, centre, 1.5),
+            other.connected_ids_in_ball(index, centre, 1.5),
+        )
+        line = whole.points[surface.connected_ids_in_ball(index, centre, 4.0)[:3]]
+        assert surface.local_resolution(line) == pytest.approx(other.local_resolution(line))
         one, two = surface.outcrop_normal(line), other.outcrop_normal(line)
         assert one is not None
         assert two is not None
         assert abs(one @ two) > 0.999
-        normal = surface.normal_near(index, centre, 1.5)
+        normal = surface.local_normal(index, centre, 1.5)
         assert normal is not None
 
 
@@ -173,10 +176,10 @@ def test_the_surface_knows_what_is_loaded_and_reads_what_was_chosen_before(
     ids = np.arange(0, N, 97)
     assert np.array_equal(surface.corners(ids), whole.points[ids])
     centre = cloud.points[100]
-    row = int(cloud.store.nodes_of(np.array([0]))[0])
+    row = int(cloud.store.node_rows(np.array([0]))[0])
     assert row in range(len(cloud.store))
-    coarse = surface.resolution_near(centre[None])
-    fine = CloudSurface(whole).resolution_near(centre[None])
+    coarse = surface.local_resolution(centre[None])
+    fine = CloudSurface(whole).local_resolution(centre[None])
     assert coarse is not None
     assert fine is not None
     assert coarse > fine

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.symbols import (
-    HALF_STRIKE,
+    HALF_STRIKE_LENGTH,
     MIN_TICK_SHARE,
-    TICK,
+    TICK_LENGTH,
     SymbolSet,
     line_symbol,
     plane_symbol,
@@ -37,7 +37,7 @@ def seen(symbol, camera):
     return (strokes - signs.pixels[0]) * [1.0, -1.0]
 
 
-def along(stroke: np.ndarray) -> np.ndarray:
+def long_axis(stroke: np.ndarray) -> np.ndarray:
     step = stroke[1] - stroke[0]
     return step / np.hypot(*step)
 
@@ -45,18 +45,18 @@ def along(stroke: np.ndarray) -> np.ndarray:
 def test_from_above_a_symbol_is_the_one_of_the_map() -> None:
     strike, tick = seen(plane_symbol(132.0, 41.0, np.zeros(3), 1.0), looking(0.0, 90.0))
     toward = np.radians(132.0)
-    assert along(tick) == pytest.approx([np.sin(toward), np.cos(toward)], abs=1e-9)
+    assert long_axis(tick) == pytest.approx([np.sin(toward), np.cos(toward)], abs=1e-9)
     # Right-hand rule: from the end to the start or back, the strike is 042.
-    assert abs(along(strike) @ along(tick)) < 1e-9
-    assert np.hypot(*(strike[1] - strike[0])) == pytest.approx(2 * HALF_STRIKE)
-    assert np.hypot(*tick[1]) == pytest.approx(TICK * np.cos(np.radians(41.0)))
+    assert abs(long_axis(strike) @ long_axis(tick)) < 1e-9
+    assert np.hypot(*(strike[1] - strike[0])) == pytest.approx(2 * HALF_STRIKE_LENGTH)
+    assert np.hypot(*tick[1]) == pytest.approx(TICK_LENGTH * np.cos(np.radians(41.0)))
 
 
 def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
     # Dipping 30 to the East, seen from the South: the tick falls to the right by 30 degrees.
     _, tick = seen(plane_symbol(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
-    assert along(tick) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
-    assert np.hypot(*tick[1]) == pytest.approx(TICK)
+    assert long_axis(tick) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
+    assert np.hypot(*tick[1]) == pytest.approx(TICK_LENGTH)
 
 
 @given(
@@ -69,8 +69,8 @@ def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
 def test_a_symbol_is_never_larger_than_on_paper_nor_vanishes(azimuth, dip, trend, plunge, ortho):
     camera = looking(trend, plunge, orthographic=ortho)
     strike, tick = seen(plane_symbol(azimuth, dip, np.zeros(3), 1.0), camera)
-    assert np.hypot(*(strike[1] - strike[0])) <= 2 * HALF_STRIKE + 1e-6
-    assert 0.99 * MIN_TICK_SHARE * TICK <= np.hypot(*tick[1]) <= TICK + 1e-6
+    assert np.hypot(*(strike[1] - strike[0])) <= 2 * HALF_STRIKE_LENGTH + 1e-6
+    assert 0.99 * MIN_TICK_SHARE * TICK_LENGTH <= np.hypot(*tick[1]) <= TICK_LENGTH + 1e-6
 
 
 @given(st.floats(1.0, 500.0), st.booleans())
@@ -87,7 +87,10 @@ def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_pl
     place = camera.point_at_depth(730.0, 90.0, SIZE, 10.0)
     symbol = plane_symbol(60.0, 55.0, place, 1.0)
     signs = SymbolSet([symbol]).signs(camera, SIZE)
-    for direction, shown in ((symbol.along, signs.along[0]), (symbol.across, signs.across[0])):
+    for direction, shown in (
+        (symbol.long_axis, signs.long_axis[0]),
+        (symbol.cross_axis, signs.cross_axis[0]),
+    ):
         pixels, _ = camera.project(np.array([place, place + 1e-5 * direction]), SIZE)
         step = pixels[1] - pixels[0]
         assert shown / np.hypot(*shown) == pytest.approx(step / np.hypot(*step), abs=1e-4)
@@ -117,14 +120,14 @@ def test_a_vertical_plane_has_a_tick_either_way_and_an_overturned_one_a_hook() -
     plain = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0), camera)
     hooked = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0, is_overturned=True), camera)
     assert hooked[:2] == pytest.approx(plain)
-    tick = along(plain[1])
+    tick = long_axis(plain[1])
     # The hook lies on the side away from the dip.
     assert (hooked[2:] @ tick <= 1e-9).all()
 
 
 def test_the_arrow_of_a_line_points_down_its_plunge() -> None:
     shaft, *barbs = seen(line_symbol(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
-    assert along(shaft) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
+    assert long_axis(shaft) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
     for barb in barbs:
         assert barb[0] == pytest.approx(shaft[1])
 
@@ -139,6 +142,6 @@ def test_the_number_stands_beyond_the_tick() -> None:
     ).signs(camera, SIZE)
     numbers = signs.numbers()
     # Image y runs downwards, and South is down in a view from above.
-    assert numbers[0, 1] - signs.pixels[0, 1] > TICK * np.cos(np.pi / 6)
+    assert numbers[0, 1] - signs.pixels[0, 1] > TICK_LENGTH * np.cos(np.pi / 6)
     assert numbers[0, 0] == pytest.approx(signs.pixels[0, 0])
     assert np.isnan(numbers[1]).all()

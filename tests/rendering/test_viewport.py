@@ -22,7 +22,7 @@ from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import compass_and_scale, painting
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.rendering.view.symbols import plane_symbol, small_disc
+from vomstudio.rendering.view.symbols import disc_symbol, plane_symbol
 from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent, Preview
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
@@ -141,7 +141,7 @@ def test_a_pick_goes_back_to_its_pixel(stage: Stage) -> None:
         if hit is None:
             continue
         hits += 1
-        pixels, seen = stage.view.project(stage.view.world_of(hit)[None])
+        pixels, seen = stage.view.project(stage.view.world_position(hit)[None])
         np.testing.assert_allclose(pixels[0], (x, y), atol=0.01)
         assert seen[0]
         origin, direction = stage.view.ray(x, y)
@@ -221,7 +221,7 @@ def test_orbiting_turns_about_the_point_under_the_cursor(stage: Stage) -> None:
     stage.show("w", wall())
     hit = stage.view.pick(300.0, 200.0)
     assert hit is not None
-    point = stage.view.world_of(hit)
+    point = stage.view.world_position(hit)
     stage.drag([(300.0, 200.0), (320.0, 215.0), (360.0, 230.0)])
     pixels, _ = stage.view.project(point[None])
     np.testing.assert_allclose(pixels[0], (300.0, 200.0), atol=1e-3)
@@ -243,7 +243,7 @@ def test_panning_carries_the_point_with_the_cursor(
     assert hit is not None
     direction = stage.view.moves.view_direction()
     stage.drag([(300.0, 200.0), (320.0, 215.0), (361.0, 233.0)], button, modifiers)
-    pixels, _ = stage.view.project(stage.view.world_of(hit)[None])
+    pixels, _ = stage.view.project(stage.view.world_position(hit)[None])
     np.testing.assert_allclose(pixels[0], (361.0, 233.0), atol=1e-3)
     assert stage.view.moves.view_direction() == direction
 
@@ -268,7 +268,7 @@ def test_the_wheel_zooms_to_the_cursor(stage: Stage, orthographic: bool) -> None
         False,
     )
     QApplication.sendEvent(stage.view, wheel)
-    pixels, _ = stage.view.project(stage.view.world_of(hit)[None])
+    pixels, _ = stage.view.project(stage.view.world_position(hit)[None])
     np.testing.assert_allclose(pixels[0], (250.0, 180.0), atol=1e-3)
     assert stage.view.moves.metres_per_pixel() < 0.8 * scale
 
@@ -282,7 +282,7 @@ def test_a_double_click_is_told_once_and_sets_the_pivot(stage: Stage) -> None:
     hit = stage.view.pick(340.0, 240.0)
     assert hit is not None
     np.testing.assert_allclose(
-        stage.view.moves.camera_state()["pivot"], stage.view.world_of(hit), atol=1e-6
+        stage.view.moves.camera_state()["pivot"], stage.view.world_position(hit), atol=1e-6
     )
 
 
@@ -304,7 +304,7 @@ def test_dragging_a_handle_is_left_to_the_tool(stage: Stage) -> None:
     for x in (250.0, 350.0, 450.0):
         hit = stage.view.pick(x, 240.0)
         assert hit is not None
-        line.append(stage.view.world_of(hit))
+        line.append(stage.view.world_position(hit))
     stage.view.set_preview(Preview(np.array(line)))
     state = stage.view.moves.camera_state()
     stage.drag([(351.0, 241.0), (360.0, 241.0), (380.0, 250.0)])
@@ -319,7 +319,7 @@ def test_dragging_a_handle_is_left_to_the_tool(stage: Stage) -> None:
 def test_the_feature_under_the_cursor_is_named(stage: Stage) -> None:
     stage.show("w", wall())
     ends = [stage.view.pick(200.0, 200.0), stage.view.pick(500.0, 300.0)]
-    line = np.array([stage.view.world_of(h) for h in ends if h is not None])
+    line = np.array([stage.view.world_position(h) for h in ends if h is not None])
     assert len(line) == 2
     ring = UTM + np.array([[4.0, -0.5, 1.0], [6.0, -0.5, 1.0], [5.0, -0.5, 2.5]])
     drawings = {
@@ -422,9 +422,9 @@ def test_the_scale_bar_names_its_depth_only_in_perspective_and_only_where_it_is_
 def test_looking_along_a_direction_is_read_back(stage: Stage) -> None:
     stage.view.moves.look_along(125.3, 26.1)
     assert stage.view.moves.view_direction() == pytest.approx((125.3, 26.1))
-    stage.view.moves.standard_view("top")
+    stage.view.moves.set_standard_view("top")
     assert stage.view.moves.view_direction()[1] == pytest.approx(90.0)
-    stage.view.moves.standard_view("west")
+    stage.view.moves.set_standard_view("west")
     assert stage.view.moves.view_direction() == pytest.approx((270.0, 0.0), abs=1e-9)
 
 
@@ -557,7 +557,7 @@ def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> N
         (0.9, 0.6, 0.0),
         "",
         place,
-        symbol=small_disc(place, 0.02),
+        symbol=disc_symbol(place, 0.02),
         extent=0.02,
     )
     stage.view.features.change({"s": drawing})
@@ -577,7 +577,7 @@ def test_a_line_on_the_surface_does_not_hide_its_own_points(stage: Stage) -> Non
     """Lines stand before the surface by an offset: without it they would be cut up by it."""
     stage.show("w", wall())
     line = np.array(
-        [stage.view.world_of(stage.view.pick(x, 240.0)) for x in np.linspace(200, 500, 40)]
+        [stage.view.world_position(stage.view.pick(x, 240.0)) for x in np.linspace(200, 500, 40)]
     )
     assert stage.view.project(line)[1].all()
     drawing = FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])
@@ -591,7 +591,7 @@ def test_a_trace_is_named_where_it_is_seen(stage: Stage) -> None:
     """Near by, the middle of a long trace is out of the picture."""
     stage.show("w", wall())
     line = np.array(
-        [stage.view.world_of(stage.view.pick(x, 240.0)) for x in np.linspace(150, 550, 41)]
+        [stage.view.world_position(stage.view.pick(x, 240.0)) for x in np.linspace(150, 550, 41)]
     )
     stage.view.features.change(
         {"f": FeatureDrawing("f", line, None, (0.9, 0.6, 0.0), "f", line[20])}

@@ -47,7 +47,7 @@ def show_field(stage: Stage, style: FieldStyle) -> Scale:
     stage.view.display.set_field("w", style)
     stage.wait(lambda: bool(told))
     at_rest(stage)
-    scale = stage.view.display.scale_of("w")
+    scale = stage.view.display.color_scale("w")
     assert scale is not None
     return scale
 
@@ -75,7 +75,7 @@ def test_a_typed_range_and_another_field_take_the_place_of_the_first(stage: Stag
     assert (scale.low, scale.high) == (low, high)
     stage.view.display.set_mode("textured")
     at_rest(stage)
-    assert stage.view.display.scale_of("w") is None
+    assert stage.view.display.color_scale("w") is None
     assert not stage.view.overlays.bars
     scene = stage.view.scene
     assert scene is not None
@@ -102,7 +102,7 @@ def test_elevation_follows_the_frame_of_the_model(stage: Stage) -> None:
     raised[2, 3] = 50.0
     stage.view.models.set_to_world("w", raised)
     stage.wait(lambda: bool(told))
-    scale = stage.view.display.scale_of("w")
+    scale = stage.view.display.color_scale("w")
     assert scale is not None
     assert scale.low == pytest.approx(first.low + 50.0)
 
@@ -167,7 +167,7 @@ def test_words_of_a_bar_do_not_pile_up(qapp: QApplication) -> None:
 def clip(stage: Stage, handles: bool = True) -> ClipBox:
     scene = stage.view.scene
     assert scene is not None
-    box = ClipBox.around(scene.corners())
+    box = ClipBox.from_points(scene.corners())
     stage.view.clip.set_box(box, handles=handles)
     at_rest(stage)
     return box
@@ -215,7 +215,7 @@ def test_a_face_that_is_looked_at_head_on_cannot_be_dragged(stage: Stage) -> Non
     stage.show("w", wall())
     clip(stage)
     stage.view.moves.set_orthographic(True)
-    stage.view.moves.standard_view("north")
+    stage.view.moves.set_standard_view("north")
     at_rest(stage)
     _, places, usable = stage.view.clip.places()
     for k, (axis, _side) in enumerate(BOX_FACES):

@@ -25,7 +25,7 @@ from typing import Any
 
 from tests.samples import ONE_OF_EACH
 from tests.specimens import figures
-from vomstudio.geometry.registrations import ObservationGroup, ReadNorth
+from vomstudio.geometry.registrations import NorthReference, ObservationGroup
 from vomstudio.project import edits
 from vomstudio.project.codec import decode_edit, encode_edit
 from vomstudio.project.edit import change
@@ -116,7 +116,7 @@ def encoded_again(
         if row.kind in ("do", "discard", "amend"):
             edit = decode_edit(row.label, before or {}, after or {}, state.records)
             before, after = encode_edit(edit)
-        document_journal._play(state, row)
+        document_journal._apply_row(state, row)
         yield row, before, after
 
 
@@ -129,8 +129,8 @@ def add_missing(session: Session, row_kinds: set[str]) -> None:
     model = next(model for model in session.of(Model) if model.registration is not None)
     for name, feature in ONE_OF_EACH.items():
         if not session.of(type(feature)):
-            made = feature.but(id=f"specimen-{name}", model_id=model.id)
-            made = made.but(model_hash=model.content_hash)
+            made = feature.replace_fields(id=f"specimen-{name}", model_id=model.id)
+            made = made.replace_fields(model_hash=model.content_hash)
             session.apply(change(session.records, f"Add {made.name}", {made.id: made}))
     if "amend" not in row_kinds:
         noted = edits.set_attributes(session.records, ["reading-overturned"], notes="scoured")
@@ -261,7 +261,7 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                 id="registration-compass",
                 name="compass",
                 method="lines",
-                read_north=ReadNorth("magnetic", 2.4, 3.9, True, "2024-05-12", 0.5),
+                read_north=NorthReference("magnetic", 2.4, 3.9, True, "2024-05-12", 0.5),
             )
         },
         "Read at a station": {

@@ -12,7 +12,7 @@ from vomstudio.project import edits
 from vomstudio.project.folder import create_untitled
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.records import Model
-from vomstudio.studio.discarded_work import list_discarded_works
+from vomstudio.studio.discarded_work import list_discarded_work
 
 
 @pytest.mark.usefixtures("own_folders")
@@ -30,7 +30,7 @@ def test_each_says_when_it_was_closed_and_what_was_in_it() -> None:
         project.close()
         os.utime(project.folder / "journal.sqlite", (1.7e9 + count, 1.7e9 + count))
         folders.append(project.folder)
-    newer, older = list_discarded_works()
+    newer, older = list_discarded_work()
     assert [newer.folder, older.folder] == folders[::-1]
     assert (newer.features, older.features, newer.models) == (3, 1, ("cliff north",))
     day = datetime.fromtimestamp(1.7e9 + 3).strftime("%Y-%m-%d %H:%M")

@@ -155,13 +155,13 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
     judges = [wrong, long, far, leaning]
     lines = [*LEVEL, PLUMB, AZIMUTH, LENGTH]
     placed = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*lines, *judges])
-    off = {miss.id: miss.off for miss in line_residuals([*lines, *judges], placed)}
+    deviation = {miss.id: miss.deviation for miss in line_residuals([*lines, *judges], placed)}
     for each in lines:
-        assert off[each.id] == pytest.approx(0.0, abs=1e-5)
-    assert off["k5"] == pytest.approx(-6.0, abs=1e-5)
-    assert off["k6"] == pytest.approx(-0.5, abs=1e-6)
-    assert off["k7"] == pytest.approx(-5.0, abs=1e-5)
-    assert off["k9"] == pytest.approx(4.0, abs=1e-5)
+        assert deviation[each.id] == pytest.approx(0.0, abs=1e-5)
+    assert deviation["k5"] == pytest.approx(-6.0, abs=1e-5)
+    assert deviation["k6"] == pytest.approx(-0.5, abs=1e-6)
+    assert deviation["k7"] == pytest.approx(-5.0, abs=1e-5)
+    assert deviation["k9"] == pytest.approx(4.0, abs=1e-5)
 
 
 def test_what_all_azimuths_may_be_off_alike_is_in_the_error_of_north() -> None:

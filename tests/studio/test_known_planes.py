@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.geometry.registrations import NorthReference
 from vomstudio.io.control.observation_tables import Pairs, read_compass
 from vomstudio.io.control.writing import write_compass
 from vomstudio.project import compass_edits, edits
@@ -34,7 +34,7 @@ from vomstudio.studio.placing.known_planes import (
     measure_directions,
     parse_reading,
     parse_sigma,
-    why_not_read,
+    reading_refusal,
 )
 from vomstudio.studio.placing.read_north import north_inputs, resolve_north, to_register_options
 from vomstudio.studio.placing.register_order import register_model
@@ -107,9 +107,9 @@ def test_planes_that_were_read_turn_a_model_as_it_was() -> None:
     turn = found.matrix[:3, :3] / found.scale
     assert turn @ TURN == pytest.approx(np.eye(3), abs=1e-6)
     assert found.known == found.known.__class__(True, True, False, False)
-    off = {miss.id: miss.off for miss in line_residuals(lines, found, seen)}
-    assert [off[line.id] for line in lines] == pytest.approx([0.0] * 4, abs=1e-4)
-    record = create_registration(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid"))
+    deviation = {miss.id: miss.deviation for miss in line_residuals(lines, found, seen)}
+    assert [deviation[line.id] for line in lines] == pytest.approx([0.0] * 4, abs=1e-4)
+    record = create_registration(found, NO_PAIRS, BARE, None, read_north=NorthReference("grid"))
     assert record.method == "lines"
     assert record.frame == Frame("oriented")
 
@@ -174,7 +174,9 @@ def test_directions_do_not_change_with_the_placement() -> None:
     found, _ = placed(records, lines)
     after_model = replace(
         BARE,
-        placement=create_registration(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid")),
+        placement=create_registration(
+            found, NO_PAIRS, BARE, None, read_north=NorthReference("grid")
+        ),
     )
     after = measure_directions(lines, measured_in({**records, "m1": after_model}), after_model)
     for id_, each in before.items():
@@ -204,8 +206,8 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
     assert finding.values["turn_deg"] == 90.0
     turn = found.matrix[:3, :3] / found.scale @ TURN
     assert turn == pytest.approx(np.eye(3), abs=0.01)
-    off = {miss.id: miss.off for miss in line_residuals(lines, found, seen)}
-    assert off[lines[1].id] > 60.0
+    deviation = {miss.id: miss.deviation for miss in line_residuals(lines, found, seen)}
+    assert deviation[lines[1].id] > 60.0
     # What is not ticked judges, and places nothing.
     lines[1] = replace(lines[1], check=True)
     found, seen = placed(records, lines, pairs=pairs)
@@ -291,14 +293,14 @@ def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() 
     grid = compass(doubt_deg=2.0)
     used, _ = resolve_north(grid, north_inputs(grid, BARE, None, NO_PAIRS, None))
     assert to_register_options(grid, used, NO_PAIRS, None) == RegisterOptions(north_sigma_deg=2.0)
-    assert to_register_options(None, ReadNorth("grid"), NO_PAIRS, None) == RegisterOptions()
+    assert to_register_options(None, NorthReference("grid"), NO_PAIRS, None) == RegisterOptions()
 
 
 def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
     records = {"m1": BARE}
     edit = compass_edits.set_compass(records, compass(north="true"))
     edit.swap(records)
-    assert compass_edits.compass_of(records, "m1").north == "true"
+    assert compass_edits.get_compass(records, "m1").north == "true"
     gone = edits.remove_model(records, "m1")
     gone.swap(records)
     assert not records
@@ -347,18 +349,18 @@ def test_a_line_points_down_and_errors_are_angles() -> None:
 def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
     records = project()
     found = measured_in(records)
-    assert why_not_read(records["t-B01"], BARE, found["t-B01"]) is None
+    assert reading_refusal(records["t-B01"], BARE, found["t-B01"]) is None
     other = replace(BARE, id="m2", name="quarry")
     elsewhere = Finding("feature.on-other-model", feature="B01", model="quarry")
-    assert why_not_read(records["t-B01"], other, found["t-B01"]) == elsewhere
+    assert reading_refusal(records["t-B01"], other, found["t-B01"]) == elsewhere
     reading = Reading("r1", "R01", "bedding", "plane", 10.0, 20.0)
     unplaced = Finding("feature.not-on-model", feature="R01")
-    assert why_not_read(reading, BARE, None) == unplaced
+    assert reading_refusal(reading, BARE, None) == unplaced
     nothing = Finding("selection.no-feature-read")
-    assert why_not_read(None, BARE, None) == nothing
-    assert why_not_read(BARE, BARE, None) == nothing
+    assert reading_refusal(None, BARE, None) == nothing
+    assert reading_refusal(BARE, BARE, None) == nothing
     lines = readings(records, RIGHT)
-    assert why_not_read(lines[0], BARE, None) == nothing
+    assert reading_refusal(lines[0], BARE, None) == nothing
 
 
 def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:
@@ -395,8 +397,8 @@ def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
     found = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, lines, 0.5, turned_deg=7.5)
     turn = found.matrix[:3, :3] / found.scale @ TURN
     assert turn == pytest.approx(np.eye(3), abs=1e-6)
-    off = {miss.id: miss.off for miss in line_residuals(lines, found, turned_deg=7.5)}
-    assert off["a"] == pytest.approx(0.0, abs=1e-4)
+    deviation = {miss.id: miss.deviation for miss in line_residuals(lines, found, turned_deg=7.5)}
+    assert deviation["a"] == pytest.approx(0.0, abs=1e-4)
     assert found.rotation_error_deg.about_up > 0.5
 
 
@@ -406,7 +408,7 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     records = project()
     lines = readings(records, RIGHT)
     found, _ = placed(records, lines)
-    north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
+    north = NorthReference("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
     record = create_registration(found, NO_PAIRS, BARE, None, read_north=north)
     said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5), doubt_deg=0.5)
     one = ProjectFolder.create(tmp_path / "readings.vom")
@@ -420,20 +422,20 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     one.close()
     again = ProjectFolder.open(tmp_path / "readings.vom")
     kept = again.session.records
-    assert compass_edits.compass_of(kept, "m1") == said
+    assert compass_edits.get_compass(kept, "m1") == said
     assert [kept[line.id] for line in lines] == lines
     assert kept["m1"].registration.read_north == north
     again.close()
 
 
 def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None:
-    from vomstudio.registration.summary import summary_of
+    from vomstudio.registration.summary import summarize_registration
 
     records = project()
     found, _ = placed(records, readings(records, RIGHT))
-    north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
+    north = NorthReference("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
     record = create_registration(found, NO_PAIRS, BARE, None, read_north=north)
-    facts = {fact.code: fact for fact in summary_of(record).facts}
+    facts = {fact.code: fact for fact in summarize_registration(record).facts}
     assert facts["azimuths-read-from"].values == {"north": "magnetic", "turned_deg": 3.2}
     declination = {"angle_deg": 3.4, "stated": False, "day": "2024-05-12"}
     assert facts["declination"].values == declination
@@ -448,8 +450,8 @@ def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:
         lines = readings(records, said)
         found, seen = placed(records, lines)
         assert not (found.known.north and found.known.vertical)
-        off = [miss.off for miss in line_residuals(lines, found, seen)]
-        assert off == pytest.approx([0.0] * len(lines), abs=1e-3)
+        deviation = [miss.deviation for miss in line_residuals(lines, found, seen)]
+        assert deviation == pytest.approx([0.0] * len(lines), abs=1e-3)
 
 
 def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_path: Path) -> None:
@@ -490,7 +492,7 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
     told = register_model("-", options, None).placed
     assert found.matrix == pytest.approx(told.matrix, abs=1e-9)
     assert not told.blunders
-    assert max(miss.off for miss in line_residuals(lines, found, seen, used.turned_deg)) < 1.5
+    assert max(miss.deviation for miss in line_residuals(lines, found, seen, used.turned_deg)) < 1.5
 
 
 def test_readings_are_called_by_their_name_where_there_is_no_id(tmp_path: Path) -> None:
@@ -540,8 +542,8 @@ def test_the_true_rotation_lies_within_the_stated_error_of_rough_traces() -> Non
             records[bare.id] = replace(bare, vertices=in_file(world))
             across = np.cross(normal, [0.3, 0.5, 0.8])
             across /= np.linalg.norm(across)
-            off = rng.normal(0.0, np.radians(3.0), 2) @ [across, np.cross(normal, across)]
-            read = Plane.from_normal(Rotation.from_rotvec(off).apply(normal))
+            deviation = rng.normal(0.0, np.radians(3.0), 2) @ [across, np.cross(normal, across)]
+            read = Plane.from_normal(Rotation.from_rotvec(deviation).apply(normal))
             said[name] = f"{read.dip_direction_deg % 360.0:.3f}/{read.dip_deg:.3f}"
         found, _ = placed(records, readings(records, said))
         turn = Rotation.from_matrix(found.matrix[:3, :3] / found.scale @ TURN)

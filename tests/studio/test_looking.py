@@ -19,9 +19,9 @@ from vomstudio.project.records import Model
 from vomstudio.studio.saved_views import SavedView, SavedViews
 from vomstudio.studio.view_quality import (
     AxialDirection,
-    depth_along,
     direction_across_slip,
     intersection_direction,
+    scene_depth,
 )
 
 NOTHING = Measurement(np.zeros((0, 3)), None, None, None, None, None)
@@ -72,10 +72,10 @@ def test_the_depth_of_a_view_is_that_of_the_box_along_it() -> None:
     data = SimpleNamespace(bounds=np.array([[0.0, 0.0, 0.0], [10.0, 4.0, 3.0]]))
     opened: Any = {"m": SimpleNamespace(data=data)}
     records = {"m": Model("m", "cliff", "a.obj", "mesh", "0" * 64, Frame("local"))}
-    assert depth_along([1.0, 0.0, 0.0], opened, records) == (10.0, True)
-    assert depth_along([0.0, 1.0, 0.0], opened, records)[0] == pytest.approx(4.0)
-    assert depth_along([0.6, 0.8, 0.0], opened, records)[0] == pytest.approx(0.6 * 10 + 0.8 * 4)
-    assert depth_along([0.0, 1.0, 0.0], {}, {}) == (0.0, True)
+    assert scene_depth([1.0, 0.0, 0.0], opened, records) == (10.0, True)
+    assert scene_depth([0.0, 1.0, 0.0], opened, records)[0] == pytest.approx(4.0)
+    assert scene_depth([0.6, 0.8, 0.0], opened, records)[0] == pytest.approx(0.6 * 10 + 0.8 * 4)
+    assert scene_depth([0.0, 1.0, 0.0], {}, {}) == (0.0, True)
 
 
 # --- views by name -------------------------------------------------------------------------------

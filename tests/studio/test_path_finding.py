@@ -85,7 +85,7 @@ def test_after_a_project_is_closed_nothing_is_searched_for(loop: Loop, paths: Pa
     found: list[Any] = []
     for end in (B, C, B):
         paths.follow("m", "curvature", (A, end), is_live=False, answer=found.append)
-    paths.forget()
+    paths.clear_state()
     assert loop.run_until(ended, 20.0)
     loop.run_until(lambda: False, 0.1)
     assert len(found) <= 1

@@ -30,7 +30,7 @@ from vomstudio.project import catalogue
 from vomstudio.project.figures import Subject
 from vomstudio.project.folder import ProjectFolder
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.measurement_cache import measure_one
+from vomstudio.project.measurement_cache import measure_feature
 from vomstudio.project.records import Model
 from vomstudio.registration.register_options import Observations
 from vomstudio.studio.headless_project import AddedModel, HeadlessProject, Picks
@@ -101,7 +101,7 @@ def bed_on(project: HeadlessProject, model: Model, points: Array) -> Measurement
     """The measurement of a trace through points in World."""
     kind = project.find_type("bedding")
     added = project.add_picks([Picks("", points)], model, kind)
-    return measure_one(added.features[0], model)
+    return measure_feature(added.features[0], model)
 
 
 def bed_in_new_project(

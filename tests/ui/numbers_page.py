@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.project import catalogue, slip_figures
 from vomstudio.project.figures import Figure
-from vomstudio.ui.dialogs.help.help_pages import anchor, heading_of
+from vomstudio.ui.dialogs.help.help_pages import anchor, figure_heading
 from vomstudio.ui.panels.features.table_model import COLUMNS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "numbers.md"
@@ -16,7 +16,7 @@ SHOWN = {
     figure.name: figure
     for figure in (
         *catalogue.ORIENTATION,
-        catalogue.TO_PICK,
+        catalogue.ANGLE_TO_PICK,
         catalogue.ANGLE,
         *(f for f in vars(slip_figures).values() if isinstance(f, Figure)),
         *(column.figure for column in COLUMNS if column.figure is not None),
@@ -34,11 +34,15 @@ def renewed(page: str) -> str:
 
     def section(match: re.Match[str]) -> str:
         figure = SHOWN.get(match[2])
-        return match[0] if figure is None else f"### {heading_of(figure)}\n{_first_line(figure)}"
+        return (
+            match[0] if figure is None else f"### {figure_heading(figure)}\n{_first_line(figure)}"
+        )
 
     for heading, name in re.findall(r"^### (.+ \((\w+)\))$", page, re.MULTILINE):
         if name in SHOWN:
-            page = page.replace(f"](#{anchor(heading)})", f"](#{anchor(heading_of(SHOWN[name]))})")
+            page = page.replace(
+                f"](#{anchor(heading)})", f"](#{anchor(figure_heading(SHOWN[name]))})"
+            )
     return _SECTION.sub(section, page)
 
 

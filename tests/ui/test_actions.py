@@ -116,11 +116,11 @@ def test_undo_and_redo_say_what_they_would_take_back(window, studio):
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
     beds(studio)
     studio.activate("trace")
-    studio.tool_of(TraceTool).continue_feature("t1")
+    studio.get_tool(TraceTool).continue_feature("t1")
     before = studio.records["t1"]
-    studio.tool_of(TraceTool).delete_vertex(0)
+    studio.get_tool(TraceTool).delete_vertex(0)
     window.actions_table.run("undo")
-    assert studio.tool_of(TraceTool).vertices == before.vertices
+    assert studio.get_tool(TraceTool).vertices == before.vertices
     assert len(studio.session.of(Trace)) == 3
 
 
@@ -133,7 +133,7 @@ def test_letters_typed_into_a_field_stay_letters(window, studio):
     for field in (
         window.table._filter,
         window.view_panel.direction_field,
-        driver.tool_panel(window, TracePanel).set_edit,
+        driver.tool_panel(window, TracePanel).set_name_edit,
     ):
         field.setFocus()
         field.clear()
@@ -186,7 +186,7 @@ def test_a_disabled_command_is_listed_with_its_reason_and_does_not_run(window, q
     assert words_of(palette)[0].startswith("Looking north")
     palette._search.setText("no such thing at all")
     assert words_of(palette) == []
-    assert palette._no_match.isVisible()
+    assert palette._no_match_label.isVisible()
     QTest.keyClick(palette._search, Qt.Key.Key_Return)
     assert palette.selected_command is None
 
@@ -195,7 +195,7 @@ def test_a_disabled_command_is_listed_with_its_reason_and_does_not_run(window, q
 class Looks:
     def __init__(self, window) -> None:
         self.at: list[tuple[float, float]] = []
-        window.view_panel._look = lambda trend, plunge: self.at.append((trend, plunge))
+        window.view_panel._look_along = lambda trend, plunge: self.at.append((trend, plunge))
 
 
 def direction(trend: float, plunge: float) -> np.ndarray:
@@ -275,7 +275,7 @@ def test_along_beta_is_the_axis_of_the_bedding_only(window, studio):
     add_bed(studio, "f", dip=-3.0, type_id="fault")
     window.view_panel._buttons["beta"].click()
     assert looks.at[0] == looks.at[1]
-    window.view_panel.only_selected.setChecked(True)
+    window.view_panel.selected_only_box.setChecked(True)
     assert not window.view_panel._buttons["beta"].isEnabled()
     tip = window.view_panel._buttons["beta"].toolTip()
     assert "fold.needs-selected-planes" in shown_codes(tip)
@@ -319,7 +319,7 @@ def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
 ):
     from vomstudio.geometry.registrations import Registration
     from vomstudio.project import edits
-    from vomstudio.registration.summary import summary_of
+    from vomstudio.registration.summary import summarize_registration
 
     add_cliff(studio, Frame())
     record = Registration(
@@ -332,7 +332,7 @@ def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
     # The same rule, and the same figure.
     assert list(studio.turn_findings()) == [
         each
-        for each in summary_of(record).warnings
+        for each in summarize_registration(record).warnings
         if getattr(each, "code", "") == "registration.poor"
     ]
     assert [each.values["rotation95_deg"] for each in studio.turn_findings()] == (

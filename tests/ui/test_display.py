@@ -16,7 +16,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.studio import display
-from vomstudio.studio.display import Display, why_not_mode
+from vomstudio.studio.display import Display, mode_refusal
 from vomstudio.studio.model_loading import OpenModel
 from vomstudio.ui.commands import display as display_commands
 from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
@@ -62,7 +62,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     again.load(kept[-1])
     assert again.to_dict() == shown.to_dict()
     assert again.mode == "field"
-    assert again.clip_shown == BOX
+    assert again.effective_clip == BOX
 
 
 @pytest.mark.parametrize(
@@ -92,43 +92,47 @@ def test_the_project_keeps_the_display(window, studio):
 
 # --- what is refused -------------------------------------------------------------------------
 def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
-    assert why_not_mode("vertex_colors", [mesh()]) == Finding("display.no-colours")
-    assert why_not_mode("textured", [mesh(), cloud()]) == Finding("display.no-textures")
-    assert why_not_mode("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
-    assert why_not_mode("points", []) == Finding("action.no-model")
+    assert mode_refusal("vertex_colors", [mesh()]) == Finding("display.no-colours")
+    assert mode_refusal("textured", [mesh(), cloud()]) == Finding("display.no-textures")
+    assert mode_refusal("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
+    assert mode_refusal("points", []) == Finding("action.no-model")
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
-        assert why_not_mode(mode, [with_texture]) is None
-    assert why_not_mode("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
+        assert mode_refusal(mode, [with_texture]) is None
+    assert mode_refusal("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
 
 
 def test_the_tick_is_at_what_is_seen(tmp_path):
-    assert display.mode_shown("textured", [mesh()]) == "plain shaded"
-    assert display.mode_shown("textured", [cloud(colors=np.zeros((50, 3), np.uint8))]) == (
+    assert display.effective_mode("textured", [mesh()]) == "plain shaded"
+    assert display.effective_mode("textured", [cloud(colors=np.zeros((50, 3), np.uint8))]) == (
         "vertex_colors"
     )
-    assert display.mode_shown("textured", [textured(tmp_path)]) == "textured"
+    assert display.effective_mode("textured", [textured(tmp_path)]) == "textured"
 
 
 def test_a_way_back_from_colours_is_named_by_what_will_be_seen(tmp_path):
-    assert display.usual_look([textured(tmp_path)]) == "Photo texture"
+    assert display.default_appearance([textured(tmp_path)]) == "Photo texture"
     coloured = cloud(colors=np.zeros((50, 3), np.uint8))
-    assert display.usual_look([coloured]) == "Own colours"
-    assert display.usual_look([mesh()]) == display.usual_look([cloud()]) == "Without colours"
+    assert display.default_appearance([coloured]) == "Own colours"
+    assert (
+        display.default_appearance([mesh()])
+        == display.default_appearance([cloud()])
+        == "Without colours"
+    )
 
 
 def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
     attach(studio, cloud(colors=np.zeros((50, 3), np.uint8)))
     window.actions_table.run("surface_fields")
     panel = window.findChild(FieldsPanel)
-    panel.show_now()
-    assert panel.off_button.text() == "Own colours"
-    assert not panel.off_button.isEnabled()
+    panel.update_widgets()
+    assert panel.reset_button.text() == "Own colours"
+    assert not panel.reset_button.isEnabled()
     studio.display.set_mode("field")
-    assert panel.off_button.isEnabled()
+    assert panel.reset_button.isEnabled()
     # However it came about: by this button, the menu, or another panel.
     studio.display.set_mode("textured")
-    assert not panel.off_button.isEnabled()
+    assert not panel.reset_button.isEnabled()
 
 
 @pytest.mark.full

@@ -16,7 +16,7 @@ from vomstudio.core.paths import documentation
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure
 from vomstudio.ui.base.help_links import find_help_topic
-from vomstudio.ui.dialogs.help.help_pages import address_of, anchor, heading_of
+from vomstudio.ui.dialogs.help.help_pages import anchor, figure_heading, help_address
 from vomstudio.ui.dialogs.help.help_window import HelpWindow
 from vomstudio.ui.panels.features.table_model import COLUMNS
 
@@ -37,7 +37,7 @@ def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_t
     assert numbers_page.renewed(page) == page
     written = sections("numbers.md")
     for figure in numbers_page.SHOWN.values():
-        assert anchor(heading_of(figure)) in written, heading_of(figure)
+        assert anchor(figure_heading(figure)) in written, figure_heading(figure)
     assert len(written) == len(
         re.findall(r"^#", (documentation() / "numbers.md").read_text(), re.MULTILINE)
     )
@@ -119,8 +119,8 @@ def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     opened = selected._dialogs.find_visible(HelpWindow)
     assert opened is not None
     assert opened.view.page.name == "numbers.md"
-    assert opened.view.textCursor().block().text() == heading_of(catalogue.MAX_CONFIDENCE)
-    assert address_of(catalogue.MAX_CONFIDENCE).endswith("#fit-max-max_confidence95_deg")
+    assert opened.view.textCursor().block().text() == figure_heading(catalogue.MAX_CONFIDENCE)
+    assert help_address(catalogue.MAX_CONFIDENCE).endswith("#fit-max-max_confidence95_deg")
     opened.close()
     QApplication.processEvents()
 

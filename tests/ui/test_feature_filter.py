@@ -120,13 +120,13 @@ def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, 
     window.docks.bring_forward("table")
     panel = window.table
     panel._filter.setText("dip>45")
-    assert panel._sorted.rowCount() == 1
+    assert panel._sorted_rows.rowCount() == 1
     panel._filter.setText("dip>45 dip<")
-    assert panel._sorted.rowCount() == 1
+    assert panel._sorted_rows.rowCount() == 1
     assert panel._filter.problem.isVisible()
     assert "filter.needs-number" in shown_codes(panel._filter.problem.text())
     panel._filter.clear()
-    assert panel._sorted.rowCount() == 2
+    assert panel._sorted_rows.rowCount() == 2
     assert not panel._filter.problem.isVisible()
     assert "dip>30" in panel._filter.toolTip()
 

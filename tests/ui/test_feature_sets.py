@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from vomstudio.products.net.contents import MARKERS, TYPED_LINE, make_sets
+from vomstudio.products.net.contents import MARKERS, USER_LINE_MARKER, make_sets
 from vomstudio.ui.panels.net.feature_sets import distinct_symbols
 
 PLANES = ("plane", [10.0, 20.0], [30.0, 40.0])
@@ -23,7 +23,7 @@ def test_every_set_has_a_symbol_of_its_own(count: int) -> None:
         result = distinct_symbols(sets)
         symbols = [s.marker for s in result]
         assert len(set(symbols)) == count
-        assert not {"*", TYPED_LINE, "x", "+"} & set(symbols)
+        assert not {"*", USER_LINE_MARKER, "x", "+"} & set(symbols)
         assert all(s.variant == 0 for s in result)
         # The first set of a type keeps the symbol of the type.
         assert symbols[:2] == ["D", marker][:count]

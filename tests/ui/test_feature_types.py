@@ -208,7 +208,7 @@ def test_empty_types_are_shown_on_demand_and_one_is_chosen_for_what_is_next(wind
     add_bed(studio, "t1")
     tree = window.tree
     assert tree._items["vein"].isHidden()
-    click(tree.empty_types, tree.empty_types.rect().center())
+    click(tree.empty_types_button, tree.empty_types_button.rect().center())
     assert not tree._items["vein"].isHidden()
     menu = tree.create_menu("vein")
     next(a for a in menu.actions() if a.text() == "Use for &next").trigger()
@@ -340,7 +340,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
 
     add_cliff(studio)
     add_bed(studio, "t1", "a")
-    menu = window.table.column_menu()
+    menu = window.table.create_column_menu()
     next(a for a in menu.actions() if a.text() == "Set").trigger()
     place = next(i for i, c in enumerate(COLUMNS) if c.title == "Set")
     assert window.table.view.isColumnHidden(place)
@@ -348,7 +348,7 @@ def test_hidden_columns_stay_hidden_and_are_not_copied(window, studio):
     studio.selection.set(["t1"])
     window.table.copy_rows()
     assert "Set" not in QApplication.clipboard().text().splitlines()[0].split("\t")
-    window.table.column_menu().actions()[-1].trigger()
+    window.table.create_column_menu().actions()[-1].trigger()
     assert not window.table.view.isColumnHidden(place)
 
 
@@ -359,7 +359,7 @@ def test_overturned_beds_are_ticked_in_the_table(window, studio):
     add_bed(studio, "t1", "a")
     view = window.table.view
     place = next(i for i, c in enumerate(COLUMNS) if c.title == "Overturned")
-    index = window.table._sorted.index(0, place)
+    index = window.table._sorted_rows.index(0, place)
     view.scrollTo(index)
     QApplication.processEvents()
     box = view.visualRect(index)

@@ -39,7 +39,7 @@ def test_control_of_every_format_is_offered():
         assert format_.extensions, format_.name
         for ending in format_.extensions:
             assert shows(file_filters.ground_control(), f"points{ending}")
-        for name in format_.found_as:
+        for name in format_.default_names:
             assert shows(file_filters.ground_control(), name)
 
 

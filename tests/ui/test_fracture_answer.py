@@ -18,10 +18,10 @@ from vomstudio.ui.panels.fractures.analysis import (
     CIRCLE,
     SCANLINE,
     WINDOW,
-    FractureAnswer,
-    FractureQuestion,
+    FractureRequest,
+    FractureResult,
     MappedTrace,
-    answer,
+    analyse_fractures,
 )
 from vomstudio.ui.panels.fractures.fractures_panel import fractures_command
 
@@ -29,7 +29,7 @@ AT = np.array([400.0, 5_200.0, 90.0])
 SLOPE, PAVEMENT, WALL = Plane(135.0, 30.0), Plane(0.0, 0.0), Plane(200.0, 90.0)
 
 
-def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> FractureQuestion:
+def request(face: Plane, counted_in: str, place: tuple[float, ...]) -> FractureRequest:
     """Level traces, and traces that go straight up the face (on a pavement east, and north)."""
     right, up = np.asarray(face.strike_vector()) * -1.0, np.asarray(face.dip_vector()) * -1.0
     traces = []
@@ -37,19 +37,19 @@ def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> Fracture
         ends = [(x, y), (x + 7, y)] if k < 3 else [(x, y), (x, y + 4)]
         points = np.array([AT + a * right + b * up for a, b in ends])
         traces.append(MappedTrace(f"t{k}", f"T{k}", "level" if k < 3 else "up", "#000000", points))
-    return FractureQuestion(traces, face, counted_in, place, FractureOptions(), True, True)
+    return FractureRequest(traces, face, counted_in, place, FractureOptions(), True, True)
 
 
 def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = ()):
-    made = answer(question(face, counted_in, place))
-    assert isinstance(made, FractureAnswer)
-    assert made.mapped is not None, made.reason
+    made = analyse_fractures(request(face, counted_in, place))
+    assert isinstance(made, FractureResult)
+    assert made.network is not None, made.reason
     return made
 
 
-def strikes(made: FractureAnswer) -> dict[str, float]:
-    assert made.mapped is not None
-    return {s.name: s.strike_deg for s in made.mapped.found.sets}
+def strikes(made: FractureResult) -> dict[str, float]:
+    assert made.network is not None
+    return {s.name: s.strike_deg for s in made.network.found.sets}
 
 
 def axial(angle: float, other: float) -> float:
@@ -94,7 +94,7 @@ def test_the_copied_command_has_the_same_figures(
         SCANLINE: (*(low + [3.0, 0.5]), *(low + [3.5, 3.6])),
     }[counted_in]
     made = answered(face, counted_in, tuple(float(v) for v in place))
-    q = made.question
+    q = made.request
     path = tmp_path / "traces.gpkg"
     write_map(
         path,
@@ -113,6 +113,6 @@ def test_the_copied_command_has_the_same_figures(
     assert main([*words, "--json"]) == 0
     said = json.loads(capfd.readouterr().out)
     said.pop("image")
-    assert made.mapped is not None
-    mine = json.dumps(made.mapped.found.to_dict(), default=lambda finding: finding.to_dict())
+    assert made.network is not None
+    mine = json.dumps(made.network.found.to_dict(), default=lambda finding: finding.to_dict())
     assert said == nearly(json.loads(mine))

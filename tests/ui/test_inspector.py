@@ -90,7 +90,7 @@ def test_one_reason_has_the_button_that_acts_on_it(window, studio, poor):
 def test_further_reasons_unfold_in_place(window, studio):
     add_cliff(studio)
     trace = add_bed(studio, "t1", vertices=STRAIGHT)
-    studio.attempt(edits.change_feature, trace.but(resolution=0.8))
+    studio.attempt(edits.change_feature, trace.replace_fields(resolution=0.8))
     studio.selection.set(["t1"])
     window.docks.bring_forward("properties")
     reasons = studio.measured(["t1"])["t1"].verdict.reasons
@@ -187,16 +187,16 @@ def test_a_typed_set_is_remembered_for_its_type(window, studio):
 
     def choose(type_id: str) -> str:
         panel.type_box.setCurrentIndex(panel.type_box.findData(type_id))
-        return panel.set_edit.text()
+        return panel.set_name_edit.text()
 
     choose("bedding")
-    panel.set_edit.setFocus()
-    QTest.keyClicks(panel.set_edit, "east")
-    QTest.keyClick(panel.set_edit, Qt.Key.Key_Return)
+    panel.set_name_edit.setFocus()
+    QTest.keyClicks(panel.set_name_edit, "east")
+    QTest.keyClick(panel.set_name_edit, Qt.Key.Key_Return)
     assert studio.next_set == "east"
     assert choose("joint") == ""
-    QTest.keyClicks(panel.set_edit, "J1")
-    QTest.keyClick(panel.set_edit, Qt.Key.Key_Return)
+    QTest.keyClicks(panel.set_name_edit, "J1")
+    QTest.keyClick(panel.set_name_edit, Qt.Key.Key_Return)
     assert choose("bedding") == "east"
     assert choose("joint") == "J1"
     studio.new_project()
@@ -263,6 +263,6 @@ def test_a_filter_finds_the_domain(window, studio):
     add_bed(studio, "t1")
     studio.attempt(edits.set_attributes, ["t1"], domain="footwall")
     window.table._filter.setText("domain:foot")
-    assert window.table._sorted.rowCount() == 1
+    assert window.table._sorted_rows.rowCount() == 1
     window.table._filter.setText("domain:hanging")
-    assert window.table._sorted.rowCount() == 0
+    assert window.table._sorted_rows.rowCount() == 0

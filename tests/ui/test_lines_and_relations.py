@@ -81,7 +81,7 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert (made.plane_id, made.slip) == ("f1", "normal")
     assert planes.selection.ids == (made.id,)
     column = next(i for i, c in enumerate(COLUMNS) if c.title == "Slip rake")
-    model = window.table._sorted
+    model = window.table._sorted_rows
     rows = {
         model.index(r, 0).data(): model.index(r, column).data() for r in range(model.rowCount())
     }
@@ -89,35 +89,35 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert rows["B01"] == "–"
     choose(panel.plane_box, "")
     assert not panel.slip_box.isEnabled()
-    assert planes.tool_of(LineTool).next_line.slip == ""
+    assert planes.get_tool(LineTool).next_line.slip == ""
 
 
 @pytest.mark.full
 def test_the_selected_plane_is_followed_and_stays_when_a_line_is_made(window, planes):
     panel = driver.tool_panel(window, LinePanel)
     planes.selection.set(["f1"])
-    assert planes.tool_of(LineTool).next_line.plane_id == "", "not before it is asked for"
+    assert planes.get_tool(LineTool).next_line.plane_id == "", "not before it is asked for"
     choose(panel.plane_box, SELECTED)
-    assert planes.tool_of(LineTool).next_line.plane_id == "f1"
+    assert planes.get_tool(LineTool).next_line.plane_id == "f1"
     planes.selection.set(["b2"])
-    assert planes.tool_of(LineTool).next_line.plane_id == "b2"
+    assert planes.get_tool(LineTool).next_line.plane_id == "b2"
     assert "B02" in panel.plane_box.currentText()
     planes.activate("line")
     click(planes, (0, 0, 0), (1, 0.5, 1.0))
     planes.finish_tool()
-    assert planes.tool_of(LineTool).next_line.plane_id == "b2", (
+    assert planes.get_tool(LineTool).next_line.plane_id == "b2", (
         "the made line is selected, the plane stays"
     )
     choose(panel.plane_box, "f1")
     planes.selection.set(["b1"])
-    assert planes.tool_of(LineTool).next_line.plane_id == "f1", (
+    assert planes.get_tool(LineTool).next_line.plane_id == "f1", (
         "chosen by name: the selection does not matter"
     )
     choose(panel.plane_box, SELECTED)
-    assert planes.tool_of(LineTool).next_line.plane_id == "b1"
+    assert planes.get_tool(LineTool).next_line.plane_id == "b1"
     planes.selection.set(["b1"])
     planes.attempt(edits.delete, ["b1"])
-    assert planes.tool_of(LineTool).next_line.plane_id == ""
+    assert planes.get_tool(LineTool).next_line.plane_id == ""
 
 
 def test_a_line_is_laid_onto_another_plane_in_its_properties(window, planes):
@@ -180,7 +180,7 @@ def test_what_is_typed_into_the_vertices_moves_them(window, planes):
     click(planes, (0, 0, 0), (0, 3, 4))
     table = driver.tool_panel(window, MeasurePanel).table
     table.item(1, 2).setText("0,5")
-    assert planes.tool_of(MeasureTool).vertices[1] == (0.0, 3.0, 0.5)
+    assert planes.get_tool(MeasureTool).vertices[1] == (0.0, 3.0, 0.5)
     assert "3.04 m" in driver.tool_panel(window, MeasurePanel).figures.text()
     planes.cancel_tool()
     assert not table.isVisible()
@@ -190,19 +190,19 @@ def test_what_is_typed_into_the_vertices_moves_them(window, planes):
 def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, planes):
     panel, action = window.properties, window.actions_table.all["keep_intersection"]
     planes.selection.set(["b1"])
-    assert panel._relation.isHidden()
+    assert panel._relation_label.isHidden()
     assert not action.isEnabled()
     assert "selection.not-two-planes" in shown_codes(action.toolTip())
     planes.selection.set(["b1", "f1"])
-    assert not panel._relation.isHidden()
-    assert "B01 and F01" in panel._relation.text()
-    relation = panel._relation.text()
-    QTest.mouseClick(panel._keep, Qt.MouseButton.LeftButton)
+    assert not panel._relation_label.isHidden()
+    assert "B01 and F01" in panel._relation_label.text()
+    relation = panel._relation_label.text()
+    QTest.mouseClick(panel._keep_button, Qt.MouseButton.LeftButton)
     (made,) = planes.session.of(Intersection)
     assert (made.first.feature_id, made.second.feature_id) == ("b1", "f1")
     assert made.type_id == "lineation"
     assert planes.selection.ids == (made.id,)
-    assert panel._relation.isHidden()
+    assert panel._relation_label.isHidden()
     found = planes.measured([made.id])[made.id]
     assert window.tree._items[made.id].text(1) != "–"
     assert found.max_confidence95_deg > 0.0
@@ -245,7 +245,7 @@ def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(win
     def said(*ids: str) -> str:
         studio.selection.set(ids)
         QApplication.processEvents()
-        panel = window.properties._relation
+        panel = window.properties._relation_label
         return panel.text() if not panel.isHidden() else ""
 
     assert p_value(said("a", "b")) > 0.05
@@ -263,14 +263,14 @@ def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(win
     assert "Fitted together" not in said("a", "d")
     assert said("a", "b", "d") == ""
     studio.selection.set(["a"])
-    assert window.properties._relation.isHidden()
+    assert window.properties._relation_label.isHidden()
 
 
 def test_parallel_planes_have_no_line_to_keep(window, planes):
     add_bed(planes, "b3", "B03", dip=0.3)
     planes.selection.set(["b1", "b3"])
-    assert "parallel" in window.properties._relation.text()
-    assert not window.properties._keep.isEnabled()
+    assert "parallel" in window.properties._relation_label.text()
+    assert not window.properties._keep_button.isEnabled()
     assert not window.actions_table.all["keep_intersection"].isEnabled()
 
 
@@ -304,7 +304,7 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
 
 def test_the_view_goes_along_the_selected_line(window, planes):
     seen = []
-    window.view_panel._look = lambda trend, plunge: seen.append((trend, plunge))
+    window.view_panel._look_along = lambda trend, plunge: seen.append((trend, plunge))
     planes.selection.set(["b1", "f1"])
     window.actions_table.all["keep_intersection"].trigger()
     (made,) = planes.session.of(Intersection)

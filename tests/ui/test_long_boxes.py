@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 )
 
 from tests import driver
-from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
+from vomstudio.ui.base.window_fitting import fit_to_screen
 
 
 class Long(QDialog):

@@ -19,7 +19,7 @@ from vomstudio.ui.panels.view import view_panel
 @pytest.fixture
 def panel(own_folders, qtbot, monkeypatch):
     """Of a window that shows it, with seven beds, which are many here."""
-    monkeypatch.setattr(view_panel, "_MANY_BEDS", 3)
+    monkeypatch.setattr(view_panel, "_MAX_IMMEDIATE_BEDS", 3)
     window = driver.make_window()
     window.workspaces.switch("results")
     window.docks.bring_forward("view")
@@ -45,7 +45,7 @@ def test_it_comes_and_follows_what_is_edited(panel):
     driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
     driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
-    assert panel.why_no_beta() is None
+    assert panel.fold_axis_problem() is None
 
 
 @pytest.mark.full

@@ -34,14 +34,14 @@ def ids(window, studio) -> list[str]:
 
 def selected_rows(table) -> list[str]:
     rows = table.view.selectionModel().selectedRows()
-    return [table.model.id_at(table._sorted.mapToSource(row).row()) for row in rows]
+    return [table.model.id_at(table._sorted_rows.mapToSource(row).row()) for row in rows]
 
 
 def test_the_table_keeps_selection_and_order(window, studio, ids):
     table = window.table
     studio.selection.set(ids[::2])
     resets: list[int] = []
-    table._sorted.modelReset.connect(lambda: resets.append(1))
+    table._sorted_rows.modelReset.connect(lambda: resets.append(1))
     studio.attempt(edits.set_attributes, ids[::2], set_name="J1")
     assert not resets
     assert sorted(selected_rows(table)) == sorted(ids[::2])
@@ -57,7 +57,7 @@ def recorded_rows(window, monkeypatch) -> tuple[list[int], list[tuple[int, int]]
         SortedRows, "_key", lambda self, row: evaluated.append(row) or evaluate(self, row)
     )
     ranges: list[tuple[int, int]] = []
-    window.table._sorted.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
+    window.table._sorted_rows.dataChanged.connect(lambda a, b: ranges.append((a.row(), b.row())))
     return evaluated, ranges
 
 
@@ -108,7 +108,7 @@ def test_more_rows_than_are_updated_at_once_are_updated_between_events(
     studio.attempt(edits.set_attributes, ids[:100], set_name="")
     driver.wait(lambda: not any(model.row(i).set_name for i in range(COUNT)), "the rows")
     studio.attempt(edits.delete, ids[:60])
-    assert model.rowCount() == window.table._sorted.rowCount() == COUNT - 60
+    assert model.rowCount() == window.table._sorted_rows.rowCount() == COUNT - 60
     studio.undo()
     driver.wait(lambda: model.rowCount() == COUNT, "the rows")
 

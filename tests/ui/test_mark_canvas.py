@@ -10,7 +10,7 @@ from PIL import Image
 from PySide6.QtCore import QPoint, QPointF, Qt
 
 from tests.driver import drag
-from vomstudio.io.photos.pixels import pixels_upright
+from vomstudio.io.photos.pixels import rotate_pixels_upright
 from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.ui.base.photo_images import PhotoImages, PhotoPyramid
 from vomstudio.ui.panels.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark
@@ -70,7 +70,7 @@ def test_what_is_seen_red_is_marked_where_it_is_stored(orientation, shown, qtbot
     assert got[0].kind is Pointer.CLICK
     assert (got[0].x, got[0].y) == pytest.approx(MIDDLE, abs=0.1)
     # Upright by EXIF's own table, and not by Qt's.
-    turned = pixels_upright([MIDDLE, (0.5, 0.5)], orientation, WIDE, HIGH)
+    turned = rotate_pixels_upright([MIDDLE, (0.5, 0.5)], orientation, WIDE, HIGH)
     on = canvas.to_widget([MIDDLE, (0.5, 0.5)])
     scale = canvas._scale
     assert (on[0] - on[1]) / scale == pytest.approx(turned[0] - turned[1])
@@ -152,7 +152,7 @@ def test_with_shift_a_dragged_mark_goes_slowly(shown, qtbot) -> None:
     got: list[tuple[float, float]] = []
     canvas.pointed.connect(
         lambda e: (
-            got.append(canvas.pixel_of_drag((e.x, e.y)))
+            got.append(canvas.dragged_pixel((e.x, e.y)))
             if e.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END)
             else None
         )
@@ -179,5 +179,5 @@ def test_whatever_the_tool_the_wheel_keeps_what_is_under_the_cursor(tool, shown)
 
 def test_a_place_is_looked_at_closely(shown) -> None:
     canvas = shown(8)
-    canvas.look_closely((50.0, 10.0))
+    canvas.zoom_to_pixel((50.0, 10.0))
     assert at(canvas, (50.0, 10.0)) == QPoint(300, 300)

@@ -46,7 +46,7 @@ BEDS = FoldPlanes((Bed(),) * 6, AZIMUTHS, DIPS, None, None, 1, ())
 def beta(beds: FoldPlanes) -> tuple[float, float]:
     net = add_fold_axis(NetContents(sets=()), beds)
     assert net.fold is not None
-    assert net.fold_not_good == beds.not_good
+    assert net.fold_not_good_count == beds.not_good
     return net.fold.beta.trend_deg, net.fold.error95_deg or 0.0
 
 
@@ -103,7 +103,7 @@ def beds(window, studio):
 def axes(window, studio) -> list[tuple[float, float, int]]:
     """Beta and its count, by the net, the view direction and the planes of the statistics."""
     net = window.net.contents().fold
-    view = window.view_panel._bedding.axis_or_reason()
+    view = window.view_panel._bedding.find_axis()
     statistics = studio.fold.planes().axis()
     return [(a.beta.trend_deg, a.beta.plunge_deg, a.n) for a in (net, view, statistics)]
 
@@ -126,9 +126,9 @@ def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio
     measured = studio.measured([f.id for f in studio.fold.features()])
     bad = sum(m.verdict.quality != "good" for m in measured.values())
     studio.fold.choose(FoldFilter(), is_selected=False)
-    assert studio.fold.planes().not_good == window.net.contents().fold_not_good == bad > 0
+    assert studio.fold.planes().not_good == window.net.contents().fold_not_good_count == bad > 0
     text = window.findChild(StatisticsPanel)
-    text.show_now()
+    text.update_widgets()
     assert f"{bad} not good" in text.figures.toPlainText()
 
 
@@ -137,7 +137,7 @@ def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
     studio.selection.set(["t0", "t1", "t2"])
     studio.fold.choose(FoldFilter(), is_selected=True)
     assert [each[2] for each in axes(window, studio)] == [3, 3, 3]
-    assert window.view_panel.only_selected.isChecked()
+    assert window.view_panel.selected_only_box.isChecked()
     studio.selection.set(["t0", "t1", "t2", "t3"])
     assert [each[2] for each in axes(window, studio)] == [4, 4, 4]
 

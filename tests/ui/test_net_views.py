@@ -31,7 +31,7 @@ from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, Point
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.commands.net import export_net
 from vomstudio.ui.dialogs.figure_style_dialog import FigureStyleDialog
-from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
+from vomstudio.ui.dialogs.net_drawing_dialog import NetDrawingDialog
 
 LEFT, NONE = driver.LEFT, driver.NONE
 
@@ -89,9 +89,9 @@ def words(net) -> str:
     return " | ".join(text.get_text() for text in net.artists.axes.texts)
 
 
-def typed(window) -> NetTypingDialog:
+def typed(window) -> NetDrawingDialog:
     window.actions_table.all["type_on_net"].trigger()
-    (dialog,) = [w for w in window.findChildren(NetTypingDialog) if w.isVisible()]
+    (dialog,) = [w for w in window.findChildren(NetDrawingDialog) if w.isVisible()]
     return dialog
 
 
@@ -187,12 +187,12 @@ def test_what_the_menu_switches_on_is_drawn_and_kept(net, window, studio) -> Non
     assert "Joint (compass): n = 30," in said.replace("\n", " ")
     assert shown_values(said, "net.no-girdle")["sets"].startswith("Joint")
     assert "max " in said
-    (girdle,) = net.artists.contents.circles_typed
+    (girdle,) = net.artists.contents.user_circles
     assert angle_between_lines(girdle.axis, Line(40, 20)) < 1e-6
     assert studio.settings.net_asked == ["girdles", "maxima", "averages"]
     driver.keep_picture(window, "net-asked")
     ask(window, "averages", "girdles", "maxima", "intersections")
-    assert net.artists.contents.circles_typed == ()
+    assert net.artists.contents.user_circles == ()
     crossing = net.artists.contents.sets[-1]
     assert crossing.kind == "line"
     assert len(crossing) > 45 * 44 / 2 - 45
@@ -213,7 +213,7 @@ def test_errors_of_all_and_planes_of_striae(net, window, studio) -> None:
     assert studio.attempt(edits.add_features, [striae])
     ask(window, "slip planes")
     drawn(window)
-    (circle,) = net.artists.contents.circles_typed
+    (circle,) = net.artists.contents.user_circles
     assert angle_between_lines(circle.axis, Plane(90, 60).pole()) < 1e-6
 
 
@@ -234,15 +234,15 @@ def test_a_set_that_is_hidden_in_the_menu_leaves_the_net_only(net, window, studi
 # --- typing ----------------------------------------------------------------------------------
 @pytest.mark.full
 def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) -> None:
-    window.docks.take_center("stereonet")
+    window.docks.move_to_center("stereonet")
     dialog = typed(window)
     type_in(dialog.fields["planes"], "120/60; 210/45")
     type_in(dialog.fields["cones"], "40/20/30")
     type_in(dialog.fields["slips"], "90/60/30")
     drawn(window)
     shown = net.artists.contents
-    assert [c.half_angle_deg for c in shown.circles_typed] == [90.0, 90.0, 30.0, 90.0]
-    assert angle_between_lines(shown.circles_typed[0].axis, Plane(120, 60).pole()) < 1e-6
+    assert [c.half_angle_deg for c in shown.user_circles] == [90.0, 90.0, 30.0, 90.0]
+    assert angle_between_lines(shown.user_circles[0].axis, Plane(120, 60).pole()) < 1e-6
     assert abs(Plane(90, 60).normal() @ shown.marks[0].line.vector()) < 1e-9
     assert "Cone 40/20/30" in words(net)
     driver.keep_picture(window, "net-typed")
@@ -307,7 +307,7 @@ def test_the_pole_and_cone_of_an_open_trace_move_while_it_is_picked(net, window,
         studio.pointer(PointerEvent(Pointer.CLICK, 0, 0, Button.LEFT, hit=hit))
         live = artists.contents.live
         assert (live is not None) == (i >= 2)
-    measured = studio.tool_of(TraceTool).measurement
+    measured = studio.get_tool(TraceTool).measurement
     assert live.plane == measured.plane
     assert live.ellipse.max_angle_deg == measured.total95_deg
     assert net.canvas.grab().toImage() != before

@@ -20,14 +20,14 @@ from vomstudio.ui.panels.photos.reconstruction_settings import (
     read_request,
 )
 
-NAMES = [folders.REQUEST, folders.RESULT, folders._FAILURE, folders.FILE_NAME]
+NAMES = [folders.REQUEST, folders.RESULT, folders._FAILURE_FILE, folders.FILE_NAME]
 
 
 @pytest.fixture(params=["pipe", "dangling link", "nested"])
 def out(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     place = tmp_path / "a.vom" / folders.RECONSTRUCTIONS / "photos-preview"
     place.mkdir(parents=True)
-    (place / folders._FAILURE).parent.mkdir(exist_ok=True)
+    (place / folders._FAILURE_FILE).parent.mkdir(exist_ok=True)
     for name in NAMES:
         if request.param == "pipe":
             os.mkfifo(place / name)

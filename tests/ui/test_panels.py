@@ -27,14 +27,14 @@ def column(title: str) -> int:
 
 
 def shown(window, title: str = "Name") -> list[str]:
-    model = window.table._sorted
+    model = window.table._sorted_rows
     return [model.index(r, column(title)).data() for r in range(model.rowCount())]
 
 
 def rows_chosen(window) -> list[str]:
     panel = window.table
     return [
-        panel.model.id_at(panel._sorted.mapToSource(i).row())
+        panel.model.id_at(panel._sorted_rows.mapToSource(i).row())
         for i in panel.view.selectionModel().selectedRows()
     ]
 
@@ -94,7 +94,7 @@ def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(win
         window.table._filter.setText(words)
         assert sorted(shown(window)) == expected
         assert studio.selection.ids == ("t1", "t2"), words
-    assert "features" in window.table._count.text()
+    assert "features" in window.table._count_label.text()
     assert sorted(rows_chosen(window)) == ["t1", "t2"]
 
 
@@ -106,7 +106,7 @@ def test_names_sets_and_notes_are_typed_in_place(window, studio, title, field):
     add_cliff(studio)
     add_bed(studio, "t1", "first")
     view = window.table.view
-    index = window.table._sorted.index(0, column(title))
+    index = window.table._sorted_rows.index(0, column(title))
     view.scrollTo(index)
     view.edit(index)
     editor = view.findChild(QLineEdit)
@@ -346,7 +346,7 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
     QLocale.setDefault(QLocale(language))
     try:
         studio.activate("trace")
-        studio.tool_of(TraceTool).continue_feature("t1")
+        studio.get_tool(TraceTool).continue_feature("t1")
         table = driver.tool_panel(window, TracePanel).table
         for row in range(4):
             for col in range(3):
@@ -354,10 +354,10 @@ def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, st
                     trace.vertices[row][col], abs=5e-4
                 )
         table.item(1, 0).setText(table.item(1, 0).text()[:-1] + "9")
-        assert studio.tool_of(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+        assert studio.get_tool(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
         table.item(1, 0).setText("here")
         assert "not a number" in studio.notices[-1].text
-        assert studio.tool_of(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
+        assert studio.get_tool(TraceTool).vertices[1][0] == pytest.approx(372411.119, abs=1e-6)
     finally:
         QLocale.setDefault(before)
 
@@ -393,7 +393,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
         lambda: window.tree._items["t1"].setText(0, "other"),
         lambda: window.actions_table.run("delete"),
         studio.undo,
-        lambda: window.files.save() if not studio.project.untitled else studio.session,
+        lambda: window.files.save() if not studio.project.is_untitled else studio.session,
     ):
         studio.notices.clear()
         do()
@@ -426,14 +426,14 @@ def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio
     panel = driver.tool_panel(window, TracePanel)
     assert panel.type_box.currentData() == "bedding"
     studio.activate("trace")
-    studio.tool_of(TraceTool).continue_feature("t1")
+    studio.get_tool(TraceTool).continue_feature("t1")
     assert panel.type_box.currentData() == "fault"
-    assert panel.set_edit.text() == "F"
+    assert panel.set_name_edit.text() == "F"
     assert not panel.type_box.isEnabled()
     assert "Not now" in panel.type_box.toolTip()
-    studio.tool_of(TraceTool).cancel()
+    studio.get_tool(TraceTool).cancel()
     assert panel.type_box.currentData() == "bedding"
-    assert panel.set_edit.text() == ""
+    assert panel.set_name_edit.text() == ""
     assert panel.type_box.isEnabled()
 
 
@@ -451,10 +451,13 @@ def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_pa
     studio.new_project()
     studio.set_next("bedding", "")
     studio.open_project(tmp_path / "p.vom")
-    assert studio.tool_of(TraceTool).trace.type_id == "fault"
+    assert studio.get_tool(TraceTool).trace.type_id == "fault"
     assert driver.tool_panel(window, TracePanel).type_box.currentData() == "fault"
-    type_into(driver.tool_panel(window, TracePanel).set_edit, "G")
-    assert (studio.tool_of(TraceTool).trace.type_id, studio.tool_of(TraceTool).trace.set_name) == (
+    type_into(driver.tool_panel(window, TracePanel).set_name_edit, "G")
+    assert (
+        studio.get_tool(TraceTool).trace.type_id,
+        studio.get_tool(TraceTool).trace.set_name,
+    ) == (
         "fault",
         "G",
     )
@@ -467,7 +470,7 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.new_project()
     studio.open_project(tmp_path / "p.vom")
     assert "tool.draft-unreadable" in [notice.code for notice in studio.notices]
-    assert not studio.tool_of(TraceTool).is_open
+    assert not studio.get_tool(TraceTool).is_open
 
 
 def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:

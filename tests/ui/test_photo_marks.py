@@ -12,7 +12,7 @@ from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.io.control import writing
-from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_crs, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_marks
 from vomstudio.io.settings import Settings
@@ -264,9 +264,9 @@ def test_the_tables_that_the_model_is_placed_by_are_taken_in_and_never_written(
     mark(marks, "B")
     assert (control.read_bytes(), marks_.read_bytes()) == before
     assert [m.label for m in read_marks(folder / "marks.csv")] == ["A", "B"]
-    assert crs_of(folder / "control.csv") == "EPSG:32633"
+    assert read_crs(folder / "control.csv") == "EPSG:32633"
     marks.change("place", marks.marking.placed(ControlPoint("C", (4.0, 5.0, 6.0))))
-    assert crs_of(folder / "control.csv") == "EPSG:32633"
+    assert read_crs(folder / "control.csv") == "EPSG:32633"
     assert not list(folder.glob("*.bak*")), "a table of our own needs no copy"
 
 

@@ -26,7 +26,7 @@ def painting(window, studio):
     """A model that is open, and the brush in hand."""
     add_open_cliff(studio, MESH)
     studio.activate("plane")
-    studio.tool_of(PlaneTool).set_radius(0.3)
+    studio.get_tool(PlaneTool).set_radius(0.3)
     return studio
 
 
@@ -53,7 +53,7 @@ def test_the_page_comes_forward_with_its_tool(window, painting):
 
 @pytest.mark.full
 def test_the_radius_is_typed_shown_and_changed_by_its_commands(window, painting):
-    panel, tool = driver.tool_panel(window, PlanePanel), painting.tool_of(PlaneTool)
+    panel, tool = driver.tool_panel(window, PlanePanel), painting.get_tool(PlaneTool)
     panel.radius.setValue(0.8)
     assert tool.radius == pytest.approx(0.8)
     window.actions_table.run("brush_larger")
@@ -86,8 +86,8 @@ def test_the_page_shows_the_fit_while_the_stroke_is_made(window, painting):
 def test_type_and_set_of_what_is_made_next(window, painting):
     panel = driver.tool_panel(window, PlanePanel)
     panel.type_box.setCurrentIndex(panel.type_box.findData("joint"))
-    panel.set_edit.setText("J1")
-    panel.set_edit.editingFinished.emit()
+    panel.set_name_edit.setText("J1")
+    panel.set_name_edit.editingFinished.emit()
     dab(painting, 900)
     painting.finish_tool()
     (patch,) = patches(painting)
@@ -112,11 +112,11 @@ def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painti
     assert actions["finish"].isEnabled()
     assert actions["cancel"].isEnabled()
     window.actions_table.run("finish")
-    assert not painting.tool_of(PlaneTool).is_open
+    assert not painting.get_tool(PlaneTool).is_open
     (patch,) = patches(painting)
     assert painting.selection.ids == (patch.id,)
     window.actions_table.run("edit_feature")
-    assert painting.tool_of(PlaneTool).is_continued
+    assert painting.get_tool(PlaneTool).is_continued
     panel = driver.tool_panel(window, PlanePanel)
     assert panel._name.text() == "<b>B01</b>"
     assert not panel.type_box.isEnabled()
@@ -126,7 +126,7 @@ def test_finish_cancel_and_edit_are_offered_when_they_can_be_done(window, painti
 
 
 def test_undo_and_redo_take_strokes_and_then_the_plane(window, painting):
-    tool, run = painting.tool_of(PlaneTool), window.actions_table.run
+    tool, run = painting.get_tool(PlaneTool), window.actions_table.run
     dab(painting, 900)
     one = tool.selection.mask
     dab(painting, 930, shift=True)
@@ -148,14 +148,14 @@ def test_another_tool_keeps_the_unfinished_plane(window, painting):
     painting.activate("trace")
     assert painting.tool_name == "trace"
     assert len(patches(painting)) == 1
-    assert not painting.tool_of(PlaneTool).is_open
+    assert not painting.get_tool(PlaneTool).is_open
     painting.undo()
     assert patches(painting) == []
 
 
 def test_an_incomplete_trace_is_discarded_for_the_plane_and_undo_restores_it(window, painting):
     painting.activate("trace")
-    trace = painting.tool_of(TraceTool)
+    trace = painting.get_tool(TraceTool)
     painting.pointer(event(Pointer.CLICK, 900))
     painting.pointer(event(Pointer.CLICK, 950))
     painting.activate("plane")
@@ -183,7 +183,7 @@ def test_only_an_open_model_lets_a_plane_be_changed(window, painting):
 
 @pytest.mark.full
 def test_an_area_goes_to_the_selection_and_back(window, painting):
-    plane, select = painting.tool_of(PlaneTool), painting.tool_of(SelectTool)
+    plane, select = painting.get_tool(PlaneTool), painting.get_tool(SelectTool)
     dab(painting, 900)
     mask = plane.selection.mask
     window.actions_table.run("plane_to_selection")
@@ -206,10 +206,10 @@ def test_a_mode_is_chosen_from_anywhere(window, painting):
     painting.activate("navigate")
     window.actions_table.run("plane_lasso")
     assert painting.tool_name == "plane"
-    assert painting.tool_of(PlaneTool).mode == "lasso"
+    assert painting.get_tool(PlaneTool).mode == "lasso"
     assert window.actions_table.all["shape_lasso"].isChecked()
     window.actions_table.run("shape_pick")
-    assert painting.tool_of(PlaneTool).mode == "pick"
+    assert painting.get_tool(PlaneTool).mode == "pick"
 
 
 @pytest.mark.full

@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtCore import QObject
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.ui.base.qt_background import NewestResult
+from vomstudio.ui.base.qt_background import LatestRequestRunner
 
 _OWNERS_COME_AND_GO = """
 import random, sys, time
@@ -95,7 +95,7 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     owner, begun, came, slow = QObject(), [], [], []
     go = threading.Event()
     failed: list[VomError] = []
-    newest = NewestResult(owner, came.append, failed.append, lambda: slow.append(True))
+    newest = LatestRequestRunner(owner, came.append, failed.append, lambda: slow.append(True))
 
     def work(number: int) -> Callable[[], int]:
         def do() -> int:

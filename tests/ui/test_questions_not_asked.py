@@ -211,7 +211,7 @@ def test_a_finished_export_offers_to_open_it(
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()))
     bar = window.message_bar
     for number in range(2):
-        window.files.export_to("csv", tmp_path / "planes.csv")
+        window.files.export_features("csv", tmp_path / "planes.csv")
         assert bar.isVisible()
         assert bar.notice.code == "export.written"
         buttons = bar.findChildren(QPushButton)[-2:]
@@ -219,12 +219,12 @@ def test_a_finished_export_offers_to_open_it(
         assert not bar.isVisible()
         QApplication.sendPostedEvents()
     assert opened == [str(tmp_path / "planes.csv"), str(tmp_path)]
-    window.files.export_to("csv", tmp_path / "planes.csv")
+    window.files.export_features("csv", tmp_path / "planes.csv")
     assert bar.isVisible()
     studio.tool_changed()
     assert not bar.isVisible(), "it goes when the work goes on"
     studio.warn(Finding("action.no-model"))
-    window.files.export_to("csv", tmp_path / "planes.csv")
+    window.files.export_features("csv", tmp_path / "planes.csv")
     studio.tool_changed()
     assert bar.isVisible(), "with an unread message before it, it stays"
 

@@ -141,8 +141,8 @@ def test_an_import_is_one_edit_turned_to_grid_north_and_compared_with_the_picks(
     shown = model.index(model.find_source_row(first.id), column("Nearest pick")).data()
     assert shown == f"{expected:.1f}°"
     studio.selection.set([first.id])
-    assert f"{shown} from B01" in window.properties._about.text()
-    assert "+10.0" in window.properties._about.text()
+    assert f"{shown} from B01" in window.properties._description_label.text()
+    assert "+10.0" in window.properties._description_label.text()
     assert "3 readings" in studio.notices[-1].text
     studio.undo()
     assert not studio.session.of(Reading)
@@ -196,7 +196,7 @@ def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_pa
     assert not ok(dialog).isEnabled()
     assert shown_codes(dialog._summary.text()) == {"reading.notation-missing"}
     choose(dialog._notation, "strike/dip")
-    assert dialog._column_roles[0].currentText() == "Strike (right-hand)"
+    assert dialog._role_boxes[0].currentText() == "Strike (right-hand)"
     QTest.mouseClick(ok(dialog), driver.LEFT)
     assert [r.azimuth_deg for r in studio.session.of(Reading)] == [130.0, 132.0]
 
@@ -204,9 +204,9 @@ def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_pa
 def test_a_role_belongs_to_one_column(window, studio, book):
     add_cliff(studio)
     dialog = ask(window, book)
-    choose(dialog._column_roles[6], "inclination")
+    choose(dialog._role_boxes[6], "inclination")
     assert dialog.columns()["inclination"] == 6
-    assert dialog._column_roles[3].currentData() == ""
+    assert dialog._role_boxes[3].currentData() == ""
     dialog.reject()
 
 

@@ -25,7 +25,7 @@ from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.station import Station
 from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.studio.tools.station import StationTool
-from vomstudio.ui.base.controls import allow
+from vomstudio.ui.base.controls import set_enabled
 
 CONTROLS = (QAbstractButton, QComboBox, QLineEdit, QAbstractSpinBox)
 
@@ -79,7 +79,7 @@ def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, stud
     place = Station("s1", "S1", "m1", "0" * 64, ZIGZAG[:1])
     assert studio.attempt(edits.add_features, [length, place])
     for kind, id_ in ((MeasureTool, "d1"), (StationTool, "s1")):
-        tool = studio.tool_of(kind)
+        tool = studio.get_tool(kind)
         studio.activate(tool.name)
         tool.continue_feature(id_)
         assert list(silent(window.docks["tool"])) == []
@@ -99,13 +99,13 @@ def test_a_reason_goes_and_the_own_tooltip_comes_back(qtbot) -> None:
     qtbot.addWidget(field)
     field.setToolTip("A length.")
     for reason in (Finding("action.no-model"), Finding("job.stopped")):
-        allow(field, reason)
+        set_enabled(field, reason)
         assert not field.isEnabled()
         assert shown_codes(field.toolTip()) == {reason.code}
-    allow(field, None)
+    set_enabled(field, None)
     assert field.isEnabled()
     assert field.toolTip() == "A length."
     field.setToolTip("Another length.")
-    allow(field, Finding("job.stopped"))
-    allow(field, None)
+    set_enabled(field, Finding("job.stopped"))
+    set_enabled(field, None)
     assert field.toolTip() == "Another length."

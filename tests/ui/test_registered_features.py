@@ -67,7 +67,7 @@ def test_the_ellipse_about_the_selected_pole_grows_with_the_registration(window,
     assert fold.registration_error_deg > 0.0
     assert fold_ellipse(fold).max_angle_deg == fold.total.largest_deg > fold.max_confidence95_deg
     # Printed without what is selected; beta keeps its own.
-    assert window.net.print_contents().ellipses == ()
+    assert window.net.printable_contents().ellipses == ()
 
 
 @pytest.mark.full

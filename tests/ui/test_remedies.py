@@ -10,7 +10,7 @@ import pytest
 import vomstudio
 from vomstudio.core.finding_texts import TEXTS
 from vomstudio.core.findings import Finding
-from vomstudio.ui.base.remedies import REMEDIES, command_for, short_reason
+from vomstudio.ui.base.remedies import REMEDIES, remedy_command, short_reason
 
 FOLDER = Path(vomstudio.__file__).parent
 JUDGES = (
@@ -41,8 +41,8 @@ def test_a_short_form_is_short(code: str) -> None:
 
 
 def test_a_reason_has_the_command_that_acts_on_it() -> None:
-    assert command_for(Finding("plane.too-small", ratio=3.0, minimum=10.0)) == "edit_feature"
-    assert command_for(Finding("plane.bowed")) == ""
+    assert remedy_command(Finding("plane.too-small", ratio=3.0, minimum=10.0)) == "edit_feature"
+    assert remedy_command(Finding("plane.bowed")) == ""
 
 
 def test_an_unknown_reason_is_shown_in_full() -> None:

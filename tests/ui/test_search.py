@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 
-from vomstudio.ui.base.search import SYNONYMS, SearchEntry, rank, synonyms_of
+from vomstudio.ui.base.search import SYNONYMS, SearchEntry, command_synonyms, rank
 from vomstudio.ui.dialogs.command_palette import CommandPalette
 
 UNDO = SearchEntry("undo", "Undo")
@@ -122,5 +122,5 @@ def test_pages_and_documents_are_found_and_opened(window):
 
 def test_synonyms_belong_to_commands(window):
     assert set(SYNONYMS) <= set(window.actions_table.all)
-    assert "gpkg" in synonyms_of("export_gpkg")
-    assert synonyms_of("xyzzy") == ()
+    assert "gpkg" in command_synonyms("export_gpkg")
+    assert command_synonyms("xyzzy") == ()

@@ -13,7 +13,7 @@ from tests.messages import refused, shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.common_rotation_errors import shared_rotations
+from vomstudio.geology.common_rotation_errors import group_rotation_errors
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.project import edits
 from vomstudio.project.kinds.reading import Reading
@@ -103,7 +103,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     chance = np.random.default_rng(2)
     poles = cluster((40, 60, 300, 80), chance)
     sigma = math.radians(1.0)
-    rotation_errors = shared_rotations([("registration", sigma**2 * np.eye(3))] * 80)
+    rotation_errors = group_rotation_errors([("registration", sigma**2 * np.eye(3))] * 80)
     nowhere = np.full((80, 3), np.nan)
     ids = tuple(map(str, range(80)))
     of = Candidates(

@@ -37,13 +37,13 @@ def by_hand(table, column: int, order, test=None) -> list[str]:
 
 
 def seen(table) -> list[str]:
-    rows = table._sorted
+    rows = table._sorted_rows
     places = (rows.mapToSource(rows.index(i, 0)).row() for i in range(rows.rowCount()))
     return [table.model.id_at(place) for place in places]
 
 
 def chosen(table) -> set[str]:
-    rows = table._sorted
+    rows = table._sorted_rows
     found = table.view.selectionModel().selectedRows()
     return {table.model.id_at(rows.mapToSource(i).row()) for i in found}
 
@@ -52,7 +52,7 @@ def chosen(table) -> set[str]:
 @pytest.mark.parametrize("column", first_in_default_tier([0, DIP], 1))
 def test_order_and_filter_hold_through_every_kind_of_edit(table, studio, column, order):
     tester = QAbstractItemModelTester(
-        table._sorted, QAbstractItemModelTester.FailureReportingMode.Fatal
+        table._sorted_rows, QAbstractItemModelTester.FailureReportingMode.Fatal
     )
     table.view.sortByColumn(column, order)
     for text in ("", "type:joint", "dip>30", "no such word", "B1", ""):
@@ -68,7 +68,7 @@ def test_order_and_filter_hold_through_every_kind_of_edit(table, studio, column,
         studio.undo()
         assert seen(table) == by_hand(table, column, order, test)
     assert len(seen(table)) == 12
-    assert tester.model() is table._sorted
+    assert tester.model() is table._sorted_rows
 
 
 def test_a_feature_that_moves_in_the_order_stays_selected(table, studio):
@@ -81,7 +81,7 @@ def test_a_feature_that_moves_in_the_order_stays_selected(table, studio):
 
 def test_places_are_found_both_ways_and_what_is_not_shown_has_none(table, studio):
     table._filter.setText("type:joint")
-    rows = table._sorted
+    rows = table._sorted_rows
     for place in range(table.model.rowCount()):
         index = rows.mapFromSource(table.model.index(place, 3))
         if table.model.row(place).type.id == "joint":
@@ -94,7 +94,7 @@ def test_places_are_found_both_ways_and_what_is_not_shown_has_none(table, studio
 def test_the_table_tells_small_changes_one_by_one(table, studio):
     """A view that begins anew forgets where it was scrolled to."""
     resets = []
-    table._sorted.modelReset.connect(lambda: resets.append(1))
+    table._sorted_rows.modelReset.connect(lambda: resets.append(1))
     studio.attempt(edits.delete, ["t5"])
     studio.undo()
     studio.attempt(edits.set_attributes, ["t5"], set_name="J1")

@@ -119,7 +119,7 @@ def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
 
 def test_proposals_are_grey_poles_that_a_lasso_and_a_click_pick(window, net, studio):
     planes = (Plane(225.0, 45.0), Plane(229.0, 45.0), Plane(315.0, 45.0))
-    features = set(net.print_contents().sets)
+    features = set(net.printable_contents().sets)
     picked = []
     studio.proposals_picked.connect(lambda ids, add: picked.append((set(ids), add)))
     studio.selection.set(["N0"])
@@ -134,7 +134,7 @@ def test_proposals_are_grey_poles_that_a_lasso_and_a_click_pick(window, net, stu
         ]
         proposals = {i for i in shown.selected if i != "N0"}
         assert proposal_indices("facet", proposals) == sorted(selection)
-        assert len(net.print_contents().sets) == len(features)
+        assert len(net.printable_contents().sets) == len(features)
     lasso(net, around(net, 45))
     ids, is_adding = picked.pop()
     assert proposal_indices("facet", ids) == [4, 5]
@@ -332,8 +332,8 @@ def test_contours_are_off_until_chosen_and_are_remembered(net, window, studio):
     net.contours.each_set_action.trigger()
     # Bedding in two sets and joints in two: each has its own.
     assert [c.filled for c in contours()] == [False] * 4
-    assert net.print_contents().contour == "linear_kamb"
-    assert net.print_contents().contouring.each_set
+    assert net.printable_contents().contour == "linear_kamb"
+    assert net.printable_contents().contouring.each_set
     again = ContourButton(studio, net.view_settings, list)
     again.setParent(net)  # so that it goes with the window
     assert again.method == "linear_kamb"
@@ -370,7 +370,7 @@ def test_one_type_is_contoured_until_another_or_all_are_chosen(net, window, stud
     assert list(choices())[1:-1] == ["Bedding", "Joint"]
     choices()["Bedding"].trigger()
     assert contoured() == ("Bedding", True)
-    assert net.print_contents().contouring.set_name == "Bedding"
+    assert net.printable_contents().contouring.set_name == "Bedding"
     choices()["All sets"].trigger()
     assert contoured() == (None, True)
     studio.workspace.projects.new()
@@ -498,7 +498,7 @@ def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path)
     assert studio.attempt(edits.add_trace, Trace("t1", "", "bedding", "m2", "1" * 64, points))
     drawn(window)
     assert not net.contents().north
-    assert any("Local frame" in note for note in net.print_contents().notes)
+    assert any("Local frame" in note for note in net.printable_contents().notes)
     target = tmp_path / "net.svg"
     export_net(studio, net, target)
     words = "".join(ElementTree.parse(target).getroot().itertext())

@@ -53,7 +53,7 @@ def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     # Both edges run along the great circle whose pole is the trace.
     for edge in band.edges:
         assert np.abs(edge[:, 1]).max() < np.sin(np.radians(2.0))
-    said = beds.properties._about.text()
+    said = beds.properties._description_label.text()
     assert shown_values(said, "trace.straight")["line"] in ("000/00", "180/00")
     compatible = shown_values(said, "trace.compatible-sets")["sets"]
     assert "east" in compatible
@@ -67,7 +67,7 @@ def test_a_reading_has_an_ellipse_or_nothing_and_no_band(beds, studio):
     studio.selection.set(["r1"])
     QApplication.processEvents()
     assert not any(isinstance(e, NetBand) for e in beds.net.contents().ellipses)
-    assert "straight" not in beds.properties._about.text()
+    assert "straight" not in beds.properties._description_label.text()
 
 
 @pytest.mark.full
@@ -82,6 +82,6 @@ def test_a_bed_that_bends_keeps_its_ellipse(beds, studio):
 def test_two_straight_traces_that_cross_give_their_plane(beds, studio):
     studio.selection.set(["t1", "t2"])
     QApplication.processEvents()
-    said = beds.properties._relation.text()
+    said = beds.properties._relation_label.text()
     assert "cross at 90" in said
     assert "/40.0 ± 0.20°" in said

@@ -69,12 +69,12 @@ def test_every_tool_page_has_few_controls(window, cliff):
 @pytest.mark.full
 def test_the_states_of_a_page_with_most_controls_have_few_too(window, cliff):
     cliff.activate("select")
-    cliff.tool_of(SelectTool).set_target("surface")
+    cliff.get_tool(SelectTool).set_target("surface")
     assert len(controls(page_of(window))) <= MAX_CONTROLS, controls(page_of(window))
     cliff.activate("measure")
-    cliff.tool_of(MeasureTool).choose(kind="thickness")
+    cliff.get_tool(MeasureTool).choose(kind="thickness")
     assert len(controls(page_of(window))) <= MAX_CONTROLS, controls(page_of(window))
-    cliff.tool_of(KnownLineTool).choose("plane")
+    cliff.get_tool(KnownLineTool).choose("plane")
     cliff.activate("known_line")
     assert len(controls(page_of(window))) <= MAX_CONTROLS, controls(page_of(window))
     cliff.activate("navigate")

@@ -21,7 +21,7 @@ def test_two_beds_are_dragged_onto_an_empty_type(window, studio):
     for i in range(3):
         add_bed(studio, f"t{i}", f"B{i}")
     tree = window.tree
-    tree.empty_types.click()
+    tree.empty_types_button.click()
     studio.selection.set(["t0", "t2"])
     window.move(0, 0)
     pause(200)

@@ -253,7 +253,7 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
 @pytest.mark.full
 def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
     cliff.activate("plane")
-    tool = cliff.tool_of(PlaneTool)
+    tool = cliff.get_tool(PlaneTool)
     tool.set_radius(0.3)
     dab(cliff, 900)
     dab(cliff, 960, shift=True)
@@ -271,7 +271,7 @@ def test_undo_after_esc_brings_the_plane_back_into_the_brush(window, cliff):
 
 def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     cliff.activate("plane")
-    tool = cliff.tool_of(PlaneTool)
+    tool = cliff.get_tool(PlaneTool)
     tool.set_radius(0.3)
     stroke(cliff, 900, Pointer.DRAG_START)
     stroke(cliff, 960, Pointer.DRAG_MOVE)

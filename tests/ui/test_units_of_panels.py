@@ -66,7 +66,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     panel.fault.take_button.click()
     studio.selection.set(["b1", "b2"])
     panel.add.click()
-    panel.show_now()
+    panel.update_widgets()
     driver.wait(lambda: panel.result is not None, "the displacement")
     assert shown_values(panel.message.text(), "displacement.separation")["unit"] == "units"
     assert " m " not in panel.message.text()
@@ -85,7 +85,7 @@ def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, st
     errors_deg = []
     for sigma in (panel.options.value("sigma_m"), studio.measured(["t1"])["t1"].fit.rms):
         panel.options.show_value("sigma_m", sigma)
-        panel.show_now()
+        panel.update_widgets()
         driver.wait(lambda: not panel._requests.is_waiting, "the plane")
         errors_deg.append(panel.result.plane.max_confidence95_deg)
     assert errors_deg[0] > 2.0 * errors_deg[1]

@@ -677,7 +677,7 @@ def test_choosing_a_tool_brings_its_settings_in_any_workspace(window, studio):
 
 def test_a_tool_that_is_chosen_beside_a_page_in_the_centre_goes_to_the_outcrop(window, studio):
     add_cliff(studio)
-    window.docks.take_center("table")
+    window.docks.move_to_center("table")
     studio.activate("trace")
     driver.pause(50)
     assert window.centralWidget().shows_outcrop

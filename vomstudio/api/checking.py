@@ -105,7 +105,7 @@ def _not_numeric_error(values: Any, name: str) -> InputError:
     return InputError(Finding("array.not-numbers", type=type(values).__name__), field=name)
 
 
-def wrong_type(value: Any, expected: str, name: str) -> InputError:
+def wrong_type_error(value: Any, expected: str, name: str) -> InputError:
     """Return the error for a value that does not have the expected type.
 
     Parameters
@@ -124,7 +124,7 @@ def wrong_type(value: Any, expected: str, name: str) -> InputError:
     return InputError(finding, field=name)
 
 
-def requires_type(option: str, argument: str, expected: str) -> UsageError:
+def requires_type_error(option: str, argument: str, expected: str) -> UsageError:
     """Return the error for an option that requires another type of an argument.
 
     Parameters
@@ -152,12 +152,12 @@ def array_points(values: Any, name: str = "points") -> FloatArray:
     InputError
         If a row is invalid; the error states the first such row.
     """
-    array = numbers(_coordinates_of(values, name), name)
+    array = numbers(_select_coordinates(values, name), name)
     if array.size == 0:
         raise InputError(Finding("argument.empty"), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(Finding("array.not-points", shape=array.shape), field=name)
-    refuse_rows(find_invalid_points(array), name)
+    require_valid_rows(find_invalid_points(array), name)
     return np.ascontiguousarray(array)
 
 
@@ -179,7 +179,7 @@ def is_model(value: Any) -> bool:
     return any(hasattr(value, name) for name in ("field_data", "to_pyvista", "read"))
 
 
-def _coordinates_of(values: Any, name: str) -> Any:
+def _select_coordinates(values: Any, name: str) -> Any:
     if not hasattr(values, "columns"):
         return values
     return values[coordinate_names(list(values.columns), name)]
@@ -203,11 +203,11 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     InputError
         If a coordinate has no matching column, or more than one.
     """
-    plain_names = {column: normalise_name(str(column)) for column in columns}
-    columns_found = []
+    normalised_names = {column: normalise_name(str(column)) for column in columns}
+    coordinate_columns = []
     for letter, synonyms in COORDINATES.items():
-        matches = [c for c, word in plain_names.items() if word == letter]
-        matches = matches or [c for c, word in plain_names.items() if word in synonyms]
+        matches = [c for c, word in normalised_names.items() if word == letter]
+        matches = matches or [c for c, word in normalised_names.items() if word in synonyms]
         if len(matches) > 1:
             finding = Finding("table.repeated-column", column=letter, columns=matches)
             raise InputError(finding, field=name)
@@ -216,11 +216,11 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
                 "table.missing-column", column=letter, columns=columns, names=(letter,)
             )
             raise InputError(finding, field=name)
-        columns_found.append(matches[0])
-    return columns_found
+        coordinate_columns.append(matches[0])
+    return coordinate_columns
 
 
-def refuse_rows(is_invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
+def require_valid_rows(is_invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
     """Check that no row is bad; the error states their number and the first one (from 0).
 
     Parameters
@@ -241,7 +241,7 @@ def refuse_rows(is_invalid: BoolArray, name: str, code: str = "array.not-finite"
         raise InputError(finding, field=name)
 
 
-def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
+def wrong_shape_error(array: FloatArray, expected: str, name: str) -> InputError:
     """Return the error for an array that does not have the expected shape.
 
     Parameters
@@ -259,7 +259,7 @@ def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
     return InputError(Finding("array.shape", shape=array.shape, expected=expected), field=name)
 
 
-def refuse_other_lengths(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
+def require_equal_lengths(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
     """Check that two arrays have the same number of rows.
 
     Parameters
@@ -284,7 +284,7 @@ def refuse_other_lengths(first: FloatArray, second: FloatArray, names: tuple[str
         raise InputError(finding, field=names[1])
 
 
-def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
+def to_array_pair(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
     """Convert two arrays of equal length to finite numbers.
 
     Parameters
@@ -304,12 +304,12 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, 
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
         if array.ndim != 1:
-            raise wrong_shape(array, "(n,)", name)
-    refuse_other_lengths(a, b, names)
+            raise wrong_shape_error(array, "(n,)", name)
+    require_equal_lengths(a, b, names)
     if not len(a):
         raise InputError(Finding("argument.empty"), field=names[0])
     for array, name in zip((a, b), names, strict=True):
-        refuse_rows(~np.isfinite(array), name)
+        require_valid_rows(~np.isfinite(array), name)
     return a, b
 
 
@@ -332,19 +332,19 @@ def require_positive(value: float | None, name: str) -> float | None:
     InputError
         If it is not.
     """
-    number = single_number(value, name)
+    number = optional_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
         raise InputError(Finding("number.not-positive", value=number), field=name)
     return number
 
 
-def check_choice(value: Any, known: Iterable[str], name: str) -> None:
+def check_choice(value: Any, allowed_values: Iterable[str], name: str) -> None:
     """Check that a value is one of the known words.
 
     Parameters
     ----------
     value : object
-    known : iterable of str
+    allowed_values : iterable of str
     name : str
         Name of the argument.
 
@@ -353,9 +353,9 @@ def check_choice(value: Any, known: Iterable[str], name: str) -> None:
     InputError
         If it is not.
     """
-    choices = list(known)
+    choices = list(allowed_values)
     if not isinstance(value, str):
-        raise wrong_type(value, ", ".join(choices), name)
+        raise wrong_type_error(value, ", ".join(choices), name)
     if value not in choices:
         raise InputError(Finding("option.not-a-choice", value=value, choices=choices), field=name)
 
@@ -380,7 +380,7 @@ def check_flag(value: Any, name: str) -> bool:
     """
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    raise wrong_type(value, "bool", name)
+    raise wrong_type_error(value, "bool", name)
 
 
 def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
@@ -405,7 +405,7 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
     return bool(is_small and (a != np.round(a)).any())
 
 
-def single_number(value: Any, name: str) -> float | None:
+def optional_number(value: Any, name: str) -> float | None:
     """Convert a value to a number; None remains None.
 
     Parameters
@@ -426,7 +426,7 @@ def single_number(value: Any, name: str) -> float | None:
         return None
     array = numbers(value, name)
     if array.shape != ():
-        raise wrong_type(value, "float", name)
+        raise wrong_type_error(value, "float", name)
     return float(array)
 
 
@@ -447,13 +447,13 @@ def required_number(value: Any, name: str) -> float:
     ------
     InputError
     """
-    number = single_number(value, name)
+    number = optional_number(value, name)
     if number is None:
         raise InputError(Finding("option.missing"), field=name)
     return number
 
 
-def whole_number(value: Any, name: str) -> int | None:
+def optional_integer(value: Any, name: str) -> int | None:
     """Convert a value to an integer; None remains None.
 
     Parameters
@@ -477,7 +477,7 @@ def whole_number(value: Any, name: str) -> int | None:
             return operator.index(value)
     except TypeError:
         pass
-    raise wrong_type(value, "int", name)
+    raise wrong_type_error(value, "int", name)
 
 
 def to_path(value: Any, name: str) -> Path:
@@ -503,7 +503,7 @@ def to_path(value: Any, name: str) -> Path:
             path = os.path.expanduser(path)
             _check_name(path, name)
             return Path(path)
-    raise wrong_type(value, "str, pathlib.Path", name)
+    raise wrong_type_error(value, "str, pathlib.Path", name)
 
 
 def _check_name(path: str, name: str) -> None:
@@ -596,7 +596,7 @@ def optional_text(value: Any, name: str) -> str | None:
         if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
             raise InputError(Finding("text.invalid-characters"), field=name)
         return value
-    raise wrong_type(value, "str", name)
+    raise wrong_type_error(value, "str", name)
 
 
 def required_text(value: Any, name: str) -> str:
@@ -669,7 +669,7 @@ def to_list(value: Any, name: str) -> list[Any]:
             return list(value)
         except TypeError:  # An array without dimensions.
             pass
-    raise wrong_type(value, "list", name)
+    raise wrong_type_error(value, "list", name)
 
 
 def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
@@ -693,7 +693,7 @@ def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
     """
     array = numbers(value, name)
     if array.shape != (count,):
-        raise wrong_shape(array, f"({count},)", name)
+        raise wrong_shape_error(array, f"({count},)", name)
     for angle in array.tolist():
         if not abs(angle) <= MAX_ANGLE_DEG:
             finding = Finding(
@@ -778,5 +778,5 @@ def to_plane(value: Any, name: str) -> Plane:
             azimuth = value.dip_direction_deg
             value = (0.0 if azimuth is None else azimuth, value.dip_deg)
         if numbers(value, name).shape != (2,):
-            raise wrong_type(value, "'120/45', (120, 45), PlaneFit", name)
+            raise wrong_type_error(value, "'120/45', (120, 45), PlaneFit", name)
         return Plane(*parse_angles(value, name, 2))

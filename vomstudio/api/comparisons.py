@@ -86,8 +86,8 @@ def compare(
     options = options_from_arguments(CompareOptions, locals())
     report = to_progress(progress, cancel)
     placed_model, placed_benchmark = (
-        load_placed(model, "model"),
-        load_placed(benchmark, "benchmark"),
+        load_world_data(model, "model"),
+        load_world_data(benchmark, "benchmark"),
     )
     findings: list[Finding] = []
     if not (is_array(model) or is_array(benchmark)):
@@ -122,7 +122,7 @@ def is_array(value: Any) -> bool:
     return isinstance(value, np.ndarray) or hasattr(value, "columns")
 
 
-def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
+def load_world_data(value: Any, name: str) -> tuple[Any, str | None, float | None]:
     """Return the data of a model, file or array in the World frame.
 
     Parameters

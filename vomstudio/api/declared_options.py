@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from vomstudio.api.checking import check_flag, optional_text, single_number, whole_number
+from vomstudio.api.checking import check_flag, optional_integer, optional_number, optional_text
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import Declaration, declarations
@@ -14,9 +14,9 @@ from vomstudio.core.options import Declaration, declarations
 Options = TypeVar("Options")
 
 
-_CHECKS: dict[type, Callable[[Any, str], Any]] = {
-    float: single_number,
-    int: whole_number,
+_CONVERTERS: dict[type, Callable[[Any, str], Any]] = {
+    float: optional_number,
+    int: optional_integer,
     bool: check_flag,
     str: optional_text,
 }
@@ -46,24 +46,28 @@ def options_from_arguments(
     """
     declarations_by_name = {item.name: item for item in declarations(options)}
     values = {**(arguments or {}), **converted}
-    checked = {
+    option_values = {
         name: _convert_value(item, values[name])
         for name, item in declarations_by_name.items()
         if name in values
     }
-    for name, value in checked.items():
+    for name, value in option_values.items():
         if value is None and (
             declarations_by_name[name].is_required or declarations_by_name[name].default is not None
         ):
             raise InputError(Finding("option.missing"), field=name)
     with name_arguments_in_errors(options):
-        return options(**checked)
+        return options(**option_values)
 
 
 def _convert_value(option: Declaration, value: Any) -> Any:
     """Return a value of the type of an option. Raises InputError."""
     is_automatic = value is None and option.default is None
-    return value if is_automatic or option.is_repeated else _CHECKS[option.kind](value, option.name)
+    return (
+        value
+        if is_automatic or option.is_repeated
+        else _CONVERTERS[option.kind](value, option.name)
+    )
 
 
 @contextmanager

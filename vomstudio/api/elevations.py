@@ -19,11 +19,11 @@ from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
-from vomstudio.products.elevation.heights import draw_heights
-from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
+from vomstudio.products.elevation.heights import compute_heights
+from vomstudio.products.elevation.planning import HeightPlan, parse_reference_plane, plan_heights
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import compute_dips, hillshade
-from vomstudio.products.elevation.writing import figures_of, write_elevation
+from vomstudio.products.elevation.writing import elevation_figures, write_elevation
 
 if TYPE_CHECKING:
     from vomstudio.api.argument_types import ModelArgument, PlaneArgument
@@ -131,14 +131,14 @@ class ElevationModel(ElevationFigures):
             file,
             files=files,
             world=source.world_crs,
-            is_north_known=source.placed,
+            is_north_known=source.is_placed,
             model=str(source.path),
             content_hash=source.content_hash,
             warnings=self.warnings,
             force=check_flag(force, "force"),
         )
 
-    def _named_figures(self) -> dict[str, Any]:
+    def _repr_values(self) -> dict[str, Any]:
         azimuth = format_azimuth(self.dip_direction_deg, 1)
         return {
             "cells": f"{self.width} x {self.height} of {self.gsd_m:g} m",
@@ -150,10 +150,10 @@ class ElevationModel(ElevationFigures):
         }
 
     def __repr__(self) -> str:
-        return text_table("ElevationModel", self._named_figures())
+        return text_table("ElevationModel", self._repr_values())
 
     def _repr_html_(self) -> str:
-        return html_table("ElevationModel", self._named_figures())
+        return html_table("ElevationModel", self._repr_values())
 
 
 def dem(
@@ -213,13 +213,13 @@ def dem(
     with name_arguments_in_errors(DemOptions):
         plan = plan_heights(
             data._data,
-            reference_plane(options.plane),
+            parse_reference_plane(options.plane),
             to_world=np.eye(4),
             gsd=options.gsd_m,
-            is_metric=source.metric or source.placed,
+            is_metric=source.is_metric or source.is_placed,
         )
-        elevation_model, limit = draw_heights(data._data, plan, options.limit_m, report)
-    figures = figures_of(elevation_model, plan, limit, source.world_crs)
+        heights, limit = compute_heights(data._data, plan, options.limit_m, report)
+    figures = elevation_figures(heights, plan, limit, source.world_crs)
     return ElevationModel(
-        **vars(figures), heights=elevation_model, warnings=plan.notes, _model=data, _plan=plan
+        **vars(figures), heights=heights, warnings=plan.notes, _model=data, _plan=plan
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import name_argument_in_errors, numbers, warn
-from vomstudio.api.comparisons import load_placed
+from vomstudio.api.comparisons import load_world_data
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.planes import plane_text
 from vomstudio.api.point_arguments import points
@@ -14,12 +14,12 @@ from vomstudio.geology.beds.extended import (
     plane_estimate_from_attitude,
     plane_estimate_from_fit,
 )
-from vomstudio.geology.notation import plane_option
+from vomstudio.geology.notation import parse_plane_option
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane
 from vomstudio.products.section.extension import extend as _extend
-from vomstudio.products.section.section_lines import parse_through
+from vomstudio.products.section.section_lines import parse_through_point
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -94,7 +94,7 @@ def extend(
     )
     with name_arguments_in_errors(ExtendOptions):
         options.check_points(of, "of")
-        data, _, _ = load_placed(model, "model")
+        data, _, _ = load_world_data(model, "model")
         extension = _extend(data, _plane_estimate(of, options), options)
     warn(extension.warnings)
     return extension
@@ -110,7 +110,10 @@ def _plane_estimate(of: Any, options: ExtendOptions) -> PlaneEstimate:
         with name_argument_in_errors("of"):
             return plane_estimate_from_fit(fit_plane(array))
     assert options.error_deg is not None
-    plane, passing_point = plane_option(str(options.plane)), parse_through(str(options.through))
+    plane, passing_point = (
+        parse_plane_option(str(options.plane)),
+        parse_through_point(str(options.through)),
+    )
     return plane_estimate_from_attitude(
         plane, passing_point, options.error_deg, options.through_error_m
     )

@@ -10,7 +10,7 @@ from vomstudio.api.checking import (
     path_text,
     warn,
 )
-from vomstudio.api.comparisons import is_array, load_placed
+from vomstudio.api.comparisons import is_array, load_world_data
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import to_model
 from vomstudio.api.point_arguments import pixels_or_points, points
@@ -137,7 +137,7 @@ def facets(
 
     report = to_progress(progress, cancel)
     options = options_from_arguments(FacetOptions, locals())
-    data, crs, _ = load_placed(model, "model")
+    data, crs, _ = load_world_data(model, "model")
     name = getattr(getattr(model, "path", None), "name", None) or ""
     result = search_facets(data, options, model=name, frame=crs or "local", progress=report)
     warn(result.warnings)
@@ -262,7 +262,7 @@ def follow(
         open_edge_finder(options.onnx_model, report, cancel) as edges,
         name_arguments_in_errors(FollowOptions),
     ):
-        data, crs, _ = load_placed(source_model, "model")
+        data, crs, _ = load_world_data(source_model, "model")
         spacing = resolution(data)
         arguments: dict[str, Any] = {
             "cost": options.used_cost if edges is None else EDGE_COST,
@@ -277,11 +277,11 @@ def follow(
                 data = colour_by_edges(data, spacing, *edges)
             trace = followed_trace(SurfaceGraph(data), points(through, "through"), **arguments)
         else:
-            way_points = pixels_or_points(through, "through")
+            waypoints = pixels_or_points(through, "through")
             photos = _open_photos(source_model, data, spacing, options.photo, options.cameras)
             if edges is not None:
                 photos = replace_by_edges(photos, *edges)
-            trace = photo_trace(SurfaceGraph(data), photos, way_points, **arguments)
+            trace = photo_trace(SurfaceGraph(data), photos, waypoints, **arguments)
     warn(trace.warnings)
     return trace
 

@@ -12,8 +12,8 @@ from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import color_of
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kind import get_color
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
 Records = Mapping[str, Record]
-_WHITE = "#ffffff"
+_DEFAULT_COLOR = "#ffffff"
 
 
 def orientations(
@@ -54,7 +54,7 @@ def orientations(
     positions = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
-    geodataframe = _geodataframe(dataframe, positions, table)
+    geodataframe = _create_geodataframe(dataframe, positions, table)
     geodataframe.attrs["registrations"] = list(table.registrations)
     return geodataframe
 
@@ -80,16 +80,18 @@ def shapes(
     import pandas
 
     table = project_table(records, measurements)
-    layers = [la for la in project_layers(records, table, measurements) if la.name == name]
+    layers = [layer for layer in project_layers(records, table, measurements) if layer.name == name]
     columns: dict[str, Any] = {column: [] for column in _columns(name)}
     geometry: list[Any] = []
     if layers:
         columns |= layers[0].columns
         geometry = _geometry(layers[0])
-    return _geodataframe(pandas.DataFrame(columns), geometry, table)
+    return _create_geodataframe(pandas.DataFrame(columns), geometry, table)
 
 
-def _geodataframe(dataframe: DataFrame, geometry: list[Any], table: ProjectTable) -> GeoDataFrame:
+def _create_geodataframe(
+    dataframe: DataFrame, geometry: list[Any], table: ProjectTable
+) -> GeoDataFrame:
     from geopandas import GeoDataFrame, GeoSeries
 
     # Coordinates are in metres, also if the unit of the CRS is a foot.
@@ -114,8 +116,8 @@ def _geometry(layer: Layer) -> list[Any]:
 
     if layer.kind == "point":
         return [shapely.Point(shape[0]) for shape in layer.shapes]
-    make = shapely.LineString if layer.kind == "line" else shapely.Polygon
-    return [make(shape) for shape in layer.shapes]
+    create_geometry = shapely.LineString if layer.kind == "line" else shapely.Polygon
+    return [create_geometry(shape) for shape in layer.shapes]
 
 
 def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]:
@@ -132,31 +134,31 @@ def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]
     """
     features = [r for r in records.values() if isinstance(r, Feature)]
     measurements_by_id = measurements.of(records, [feature.id for feature in features])
-    drawn_features = [_drawing(feature, records, measurements_by_id) for feature in features]
+    drawn_features = [_create_drawing(feature, records, measurements_by_id) for feature in features]
     return [drawn_feature for drawn_feature in drawn_features if drawn_feature is not None]
 
 
-def _drawing(
-    feature: Feature, records: Records, measured_items: Mapping[str, Measurement]
+def _create_drawing(
+    feature: Feature, records: Records, measurements_by_id: Mapping[str, Measurement]
 ) -> DrawnFeature | None:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
-    measurement, feature_kind = measured_items[feature.id], kind_of(feature)
-    sketch = feature_kind.sketch(Subject(feature, measurement, records), measured_items.get)
+    measurement, feature_kind = measurements_by_id[feature.id], get_kind(feature)
+    sketch = feature_kind.sketch(Subject(feature, measurement, records), measurements_by_id.get)
     if sketch is None:
         return None
-    label = _attitude(measurement) if sketch.label is None else sketch.label
+    label = _attitude_text(measurement) if sketch.label is None else sketch.label
     return DrawnFeature(
         feature.id,
         np.asarray(sketch.line, np.float64),
         disc_of_fit(measurement.fit),
         np.asarray(sketch.anchor, np.float64),
         f"{feature.name}  {label}".strip(),
-        color_of(feature, records) or _WHITE,
+        get_color(feature, records) or _DEFAULT_COLOR,
     )
 
 
-def _attitude(measurement: Measurement) -> str:
+def _attitude_text(measurement: Measurement) -> str:
     if measurement.plane is None and measurement.line is None:
         return ""
     return measurement.attitude()

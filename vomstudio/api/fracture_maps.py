@@ -17,12 +17,12 @@ from vomstudio.api.checking import (
     optional_text,
     parse_angles,
     plane_text,
-    refuse_rows,
-    requires_type,
+    require_valid_rows,
+    requires_type_error,
     to_list,
     to_path,
     warn,
-    wrong_shape,
+    wrong_shape_error,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_options, name_frame_arguments_in_errors
@@ -30,7 +30,7 @@ from vomstudio.api.tables import dataframe_crs
 from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import FractureNetwork, MappedNetwork
-from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
+from vomstudio.products.fractures.mapping import FractureMapRequest, map_fractures
 
 if TYPE_CHECKING:
     from vomstudio.api.argument_types import LinesArgument, PlaneArgument, ShapeArgument
@@ -128,16 +128,16 @@ def fractures(
     options = options_from_arguments(
         FractureOptions,
         locals(),
-        area=_file(area, "area"),
+        area=_file_text(area, "area"),
         circle=None if circle is None else join_numbers(numbers(circle, "circle")),
-        scanline=_file(scanline, "scanline"),
+        scanline=_file_text(scanline, "scanline"),
         by=by if isinstance(by, str) else None,
-        strikes=None if strikes is None else _ranges(strikes),
+        strikes=None if strikes is None else _format_ranges(strikes),
         layer=_layer(layer, traces),
         plane=None if plane is None else plane_text(plane, "plane"),
     )
-    request = FractureOrder(
-        None if _file(traces, "traces") is None else to_path(traces, "traces"),
+    request = FractureMapRequest(
+        None if _file_text(traces, "traces") is None else to_path(traces, "traces"),
         options,
         frame_options(crs, up, unit, to_crs),
     )
@@ -152,7 +152,7 @@ def fractures(
                 if scanline is None or options.scanline is not None
                 else _shapes([scanline], "scanline")
             ),
-            sets=_sets_of(by),
+            sets=_set_names(by),
         )
     if picture is not None:
         _draw(mapped_fractures, picture, replace)
@@ -170,13 +170,13 @@ def _draw(mapped_network: MappedNetwork, plot: Path, force: bool) -> None:
         write_fractures(temporary, mapped_network, format=format_)
 
 
-def _ranges(value: Any) -> str | None:
+def _format_ranges(value: Any) -> str | None:
     """Format ranges of strike for the options of the command; None without ranges."""
     pairs = [parse_angles(pair, "strikes", 2) for pair in to_list(value, "strikes")]
     return ",".join(join_numbers(pair, "-") for pair in pairs) or None
 
 
-def _sets_of(by: Any) -> list[str] | None:
+def _set_names(by: Any) -> list[str] | None:
     """Return the set of each trace, None if `by` is an attribute name."""
     if by is None or isinstance(by, str):
         return None
@@ -185,11 +185,11 @@ def _sets_of(by: Any) -> list[str] | None:
 
 def _layer(value: Any, traces: Any) -> str | None:
     if value is not None and not is_path(traces):
-        raise requires_type("layer", "traces", "str, pathlib.Path")
+        raise requires_type_error("layer", "traces", "str, pathlib.Path")
     return optional_text(value, "layer")
 
 
-def _file(value: Any, name: str) -> str | None:
+def _file_text(value: Any, name: str) -> str | None:
     """Return the path of a file as text, or None for other values."""
     return str(to_path(value, name)) if is_path(value) else None
 
@@ -219,6 +219,6 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
 def _to_corners(value: Any, name: str, min_rows: int) -> FloatArray:
     xy = numbers(value, name)
     if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < min_rows:
-        raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {min_rows}", name)
-    refuse_rows(np.asarray(~np.isfinite(xy).all(axis=1)), name)
+        raise wrong_shape_error(xy, f"(n, 2), (n, 3), n >= {min_rows}", name)
+    require_valid_rows(np.asarray(~np.isfinite(xy).all(axis=1)), name)
     return xy

@@ -9,11 +9,11 @@ from typing import Literal
 from vomstudio.api.checking import check_choice, optional_text
 from vomstudio.core.errors import VomError
 from vomstudio.core.options import declarations
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gate.frame_options import FrameOptions
 
 UpAxis = Literal["y", "z"]
-_ARGUMENTS = {each.flag: each.name for each in declarations(FrameOptions)}
+_ARGUMENT_NAMES = {declaration.flag: declaration.name for declaration in declarations(FrameOptions)}
 
 
 def frame_options(
@@ -29,7 +29,7 @@ def frame_options(
     if up is not None:
         check_choice(up, ("y", "z"), "up")
     if unit is not None:
-        check_choice(unit, METRES, "unit")
+        check_choice(unit, METRES_PER_UNIT, "unit")
     return FrameOptions(
         crs=optional_text(crs, "crs"), up=up, unit=unit, to_crs=optional_text(to_crs, "to_crs")
     )
@@ -41,5 +41,5 @@ def name_frame_arguments_in_errors() -> Iterator[None]:
     try:
         yield
     except VomError as error:
-        error.field = _ARGUMENTS.get(error.field or "", error.field)
+        error.field = _ARGUMENT_NAMES.get(error.field or "", error.field)
         raise

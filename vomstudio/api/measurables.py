@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vomstudio.api.checking import to_plane, warn
-from vomstudio.api.comparisons import load_placed
+from vomstudio.api.comparisons import load_world_data
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
@@ -90,7 +90,7 @@ def measurable(
     (True, True)
     """
     options = options_from_arguments(MeasurableOptions, locals())
-    data, _, _ = load_placed(model, "model")
+    data, _, _ = load_world_data(model, "model")
     result = measurable_map(data, to_plane(plane, "plane"), options, to_progress(progress, cancel))
     warn(result.warnings)
     return result

@@ -11,10 +11,10 @@ from vomstudio.api.checking import (
     numbers,
     parse_angles,
     plane_text,
-    refuse_rows,
+    require_valid_rows,
     to_plane,
     warn,
-    wrong_shape,
+    wrong_shape_error,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_options, name_frame_arguments_in_errors
@@ -290,6 +290,6 @@ def _table(value: Any, width: int, name: str) -> Any:
     )
     array = points(value, name) if is_model(value) else numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
-        raise wrong_shape(array, f"(n, {width})", name)
-    refuse_rows(find_invalid_points(array[:, :3]) | find_invalid_points(array[:, -3:]), name)
+        raise wrong_shape_error(array, f"(n, {width})", name)
+    require_valid_rows(find_invalid_points(array[:, :3]) | find_invalid_points(array[:, -3:]), name)
     return to_text_table(DataFrame(array, columns=list(names)), name)

@@ -17,11 +17,11 @@ from vomstudio.api.checking import (
     numbers,
     optional_path,
     optional_text,
-    refuse_rows,
+    require_valid_rows,
     to_path,
     warn,
-    wrong_shape,
-    wrong_type,
+    wrong_shape_error,
+    wrong_type_error,
 )
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
 from vomstudio.api.reporting import ProgressArgument, to_progress
@@ -58,7 +58,7 @@ class Source:
         "EPSG:n" or WKT, or None for a local frame.
     unit_m : float
         Length of the unit of the CRS, metres.
-    placed, metric : bool
+    is_placed, is_metric : bool
         Whether the north direction and the unit of the model are known or declared.
     placing_error_m : float or None
         Position error of the whole model (one standard deviation along any direction),
@@ -73,8 +73,8 @@ class Source:
     crs: str | None
     warnings: tuple[Finding, ...] = ()
     unit_m: float = 1.0
-    placed: bool = True
-    metric: bool = True
+    is_placed: bool = True
+    is_metric: bool = True
     content_hash: str = ""
     placing_error_m: float | None = None
     to_world: FloatArray | None = None
@@ -199,7 +199,7 @@ class _Model:
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = transform_data(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
-        axes = Axes(self._source.metric, self._source.placed)
+        axes = Axes(self._source.is_metric, self._source.is_placed)
         warn(
             write_model(
                 data,
@@ -225,7 +225,7 @@ class _Model:
 
         return create_plotter([self._data])
 
-    def _described_values(self) -> dict[str, Any]:
+    def _repr_values(self) -> dict[str, Any]:
         low, high = self.bounds.tolist()
         return {
             "path": str(self.path),
@@ -236,10 +236,10 @@ class _Model:
         }
 
     def __repr__(self) -> str:
-        return text_table(type(self).__name__, self._described_values())
+        return text_table(type(self).__name__, self._repr_values())
 
     def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self._described_values())
+        return html_table(type(self).__name__, self._repr_values())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -303,10 +303,10 @@ class Mesh(_Model):
         """
         vertices, rows = to_points(points), numbers(faces, "faces")
         if rows.ndim != 2 or rows.shape[1] != 3:
-            raise wrong_shape(rows, "(m, 3)", "faces")
+            raise wrong_shape_error(rows, "(m, 3)", "faces")
         is_invalid = (rows < 0) | (rows >= len(vertices)) | (rows != np.floor(rows))
-        refuse_rows(np.asarray(is_invalid.any(axis=1)), "faces", "array.no-such-point")
-        return cls(meshes.Mesh(vertices, rows.astype(np.int32)), _source_in_memory(crs))
+        require_valid_rows(np.asarray(is_invalid.any(axis=1)), "faces", "array.no-such-point")
+        return cls(meshes.Mesh(vertices, rows.astype(np.int32)), _create_memory_source(crs))
 
     @classmethod
     def from_pyvista(cls, mesh: DataSetLike, *, crs: str | None = None) -> Mesh:
@@ -339,10 +339,10 @@ class Mesh(_Model):
         from vomstudio.rendering.plots.datasets import dataset_triangles
 
         if not hasattr(mesh, "field_data"):
-            raise wrong_type(mesh, "pyvista.PolyData", "mesh")
+            raise wrong_type_error(mesh, "pyvista.PolyData", "mesh")
         points, faces = dataset_triangles(mesh)
         if not len(faces):
-            raise wrong_type(mesh, "pyvista.PolyData", "mesh")
+            raise wrong_type_error(mesh, "pyvista.PolyData", "mesh")
         return cls.from_arrays(points, faces, crs=crs)
 
     @property
@@ -388,8 +388,8 @@ class Mesh(_Model):
 
         return mesh_dataset(self._data, local_origin(self.bounds))
 
-    def _described_values(self) -> dict[str, Any]:
-        figures = super()._described_values()
+    def _repr_values(self) -> dict[str, Any]:
+        figures = super()._repr_values()
         return {
             "path": figures.pop("path"),
             "points": len(self.points),
@@ -445,8 +445,8 @@ class PointCloud(_Model):
 
         return cloud_dataset(self._data, local_origin(self.bounds))
 
-    def _described_values(self) -> dict[str, Any]:
-        figures = super()._described_values()
+    def _repr_values(self) -> dict[str, Any]:
+        figures = super()._repr_values()
         return {
             "path": figures.pop("path"),
             "points": len(self.points),
@@ -510,7 +510,7 @@ def read(
     >>> cliff.points.shape[1], cliff.faces.shape[1], cliff.crs
     (3, 3, 'EPSG:32633')
     """
-    from vomstudio.studio.world_models import check_place
+    from vomstudio.studio.world_models import check_frame_source
 
     file, folder = to_path(path, "path"), optional_path(project, "project")
     options = frame_options(crs, up, unit, to_crs)
@@ -519,7 +519,7 @@ def read(
         with name_frame_arguments_in_errors():
             model = _read(file, options, report)
     else:
-        check_place(options, folder)
+        check_frame_source(options, folder)
         model = _read_project_model(file, folder, report)
     warn(model.warnings, notes=True)
     return model
@@ -546,7 +546,7 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
     if isinstance(value, Mesh | PointCloud):
         return value
     if isinstance(value, np.ndarray) or hasattr(value, "columns"):
-        return PointCloud(clouds.PointCloud(to_points(value, name)), _source_in_memory(None))
+        return PointCloud(clouds.PointCloud(to_points(value, name)), _create_memory_source(None))
     if hasattr(value, "field_data"):
         from vomstudio.rendering.plots.datasets import dataset_triangles
 
@@ -556,7 +556,7 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
         model: Mesh | PointCloud = value.read()
         return model
     if not is_path(value):
-        raise wrong_type(
+        raise wrong_type_error(
             value, "Mesh, PointCloud, numpy.ndarray, pyvista.PolyData, str, pathlib.Path", name
         )
     model = _read(to_path(value, name), DEFAULT_FRAME, None)
@@ -564,7 +564,7 @@ def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
     return model
 
 
-def _source_in_memory(crs: str | None) -> Source:
+def _create_memory_source(crs: str | None) -> Source:
     """Return the source of a model that was not read from a file."""
     name = optional_text(crs, "crs")
     if name is not None:
@@ -581,21 +581,21 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
     from vomstudio.io.photos.cameras_file import has_known_scale
 
     loaded_model = read_model(path, progress, options)
-    established = establish_frame(loaded_model, options)
-    frame = established.frame
-    registration = established.registration
+    frame_result = establish_frame(loaded_model, options)
+    frame = frame_result.frame
+    registration = frame_result.registration
     is_unknown = frame.crs is None and has_known_scale(loaded_model.path) is False
     source = Source(
         loaded_model.path,
         frame.crs,
-        (*loaded_model.warnings, *established.findings),
+        (*loaded_model.warnings, *frame_result.findings),
         frame.unit_m if frame.crs is not None else 1.0,
         not is_unknown if registration is None else frame.has_north,
         options.unit is not None if registration is None else frame.has_metres,
         loaded_model.content_hash,
         placing_error_m(loaded_model.path),
     )
-    model = to_public_model(loaded_model.data, established.to_world(), source)
+    model = to_public_model(loaded_model.data, frame_result.to_world(), source)
     return model if registration is None else set_registration(model, registration)
 
 

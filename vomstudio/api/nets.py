@@ -12,7 +12,7 @@ from vomstudio.api.checking import (
     plane_text,
     required_number,
     to_list,
-    wrong_type,
+    wrong_type_error,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.tables import Azimuth, to_orientation_table
@@ -151,9 +151,9 @@ def stereonet(
     """
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.net_axes import is_stereonet_axes
-    from vomstudio.products.net.preparation import contouring_of, read_additions
-    from vomstudio.products.net.script_net import draw_net, new_axes
-    from vomstudio.products.net.table_net import net_of_table
+    from vomstudio.products.net.preparation import additions_from_options, contouring_from_options
+    from vomstudio.products.net.script_net import create_axes, draw_net
+    from vomstudio.products.net.table_net import net_from_table
 
     options = options_from_arguments(
         StereonetOptions,
@@ -162,9 +162,9 @@ def stereonet(
         levels=None if levels is None else _levels_text(levels),
         untilt=None if untilt is None else plane_text(untilt, "untilt"),
         rotate=None if rotate is None else join_angles(rotate, "rotate", 3),
-        planes=_texts(planes, "planes", 2),
-        cones=_texts(cones, "cones", 3),
-        slip_lines=_texts(slip_lines, "slip_lines", 3),
+        planes=_format_angles(planes, "planes", 2),
+        cones=_format_angles(cones, "cones", 3),
+        slip_lines=_format_angles(slip_lines, "slip_lines", 3),
     )
     figure = options_from_arguments(
         StereonetFigure, locals(), size_mm=None if size_mm is None else _size_text(size_mm)
@@ -172,28 +172,28 @@ def stereonet(
     with name_arguments_in_errors(StereonetFigure):
         style = FigureStyle.from_options(figure)
     with name_arguments_in_errors(StereonetOptions):
-        net_request = read_additions(options)
+        additions = additions_from_options(options)
     if ax is not None and not is_stereonet_axes(ax):
-        raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
+        raise wrong_type_error(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
     rows = to_orientation_table(table, azimuth)
     with name_arguments_in_errors(StereonetOptions):
-        net = net_of_table(
+        net = net_from_table(
             rows,
             options.by,
             projection=options.projection,
             contour=options.contour,
-            contouring=contouring_of(options),
+            contouring=contouring_from_options(options),
         )
-        net = net_request.net(net, rows)
+        net = additions.net(net, rows)
     if ax is None:
-        ax = new_axes(net, style, None if size_mm is None else style.size_mm)
+        ax = create_axes(net, style, None if size_mm is None else style.size_mm)
     draw_net(ax, net, style)
     return ax
 
 
-def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
+def _format_angles(values: Any, name: str, count: int) -> tuple[str, ...]:
     """Format angles for the options of the command. Raises InputError if they are invalid."""
     return tuple(join_angles(item, name, count) for item in to_list(values, name))
 
@@ -208,7 +208,7 @@ def _size_text(size: Any) -> str:
     try:
         width, height = size
     except (TypeError, ValueError):
-        raise wrong_type(size, "(width, height)", "size_mm") from None
+        raise wrong_type_error(size, "(width, height)", "size_mm") from None
     return f"{required_number(width, 'size_mm'):g}x{required_number(height, 'size_mm'):g}"
 
 
@@ -274,16 +274,16 @@ def rose(
     import matplotlib.pyplot as plt
 
     from vomstudio.products.net.rose import draw_roses, draw_single_rose, figure_size
-    from vomstudio.products.net.rose_contents import check_roses, roses_of_table
+    from vomstudio.products.net.rose_contents import check_roses, roses_from_table
 
     options = options_from_arguments(
         RoseOptions, locals(), by=column_name(by), weight=column_name(weight, "weight")
     )
     if ax is not None and getattr(ax, "name", None) != "rectilinear":
-        raise wrong_type(ax, "matplotlib.axes.Axes", "ax")
+        raise wrong_type_error(ax, "matplotlib.axes.Axes", "ax")
     rows = to_orientation_table(table, azimuth, azimuth_only=True)
     with name_arguments_in_errors(RoseOptions):
-        roses = roses_of_table(
+        roses = roses_from_table(
             rows,
             options.of or ("strike" if rows.is_plane.any() else "trend"),
             options.by,

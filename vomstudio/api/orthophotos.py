@@ -20,15 +20,15 @@ from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
-from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
+from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, picture_figures
 from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.requests import (
     FoldView,
     OrthophotoFigures,
     PlannedPicture,
-    direction_of,
-    request_picture,
+    direction_from_options,
+    plan_picture,
 )
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Orthophoto(OrthophotoFigures):
         files = (result.image, result.depth, result.sidecar, result.world_file, result.sheet)
         return tuple(file for file in files if file is not None)
 
-    def _named_figures(self) -> dict[str, Any]:
+    def _repr_values(self) -> dict[str, Any]:
         azimuth = format_azimuth(self.trend_deg, 1)
         return {
             "pixels": f"{self.width} x {self.height} of {self.gsd_m:g} m",
@@ -143,10 +143,10 @@ class Orthophoto(OrthophotoFigures):
         }
 
     def __repr__(self) -> str:
-        return text_table("Orthophoto", self._named_figures())
+        return text_table("Orthophoto", self._repr_values())
 
     def _repr_html_(self) -> str:
-        return html_table("Orthophoto", self._named_figures())
+        return html_table("Orthophoto", self._repr_values())
 
 
 def orthophoto(
@@ -219,21 +219,21 @@ def orthophoto(
         with name_argument_in_errors("fold", "table"):
             table = fold_of(fold)
     with name_arguments_in_errors(OrthoOptions):
-        direction = direction_of(options, table)
+        direction = direction_from_options(options, table)
     data = to_model(model)
     source = data._source
-    request = request_picture(
+    request = plan_picture(
         data._data,
         direction,
         to_world=np.eye(4),
         path=data.path,
         gsd_m=options.gsd_m,
         flip=options.flip,
-        is_placed=source.placed,
-        is_metric=source.metric,
+        is_placed=source.is_placed,
+        is_metric=source.is_metric,
     )
     picture = draw_picture(data._data, request.plan, report)
-    figures = drawn_figures(picture, request.plan, source.world_crs)
+    figures = picture_figures(picture, request.plan, source.world_crs)
     warn(request.warnings)
     return Orthophoto(
         **vars(figures),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.api.checking import name_argument_in_errors, require_positive
-from vomstudio.api.point_arguments import points as checked
+from vomstudio.api.point_arguments import points as convert_points
 from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
@@ -130,6 +130,6 @@ def plane_of_crossing(
 
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
     resolution_m = require_positive(resolution_m, "resolution_m")
-    array = checked(points, name)
+    array = convert_points(points, name)
     with name_argument_in_errors(name):
         return find_plane_band(fit_plane(array), resolution_m=resolution_m)

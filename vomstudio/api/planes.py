@@ -13,11 +13,11 @@ from vomstudio.api.checking import (
     coordinate_names,
     numbers,
     require_positive,
-    requires_type,
+    requires_type_error,
     to_list,
     to_plane,
     warn,
-    wrong_type,
+    wrong_type_error,
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.point_arguments import points
@@ -33,7 +33,7 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import PROFILES_BY_NAME
 from vomstudio.io.gate.points import points_to_world
-from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
+from vomstudio.io.text.group_columns import GROUP_COLUMNS, Words, group_words
 from vomstudio.project.tables.fit_options import FitOptions
 from vomstudio.project.tables.fitted_planes import FittedPlanes, fitted_planes
 
@@ -266,7 +266,7 @@ class LineFit(OrientationFigures):
         return f"LineFit({name}{format_attitude(line, self.total95_deg)})"
 
 
-_AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
+_AZIMUTH_COLUMNS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
 """Azimuths; if the flag `undefined` is set, they have conventional values without meaning."""
 
 
@@ -303,9 +303,9 @@ def to_line_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> Lin
 
 
 def _public_figures(row: Mapping[str, Any]) -> dict[str, Any]:
-    columns = (each.name for each in fields(OrientationFigures) if each.name != "warnings")
+    columns = (column.name for column in fields(OrientationFigures) if column.name != "warnings")
     values = {name: row[name] for name in columns}
-    return values | dict.fromkeys(_AZIMUTHS) if row["undefined"] else values
+    return values | dict.fromkeys(_AZIMUTH_COLUMNS) if row["undefined"] else values
 
 
 def fit_plane(
@@ -497,13 +497,13 @@ def fit_parallel(
     """
     point_groups = to_groups(groups, by)
     names = [str(name) for name in point_groups.ids]
-    pairs = [_pair(item, names) for item in to_list(same, "same")]
+    pairs = [_to_pair(item, names) for item in to_list(same, "same")]
     beds = parallel_beds(names, point_groups.points, point_groups.offsets, pairs=pairs)
     warn([*point_groups.messages, *beds.warnings])
     return beds
 
 
-def _pair(value: Any, names: list[str]) -> tuple[str, str]:
+def _to_pair(value: Any, names: list[str]) -> tuple[str, str]:
     pair = [value] if isinstance(value, str) else [str(id) for id in to_list(value, "same")]
     if len(pair) != 2 or not set(pair) <= set(names):
         finding = Finding("trace.not-a-pair", value=pair, first=names[0], second=names[-1])
@@ -572,19 +572,19 @@ def to_groups(value: Any, by: Any) -> _Groups:
     """
     if isinstance(value, Mapping):
         if by is not None:
-            raise requires_type("by", "groups", "pandas.DataFrame")
+            raise requires_type_error("by", "groups", "pandas.DataFrame")
         if not value:
             raise InputError(Finding("argument.empty"), field="groups")
         arrays = [points(item, f"points of {name}") for name, item in value.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
         return _Groups(list(value), np.concatenate(arrays), offsets.astype(np.int64))
     if not (hasattr(value, "columns") and hasattr(value, "groupby")):
-        raise wrong_type(value, "{id: points}, pandas.DataFrame", "groups")
+        raise wrong_type_error(value, "{id: points}, pandas.DataFrame", "groups")
     columns = list(value.columns)
     if by is None:
         raise UsageError(Finding("option.missing"), field="by")
     if not isinstance(by, Hashable):
-        raise wrong_type(by, "str", "by")
+        raise wrong_type_error(by, "str", "by")
     if by not in columns:
         raise UsageError(Finding("table.unknown-column", column=by, columns=columns), field="by")
     placed_points = points_to_world(
@@ -605,12 +605,21 @@ def to_groups(value: Any, by: Any) -> _Groups:
     order = np.argsort(codes, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     attributes = {
-        c: value[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
+        c: value[c].fillna("").astype(str).tolist()
+        for c in GROUP_COLUMNS
+        if c != by and c in columns
     }
-    words_by_group, word_messages = group_words(attributes, names.tolist(), is_valid.tolist())
-    findings: list[Finding] = [*placed_points.findings, *word_messages]
+    attributes_by_group, attribute_findings = group_words(
+        attributes, names.tolist(), is_valid.tolist()
+    )
+    findings: list[Finding] = [*placed_points.findings, *attribute_findings]
     return _Groups(
-        list(ids), array[is_valid][order], offsets, int((~is_valid).sum()), words_by_group, findings
+        list(ids),
+        array[is_valid][order],
+        offsets,
+        int((~is_valid).sum()),
+        attributes_by_group,
+        findings,
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import array_points, is_model, numbers, refuse_rows
+from vomstudio.api.checking import array_points, is_model, numbers, require_valid_rows
 from vomstudio.api.models import to_model
 from vomstudio.core.arrays import FloatArray
 
@@ -38,5 +38,5 @@ def pixels_or_points(values: Any, name: str) -> FloatArray:
     if np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)
     array = numbers(values, name)
-    refuse_rows(np.asarray(~np.isfinite(array).all(axis=1)), name)
+    require_valid_rows(np.asarray(~np.isfinite(array).all(axis=1)), name)
     return np.ascontiguousarray(array)

@@ -15,11 +15,11 @@ from vomstudio.api.checking import (
     optional_text,
     path_text,
     required_text,
-    requires_type,
+    requires_type_error,
     to_list,
     to_path,
     warn,
-    wrong_type,
+    wrong_type_error,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.frame_arguments import frame_options, name_frame_arguments_in_errors
@@ -39,7 +39,7 @@ from vomstudio.geology.slip import SENSES, SlipSense
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.project.kinds.station import STATION_KINDS, StationKind
 from vomstudio.project.records import FeatureType, Model
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.studio.headless_project import HeadlessProject, Picks
 from vomstudio.studio.placed_features import SHAPE_NOUNS, PickedShape
 from vomstudio.studio.project_options import AcceptOptions, FeatureValues, PlacementOptions
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from vomstudio.api.argument_types import GroupsArgument, ModelArgument, PointsArgument
-    from vomstudio.studio.project_summary import ModelFacts
+    from vomstudio.studio.project_summary import ModelSummary
 
 Quality = Literal["good", "doubtful"]
 
@@ -56,7 +56,7 @@ Quality = Literal["good", "doubtful"]
 class ProjectChanges:
     """Changes of a project, which `undo` reverts; the base class of `vs.Project`."""
 
-    def _open_desk(self) -> HeadlessProject:
+    def _open_project(self) -> HeadlessProject:
         raise NotImplementedError
 
     # --- models -------------------------------------------------------------------------------
@@ -107,15 +107,15 @@ class ProjectChanges:
         ...     project.models[0].name, len(project.models[0].read().faces)
         ('face', 1)
         """
-        project = self._open_desk()
+        project = self._open_project()
         options = frame_options(crs, up, unit, to_crs)
         if is_path(path):
             if name is not None:
-                raise requires_type("name", "path", "vs.Mesh, vs.PointCloud")
+                raise requires_type_error("name", "path", "vs.Mesh, vs.PointCloud")
             file = to_path(path, "path")
         else:
             for option in given_options(options):
-                raise requires_type(option, "path", "str, pathlib.Path")
+                raise requires_type_error(option, "path", "str, pathlib.Path")
             file, options = self._write_model(path, optional_text(name, "name") or "model")
         with name_frame_arguments_in_errors():
             record = project.add_model(file, options)
@@ -125,7 +125,7 @@ class ProjectChanges:
     def _write_model(self, value: Any, name: str) -> tuple[Path, FrameOptions]:
         """Write a model in memory to the project, and return its path and frame."""
         model = to_model(value, "path")
-        target = self._open_desk().new_model_file(name)
+        target = self._open_project().new_model_file(name)
         model.save(target)
         # A model from a file may have an unknown scale, which the copy states.
         is_in_memory = not model.path.is_file()
@@ -137,7 +137,7 @@ class ProjectChanges:
         model_points: PointsArgument | None = None,
         world_points: PointsArgument | None = None,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         sigma_m: npt.ArrayLike | None = None,
         click_sigma_m: float | None = None,
         check: npt.ArrayLike | None = None,
@@ -166,7 +166,7 @@ class ProjectChanges:
         crs: str | None = None,
         to_crs: str | None = None,
         without: Sequence[str] | str = (),
-    ) -> Placed:
+    ) -> ModelPlacement:
         """Register a model of the project; the features on it move with the model.
 
         Parameters that the observations do not determine keep their values.
@@ -224,30 +224,30 @@ class ProjectChanges:
         ...     round((project.fit(trace).dip_direction_deg - before) % 360, 6)
         270.0
         """
-        project = self._open_desk()
+        project = self._open_project()
         record = self._model(model)
         options = observations_from_arguments(PlacementOptions, locals(), model=record.id)
-        points_given = None
+        point_pairs = None
         if model_points is not None or world_points is not None:
             if pairs is not None:
                 conflict = Finding("option.conflict", option="model_points", other="pairs")
                 raise UsageError(conflict, field="pairs")
-            points_given = pairs_from_arguments(model_points, world_points, sigma_m, check)
+            point_pairs = pairs_from_arguments(model_points, world_points, sigma_m, check)
         else:
             for name, value in (("sigma_m", sigma_m), ("check", check)):
                 if value is not None:
-                    raise requires_type(name, "model_points", "numpy.ndarray")
+                    raise requires_type_error(name, "model_points", "numpy.ndarray")
         with name_arguments_in_errors(PlacementOptions):
-            placed = project.register(record, options, points_given).result.placed
-        warn(placed.warnings)
-        return placed
+            placement = project.register(record, options, point_pairs).result.placed
+        warn(placement.warnings)
+        return placement
 
     # --- features -----------------------------------------------------------------------------
     def add_trace(
         self,
         points: PointsArgument,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -306,7 +306,7 @@ class ProjectChanges:
         points: GroupsArgument,
         *,
         by: str | None = None,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         shape: PickedShape = "trace",
         set: str | None = None,
@@ -357,10 +357,10 @@ class ProjectChanges:
             groups = to_groups(points, by)
         warn(groups.messages)
         check_choice(shape, SHAPE_NOUNS, "shape")
-        part = _labels(domain=domain)["domain"]
+        domain_name = _labels(domain=domain)["domain"]
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
-            Picks(_to_name(id_), groups.points[first:stop], domain=part)
+            Picks(_to_name(id_), groups.points[first:stop], domain=domain_name)
             for id_, (first, stop) in zip(groups.ids, ends, strict=True)
         ]
         return self._add_picks(picks, model, type, set, shape)
@@ -368,26 +368,26 @@ class ProjectChanges:
     def _add_picks(
         self,
         picks: Sequence[Picks],
-        model: str | ModelFacts | None,
+        model: str | ModelSummary | None,
         type: str,
         set: str | None,
         shape: PickedShape = "trace",
     ) -> tuple[str, ...]:
         set_name = _labels(set=set)["set_name"]
-        record, kind = self._target(model, type)
-        added = self._open_desk().add_picks(picks, record, kind, set_name, shape)
+        record, kind = self._find_target(model, type)
+        result = self._open_project().add_picks(picks, record, kind, set_name, shape)
         warn(
             Finding("feature.left-out", feature=name, reason=reason)
-            for name, reason in added.skipped
+            for name, reason in result.skipped
         )
-        warn(added.warnings)
-        return tuple(feature.id for feature in added.features)
+        warn(result.warnings)
+        return tuple(feature.id for feature in result.features)
 
     def add_line(
         self,
         points: PointsArgument,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -446,9 +446,9 @@ class ProjectChanges:
         vertices, labels = _to_points(points), _labels(name=name, set=set, domain=domain)
         plane = optional_text(on, "on")
         check_choice(slip_sense, (sense for sense, _ in SENSES), "slip_sense")
-        record, kind = self._target(model, type)
+        record, kind = self._find_target(model, type)
         with name_argument_in_errors("points"), name_argument_in_errors("type", "--type"):
-            line = self._open_desk().add_line(
+            line = self._open_project().add_line(
                 vertices, record, kind, plane=plane, slip=slip_sense, **labels
             )
         return line.id
@@ -458,7 +458,7 @@ class ProjectChanges:
         outline: PointsArgument | None = None,
         *,
         elements: npt.ArrayLike | None = None,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         name: str | None = None,
         set: str | None = None,
@@ -509,7 +509,7 @@ class ProjectChanges:
         ...     round(project.fit(first).dip_deg), round(project.fit(second).dip_deg)
         (63, 63)
         """
-        record, kind = self._target(model, type)
+        record, kind = self._find_target(model, type)
         labels = _labels(name=name, set=set, domain=domain)
         if (outline is None) == (elements is None):
             names = ("outline", "elements")
@@ -517,16 +517,16 @@ class ProjectChanges:
                 raise UsageError(Finding("option.none-given", options=names), field="outline")
             conflict = Finding("option.conflict", option=names[0], other=names[1])
             raise UsageError(conflict, field="elements")
-        area = _to_points(outline, "outline") if elements is None else _elements(elements)
+        area = _to_points(outline, "outline") if elements is None else _to_elements(elements)
         argument = "outline" if elements is None else "elements"
         with name_argument_in_errors(argument):
-            return self._open_desk().add_patch(record, kind, area, **labels).id
+            return self._open_project().add_patch(record, kind, area, **labels).id
 
     def add_station(
         self,
         point: npt.ArrayLike,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         what: StationKind = "station",
         name: str | None = None,
         number: str | None = None,
@@ -583,10 +583,10 @@ class ProjectChanges:
         labels = {key: optional_text(text, key) or "" for key, text in texts.items()}
         record = self._model(model)
         with name_argument_in_errors("point"):
-            return self._open_desk().add_station(position, record, what, **labels).id
+            return self._open_project().add_station(position, record, what, **labels).id
 
     def import_file(
-        self, path: str | Path, *, model: str | ModelFacts | None = None
+        self, path: str | Path, *, model: str | ModelSummary | None = None
     ) -> tuple[str, ...]:
         """Add the traces, planes, stations, contact lines and rock areas of a file, as one step.
 
@@ -626,18 +626,18 @@ class ProjectChanges:
         ['S1']
         """
         file, record = to_path(path, "path"), self._model(model)
-        added = self._open_desk().import_features(file, record)
+        result = self._open_project().import_features(file, record)
         warn(
             Finding("feature.left-out", feature=name, reason=reason)
-            for name, reason in added.skipped
+            for name, reason in result.skipped
         )
-        warn(added.warnings)
-        return tuple(feature.id for feature in added.features)
+        warn(result.warnings)
+        return tuple(feature.id for feature in result.features)
 
     def accept_facets(
         self,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         set: str | None = None,
         quality: Quality | None = None,
@@ -692,12 +692,12 @@ class ProjectChanges:
         [90.0, 90.0]
         """
         search = options_from_arguments(FacetOptions, locals())
-        return self._accept(search, model, type, set, quality, progress, cancel)
+        return self._accept_proposals(search, model, type, set, quality, progress, cancel)
 
     def accept_traces(
         self,
         *,
-        model: str | ModelFacts | None = None,
+        model: str | ModelSummary | None = None,
         type: str,
         set: str | None = None,
         quality: Quality | None = None,
@@ -756,12 +756,12 @@ class ProjectChanges:
         search = options_from_arguments(
             ProposalOptions, locals(), onnx_model=path_text(onnx_model, "onnx_model")
         )
-        return self._accept(search, model, type, set, quality, progress, cancel)
+        return self._accept_proposals(search, model, type, set, quality, progress, cancel)
 
-    def _accept(
+    def _accept_proposals(
         self,
         search: FacetOptions | ProposalOptions,
-        model: str | ModelFacts | None,
+        model: str | ModelSummary | None,
         type: str,
         set: str | None,
         quality: Quality | None,
@@ -771,7 +771,7 @@ class ProjectChanges:
         from vomstudio.studio.surfaces.headless_proposals import accept_proposals
 
         report = to_progress(progress, cancel)
-        record, kind = self._target(model, type)
+        record, kind = self._find_target(model, type)
         options = options_from_arguments(
             AcceptOptions,
             model=record.id,
@@ -780,9 +780,9 @@ class ProjectChanges:
             quality=quality,
         )
         with name_arguments_in_errors(search.__class__):
-            accepted = accept_proposals(self._open_desk(), search, options, report)
-        warn(accepted.warnings)
-        return tuple(feature.id for feature in accepted.features)
+            result = accept_proposals(self._open_project(), search, options, report)
+        warn(result.warnings)
+        return tuple(feature.id for feature in result.features)
 
     def set_type(self, features: str | Sequence[str], type: str) -> tuple[str, ...]:
         """Change the type of features, as one step.
@@ -876,8 +876,8 @@ class ProjectChanges:
         names = _feature_names(features)
         values = options_from_arguments(FeatureValues, locals())
         with name_argument_in_errors("features"), name_arguments_in_errors(FeatureValues):
-            changed = self._open_desk().set_values(names, values)
-        return tuple(feature.id for feature in changed)
+            changed_features = self._open_project().set_values(names, values)
+        return tuple(feature.id for feature in changed_features)
 
     def delete(self, features: str | Sequence[str]) -> tuple[str, ...]:
         """Delete features, as one step.
@@ -915,8 +915,8 @@ class ProjectChanges:
         """
         names = _feature_names(features)
         with name_argument_in_errors("features"):
-            deleted = self._open_desk().delete(names)
-        return tuple(feature.id for feature in deleted)
+            deleted_features = self._open_project().delete(names)
+        return tuple(feature.id for feature in deleted_features)
 
     # --- history and verdicts -----------------------------------------------------------------
     def judge_by(self, profile: str) -> None:
@@ -946,7 +946,7 @@ class ProjectChanges:
         ...     project.fit("J1").profile
         'textbook'
         """
-        self._open_desk().judge_by(required_text(profile, "profile"))
+        self._open_project().judge_by(required_text(profile, "profile"))
 
     def update_surroundings(self) -> int:
         """Measure the surroundings of features again that were measured by an earlier method.
@@ -978,9 +978,9 @@ class ProjectChanges:
         ...         error.code
         'surroundings.up-to-date'
         """
-        updated, findings = self._open_desk().update_surroundings()
+        updated_count, findings = self._open_project().update_surroundings()
         warn(findings)
-        return updated
+        return updated_count
 
     def undo(self) -> str:
         """Undo the last step, even of an earlier session.
@@ -1008,7 +1008,7 @@ class ProjectChanges:
         ...     len(project.traces())
         0
         """
-        return self._open_desk().undo()
+        return self._open_project().undo()
 
     def redo(self) -> str:
         """Redo the last undone step.
@@ -1037,19 +1037,21 @@ class ProjectChanges:
         ...     len(project.traces())
         1
         """
-        return self._open_desk().redo()
+        return self._open_project().redo()
 
     # --- arguments ----------------------------------------------------------------------------
-    def _model(self, model: str | ModelFacts | None) -> Model:
+    def _model(self, model: str | ModelSummary | None) -> Model:
         """Return the record of a model. Raises InputError or UsageError."""
         name = getattr(model, "id", None) or optional_text(model, "model")
         with name_argument_in_errors("model", "--model"):
-            return self._open_desk().find_model(name)
+            return self._open_project().find_model(name)
 
-    def _target(self, model: str | ModelFacts | None, type: str) -> tuple[Model, FeatureType]:
+    def _find_target(
+        self, model: str | ModelSummary | None, type: str
+    ) -> tuple[Model, FeatureType]:
         """Return the model and the type of new features. Raises InputError or UsageError."""
         with name_argument_in_errors("type", "--type"):
-            kind = self._open_desk().find_type(required_text(type, "type"))
+            kind = self._open_project().find_type(required_text(type, "type"))
         return self._model(model), kind
 
 
@@ -1075,13 +1077,13 @@ def _to_points(value: Any, name: str = "points") -> FloatArray:
     return points(value, name)
 
 
-def _elements(value: Any) -> IntArray | BoolArray:
+def _to_elements(value: Any) -> IntArray | BoolArray:
     """Convert indices of elements, or a mask, to an array (n,). Raises InputError."""
     try:
         array = np.asarray(value)
     except ValueError as error:  # Rows of different lengths.
-        raise wrong_type(value, "numpy.ndarray", "elements") from error
+        raise wrong_type_error(value, "numpy.ndarray", "elements") from error
     is_empty = array.ndim == 1 and not array.size
     if array.ndim != 1 or not (array.dtype.kind in "biu" or is_empty):
-        raise wrong_type(value, "numpy.ndarray", "elements")
+        raise wrong_type_error(value, "numpy.ndarray", "elements")
     return array if array.dtype == bool else array.astype(np.int64)

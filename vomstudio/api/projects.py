@@ -19,15 +19,15 @@ from vomstudio.api.models import Mesh, PointCloud, apply_recorded_placement
 from vomstudio.api.planes import LineFit, PlaneFit, to_line_fit, to_plane_fit
 from vomstudio.api.project_changes import ProjectChanges
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.reprs import html_table, text_table
 from vomstudio.project.exports.export import export_records, refuse_empty
-from vomstudio.project.journal.database import own_files
+from vomstudio.project.journal.database import journal_files
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Model
 from vomstudio.project.verify import Verification, verify
 from vomstudio.studio.headless_project import HeadlessProject
-from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_facts
+from vomstudio.studio.project_summary import ModelSummary, fitted_records, summarise_models
 from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ProjectModel(ModelFacts):
+class ProjectModel(ModelSummary):
     """Model of a project.
 
     Attributes
@@ -108,7 +108,7 @@ class Project(ProjectChanges):
     """
 
     def __init__(self, project: HeadlessProject) -> None:
-        self._desk: HeadlessProject | None = project
+        self._headless_project: HeadlessProject | None = project
         self._folder = project.project.folder
         self._measurements = Measurements(project.settings.thresholds)
 
@@ -146,7 +146,7 @@ class Project(ProjectChanges):
         headless_project = HeadlessProject.open(to_path(path, "path"))
         project = cls(headless_project)
         warnings = [*headless_project.warnings, *headless_project.project.problems]
-        if headless_project.recovered:
+        if headless_project.is_recovered:
             warnings.append(Finding("project.recovered"))
         try:
             warn(warnings)
@@ -214,7 +214,7 @@ class Project(ProjectChanges):
           folder  ...
           state   closed
         """
-        project, self._desk = self._desk, None
+        project, self._headless_project = self._headless_project, None
         if project is not None:
             project.close()
 
@@ -234,7 +234,7 @@ class Project(ProjectChanges):
         ...     project.unsaved
         False
         """
-        warn(self._open_desk().save())
+        warn(self._open_project().save())
 
     def save_as(self, path: str | Path) -> None:
         """Save the project with its history in another folder NAME.vom, and continue there.
@@ -264,7 +264,7 @@ class Project(ProjectChanges):
         ...     project.path.name
         'copy.vom'
         """
-        project = self._open_desk()
+        project = self._open_project()
         skipped_files = project.save_as(to_path(path, "path"))
         self._folder = project.project.folder
         warn(skipped_files)
@@ -303,7 +303,7 @@ class Project(ProjectChanges):
         [('face', 'mesh')]
         """
         return tuple(
-            ProjectModel(**vars(facts), _project=self) for facts in model_facts(self._records)
+            ProjectModel(**vars(facts), _project=self) for facts in summarise_models(self._records)
         )
 
     @property
@@ -321,7 +321,7 @@ class Project(ProjectChanges):
         ...     project.unsaved
         True
         """
-        return self._open_desk().session.dirty
+        return self._open_project().session.dirty
 
     def planes(self) -> GeoDataFrame:
         """Return all planes, with the columns of the orientation table.
@@ -504,7 +504,7 @@ class Project(ProjectChanges):
         ...     project.coverage()
         []
         """
-        shares, findings = grid_shares(self._open_desk())
+        shares, findings = grid_shares(self._open_project())
         warn(findings)
         return shares
 
@@ -546,8 +546,8 @@ class Project(ProjectChanges):
             row = orientations.rows[0]
             measurement = self._measurements.of(self._records, [row["id"]])[row["id"]]
             warnings = () if measurement.verdict is None else measurement.verdict.warnings
-            to_fit = to_plane_fit if row["element"] == "plane" else to_line_fit
-            return to_fit(row, warnings)
+            convert_row = to_plane_fit if row["element"] == "plane" else to_line_fit
+            return convert_row(row, warnings)
         missing_plane = Finding("feature.without-plane")
         reason = orientations.skipped[0]["reason"] if orientations.skipped else missing_plane
         raise GeometryError(reason, field=id)
@@ -573,7 +573,7 @@ class Project(ProjectChanges):
         ...     project.verify().sound
         True
         """
-        self._open_desk()
+        self._open_project()
         return verify(self._folder)
 
     def plot(self) -> Plotter:
@@ -600,7 +600,7 @@ class Project(ProjectChanges):
             try:
                 models.append(model.read()._data)
             except InputError as error:
-                warn([finding_of(error)])
+                warn([to_finding(error)])
         return create_plotter(models, feature_tables.drawings(self._records, self._measurements))
 
     # --- export -------------------------------------------------------------------------------
@@ -651,20 +651,20 @@ class Project(ProjectChanges):
         """
         from vomstudio.core.files.atomic import check_target
 
-        target, replace, arguments = (
+        target, replace, format_name = (
             to_path(path, "path"),
             check_flag(force, "force"),
             required_text(format, "format"),
         )
         is_projected = check_flag(projected, "projected")
-        check_target(target, force=replace, inputs=own_files(self._folder))
+        check_target(target, force=replace, inputs=journal_files(self._folder))
         records = self._records
         refuse_empty(records, self._folder)
         thresholds = self._measurements.default_thresholds
         with name_argument_in_errors("format", "--to"):
             table = export_records(
                 records,
-                arguments,
+                format_name,
                 target,
                 is_projected=is_projected,
                 force=replace,
@@ -721,7 +721,7 @@ class Project(ProjectChanges):
 
         target, replace = to_path(path, "path"), check_flag(force, "force")
         with name_argument_in_errors("path", "--output"):
-            check_target(target, force=replace, inputs=own_files(self._folder))
+            check_target(target, force=replace, inputs=journal_files(self._folder))
             return write_project_report(
                 target,
                 self._records,
@@ -731,24 +731,24 @@ class Project(ProjectChanges):
             )
 
     # --- implementation -----------------------------------------------------------------------
-    def _open_desk(self) -> HeadlessProject:
-        if self._desk is None:
+    def _open_project(self) -> HeadlessProject:
+        if self._headless_project is None:
             raise DocumentError(Finding("project.closed"), file=self._folder)
-        return self._desk
+        return self._headless_project
 
     @property
     def _records(self) -> Any:
-        return self._open_desk().session.records
+        return self._open_project().session.records
 
     def _read(self, model_id: str) -> Mesh | PointCloud:
-        project = self._open_desk()
+        project = self._open_project()
         model = project.find_model(model_id)
         return apply_recorded_placement(project.read_model(model), model)
 
-    def _described_values(self) -> dict[str, Any]:
-        if self._desk is None:
+    def _repr_values(self) -> dict[str, Any]:
+        if self._headless_project is None:
             return {"folder": str(self._folder), "state": "closed"}
-        session = self._desk.session
+        session = self._headless_project.session
         return {
             "folder": str(self._folder),
             "models": tuple(model.name for model in session.of(Model)),
@@ -757,7 +757,7 @@ class Project(ProjectChanges):
         }
 
     def __repr__(self) -> str:
-        return text_table("Project", self._described_values())
+        return text_table("Project", self._repr_values())
 
     def _repr_html_(self) -> str:
-        return html_table("Project", self._described_values())
+        return html_table("Project", self._repr_values())

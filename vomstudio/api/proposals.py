@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.api.checking import path_text
-from vomstudio.api.comparisons import is_array, load_placed
+from vomstudio.api.comparisons import is_array, load_world_data
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import to_model
 from vomstudio.api.reporting import ProgressArgument, to_progress
@@ -109,7 +109,7 @@ def propose_traces(
         open_edge_finder(options.onnx_model, report, cancel) as edges,
         name_arguments_in_errors(ProposalOptions),
     ):
-        data, crs, _ = load_placed(model if is_array(model) else to_model(model), "model")
+        data, crs, _ = load_world_data(model if is_array(model) else to_model(model), "model")
         spacing = resolution(data)
         return proposing.propose_traces(
             SurfaceGraph(data if edges is None else colour_by_edges(data, spacing, *edges)),

@@ -13,13 +13,13 @@ from vomstudio.api.checking import (
     numbers,
     optional_text,
     path_text,
-    refuse_other_lengths,
-    refuse_rows,
-    requires_type,
+    require_equal_lengths,
+    require_valid_rows,
+    requires_type_error,
     to_list,
     to_path,
     warn,
-    wrong_shape,
+    wrong_shape_error,
 )
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.point_arguments import points
@@ -33,7 +33,7 @@ from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.register_options import BESIDE, Observations, RegisterOptions
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.studio.placing.register_order import register_model
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def register(
     without: Sequence[str] | str = (),
     progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
-) -> Placed:
+) -> ModelPlacement:
     """Register a model to the World frame by points or other observations.
 
     The registration is a similarity (scale, rotation and translation, without reflection).
@@ -194,13 +194,13 @@ def register(
         arrays = {"world_points": world_points, "sigma_m": sigma_m, "check": check}
         for name, value in arrays.items():
             if value is not None:
-                raise requires_type(name, "model_points", "numpy.ndarray")
+                raise requires_type_error(name, "model_points", "numpy.ndarray")
         path = str(to_path(model_points, "model_points"))
         with name_arguments_in_errors(RegisterOptions):
             placement = register_model(path, options, report).placed
     else:
         for name in observations:
-            raise requires_type(name, "model_points", "str, pathlib.Path")
+            raise requires_type_error(name, "model_points", "str, pathlib.Path")
         placement = register_points(
             *_pairs(model_points, world_points, sigma_m, check),
             click_sigma_m=options.click_sigma_m,
@@ -211,7 +211,7 @@ def register(
     return placement
 
 
-_PATHS = (
+_PATH_ARGUMENTS = (
     "pairs",
     "gcp",
     "marks",
@@ -222,16 +222,16 @@ _PATHS = (
     "reference",
     "stable",
 )
-_PATHS_OR_BESIDE = ("cameras", "attitudes")
-_TEXTS = ("date", "crs", "to_crs")
+_PATH_OR_FLAG_ARGUMENTS = ("cameras", "attitudes")
+_TEXT_ARGUMENTS = ("date", "crs", "to_crs")
 _ROW_LENGTHS = {"scale": (7, 8), "bearing": (7, 8), "level": (6, 7), "plumb": (6, 7)}
 
-GivenObservations = TypeVar("GivenObservations", bound=Observations)
+ObservationsType = TypeVar("ObservationsType", bound=Observations)
 
 
 def observations_from_arguments(
-    options: type[GivenObservations], arguments: Mapping[str, Any], **converted: Any
-) -> GivenObservations:
+    options: type[ObservationsType], arguments: Mapping[str, Any], **converted: Any
+) -> ObservationsType:
     """Create the options of a registration from the arguments of a call.
 
     Parameters
@@ -247,13 +247,19 @@ def observations_from_arguments(
     InputError, UsageError
         If a value is not allowed; the error names the argument.
     """
-    checked: dict[str, object] = {name: path_text(arguments[name], name) for name in _PATHS}
-    checked |= {name: _path_or_beside(arguments[name], name) for name in _PATHS_OR_BESIDE}
-    checked |= {name: optional_text(arguments[name], name) for name in _TEXTS}
-    checked |= {n: _to_row_texts(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()}
+    option_values: dict[str, object] = {
+        name: path_text(arguments[name], name) for name in _PATH_ARGUMENTS
+    }
+    option_values |= {
+        name: _path_or_flag(arguments[name], name) for name in _PATH_OR_FLAG_ARGUMENTS
+    }
+    option_values |= {name: optional_text(arguments[name], name) for name in _TEXT_ARGUMENTS}
+    option_values |= {
+        n: _to_row_texts(arguments[n], n, lengths) for n, lengths in _ROW_LENGTHS.items()
+    }
     labels = to_list(arguments["without"], "without")
-    checked["without"] = tuple(str(optional_text(label, "without")) for label in labels)
-    return options_from_arguments(options, arguments, **checked, **converted)
+    option_values["without"] = tuple(str(optional_text(label, "without")) for label in labels)
+    return options_from_arguments(options, arguments, **option_values, **converted)
 
 
 def pairs_from_arguments(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Pairs:
@@ -282,13 +288,13 @@ def _pairs(
         if value is None:
             raise InputError(Finding("option.missing"), field=name)
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
-    refuse_other_lengths(model, world, ("model_points", "world_points"))
-    sigma = None if sigma_m is None else _sigma(sigma_m, len(model))
-    judges = None if check is None else _flags(check, len(model))
-    return model, world, sigma, judges
+    require_equal_lengths(model, world, ("model_points", "world_points"))
+    sigma = None if sigma_m is None else _to_sigma(sigma_m, len(model))
+    is_check = None if check is None else _to_mask(check, len(model))
+    return model, world, sigma, is_check
 
 
-def _path_or_beside(value: Any, name: str) -> str | None:
+def _path_or_flag(value: Any, name: str) -> str | None:
     """Return the path of a file or folder, or `BESIDE` for True. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
@@ -299,7 +305,7 @@ def _to_row_texts(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str,
     """Format rows of numbers for the options of the command. Raises InputError if invalid."""
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
-    array = numbers(value, name) if _is_flat(value) else None
+    array = numbers(value, name) if _is_single_row(value) else None
     rows = to_list(value, name) if array is None else [array]
     texts = []
     for row in rows:
@@ -312,7 +318,7 @@ def _to_row_texts(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str,
     return tuple(texts)
 
 
-def _is_flat(value: Any) -> bool:
+def _is_single_row(value: Any) -> bool:
     """Return whether an input is a single row; NumPy cannot convert rows of different lengths."""
     try:
         return np.ndim(value) < 2
@@ -320,12 +326,12 @@ def _is_flat(value: Any) -> bool:
         return False
 
 
-def _sigma(sigma: Any, n: int) -> Any:
+def _to_sigma(sigma: Any, n: int) -> Any:
     array = numbers(sigma, "sigma_m")
     if array.shape != (n, 3):
-        raise wrong_shape(array, f"({n}, 3)", "sigma_m")
+        raise wrong_shape_error(array, f"({n}, 3)", "sigma_m")
     is_invalid = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
-    refuse_rows(is_invalid, "sigma_m", "array.not-positive")
+    require_valid_rows(is_invalid, "sigma_m", "array.not-positive")
     for value in (float(array.min()), float(array.max())) if array.size else ():
         _require_error(value, "sigma_m")
     return array
@@ -337,7 +343,7 @@ def _require_error(value: float, name: str) -> None:
         raise InputError(problem, field=name)
 
 
-def _flags(flags: Any, n: int) -> Any:
+def _to_mask(flags: Any, n: int) -> Any:
     try:
         array = np.asarray(flags)
     except ValueError:  # Rows of different lengths.

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from vomstudio.api.checking import wrong_type
+from vomstudio.api.checking import wrong_type_error
 from vomstudio.core.progress import CancelToken, Progress, SilentProgress
 
 ProgressArgument = Callable[[str, int, int | None], Any] | Progress | None
@@ -70,7 +70,7 @@ def to_progress(progress: ProgressArgument, cancel: CancelToken | None = None) -
     InputError
     """
     if cancel is not None and not isinstance(cancel, CancelToken):
-        raise wrong_type(cancel, "vs.CancelToken", "cancel")
+        raise wrong_type_error(cancel, "vs.CancelToken", "cancel")
     reporter: Progress
     if progress is None:
         reporter = SilentProgress()
@@ -79,5 +79,5 @@ def to_progress(progress: ProgressArgument, cancel: CancelToken | None = None) -
     elif callable(progress) and _accepts_three_arguments(progress):
         reporter = _CallbackProgress(progress)
     else:
-        raise wrong_type(progress, "function(stage, done, total)", "progress")
+        raise wrong_type_error(progress, "function(stage, done, total)", "progress")
     return reporter if cancel is None else _CancellableProgress(reporter, cancel)

@@ -8,26 +8,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.api.checking import check_flag, numbers, refuse_rows, to_path, wrong_shape
+from vomstudio.api.checking import (
+    check_flag,
+    numbers,
+    require_valid_rows,
+    to_path,
+    wrong_shape_error,
+)
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import to_dict
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.cutting import Cut, cut_model
 from vomstudio.products.section.section_lines import (
     Curtain,
-    curtain_of_line,
-    curtain_of_options,
+    curtain_from_line,
+    curtain_from_options,
 )
 from vomstudio.products.section.section_options import SectionOptions
 from vomstudio.products.section.writing import (
     SectionFigures,
     WrittenSection,
-    figures_of,
+    section_figures,
     write_section,
 )
 
@@ -105,7 +111,7 @@ class Section:
 
     def to_dict(self) -> dict[str, object]:
         """Return the object that ``--json`` prints, without the names of files."""
-        return to_dict(self.figures) | {"warnings": to_plain(self.warnings)}
+        return to_dict(self.figures) | {"warnings": to_json_list(self.warnings)}
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
         """Write the section as .csv, .dxf or .svg, as the command does.
@@ -123,12 +129,12 @@ class Section:
             self.figures,
             crs=self._model.crs,
             model=str(source.path),
-            is_metric=source.metric or source.placed,
-            is_north_known=source.placed,
+            is_metric=source.is_metric or source.is_placed,
+            is_north_known=source.is_placed,
             force=replace,
         )
 
-    def _named_figures(self) -> dict[str, Any]:
+    def _repr_values(self) -> dict[str, Any]:
         f = self.figures
         return {
             "lines": f"{f.polylines}, {f.length_m:.3f} m in all",
@@ -138,10 +144,10 @@ class Section:
         }
 
     def __repr__(self) -> str:
-        return text_table("Section", self._named_figures())
+        return text_table("Section", self._repr_values())
 
     def _repr_html_(self) -> str:
-        return html_table("Section", self._named_figures())
+        return html_table("Section", self._repr_values())
 
 
 def section(
@@ -203,15 +209,15 @@ def section(
     )
     with name_arguments_in_errors(SectionOptions):
         if section_line is None:
-            curtain = curtain_of_options(options)
+            curtain = curtain_from_options(options)
         else:
             line = numbers(section_line, "section_line")
             if line.ndim != 2 or line.shape[1] < 2:
-                raise wrong_shape(line, "(n, 2)", "section_line")
-            refuse_rows(np.asarray(~np.isfinite(line).all(axis=1)), "section_line")
-            curtain = curtain_of_line(line)
+                raise wrong_shape_error(line, "(n, 2)", "section_line")
+            require_valid_rows(np.asarray(~np.isfinite(line).all(axis=1)), "section_line")
+            curtain = curtain_from_line(line)
             curtain = curtain.flipped() if flip else curtain
         data = to_model(model)
         cut = cut_model(data._data, curtain, options.slab_m)
-    figures = figures_of(cut, curtain, (), 0)
+    figures = section_figures(cut, curtain, (), 0)
     return Section(cut.world, cut.lines, figures, data, curtain, cut)

@@ -10,12 +10,12 @@ import numpy as np
 
 from vomstudio.api.checking import join_numbers, numbers, plane_text, to_list, warn
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
-from vomstudio.api.tables import Azimuth, frame_of_table, to_orientation_table
+from vomstudio.api.tables import Azimuth, table_to_dataframe, to_orientation_table
 from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.geology.sets.set_options import SetOptions
-from vomstudio.io.gate.point_tables import read_places
-from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
+from vomstudio.io.gate.point_tables import read_row_positions
+from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, extract_pieces
 
 if TYPE_CHECKING:
     import pandas
@@ -105,17 +105,19 @@ def sets(
         seeds=",".join(plane_text(seed, "seeds") for seed in seed_list) or None,
         scanline=None if scanline is None else join_numbers(numbers(scanline, "scanline")),
     )
-    placed = read_places(rows)
-    positions = None if placed is None else placed.points
+    places = read_row_positions(rows)
+    positions = None if places is None else places.points
     with name_arguments_in_errors(SetOptions):
-        proposal = propose_sets(rows, options, pieces=pieces_of(rows, positions))
+        proposal = propose_sets(rows, options, pieces=extract_pieces(rows, positions))
     # A DataFrame keeps its columns.
-    own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
+    is_dataframe = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = (
-        cast("pandas.DataFrame", table).copy() if own_frame else frame_of_table(rows, rows.warnings)
+        cast("pandas.DataFrame", table).copy()
+        if is_dataframe
+        else table_to_dataframe(rows, rows.warnings)
     )
     row_indices = np.asarray(proposal.rows, np.int64)
-    row_indices = rows.row_indices[row_indices] if own_frame else row_indices
+    row_indices = rows.row_indices[row_indices] if is_dataframe else row_indices
     names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
     names[row_indices], shares[row_indices] = proposal.assignment, proposal.probability
     frame[SET], frame[PROBABILITY] = names, shares
@@ -123,7 +125,7 @@ def sets(
         ids = np.full(len(frame), "", dtype=object)
         ids[row_indices] = proposal.discontinuity
         frame[DISCONTINUITY] = ids
-    findings = () if placed is None else placed.findings
+    findings = () if places is None else places.findings
     warn([*findings, *proposal.warnings[len(rows.warnings) :]])
     values = {f.name: getattr(proposal, f.name) for f in fields(SetProposal)}
     values["warnings"] = (*findings, *proposal.warnings)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.api.checking import warn, wrong_type
-from vomstudio.api.comparisons import load_placed
+from vomstudio.api.checking import warn, wrong_type_error
+from vomstudio.api.comparisons import load_world_data
 from vomstudio.api.declared_options import name_arguments_in_errors, options_from_arguments
 from vomstudio.api.reporting import ProgressArgument, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
-from vomstudio.products.surface.patch import extract_around, parse_around
+from vomstudio.products.surface.patch import extract_within_radius, parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
 
 if TYPE_CHECKING:
@@ -86,10 +86,10 @@ def surface(
     options = options_from_arguments(
         SurfaceOptions, locals(), around=None if around is None else _around_text(around)
     )
-    data, crs, _ = load_placed(model, "model")
+    data, crs, _ = load_world_data(model, "model")
     with name_arguments_in_errors(SurfaceOptions):
         if options.around is not None:
-            data = extract_around(data, *parse_around(options.around))
+            data = extract_within_radius(data, *parse_around(options.around))
         result = analyse(
             data,
             noise_m=options.noise_m,
@@ -105,7 +105,7 @@ def surface(
 def _around_text(value: Any) -> str:
     """Format ((x, y, z), radius) for the option of the command. Raises UsageError."""
     try:
-        place, radius = value
-        return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))
+        centre, radius = value
+        return ",".join(map(repr, [*np.asarray(centre, float).tolist(), float(radius)]))
     except (TypeError, ValueError) as error:
-        raise wrong_type(value, "((x, y, z), radius)", "around") from error
+        raise wrong_type_error(value, "((x, y, z), radius)", "around") from error

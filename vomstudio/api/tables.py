@@ -13,18 +13,18 @@ from vomstudio.api.checking import (
     looks_like_radians,
     name_argument_in_errors,
     optional_text,
-    pairs,
     required_text,
+    to_array_pair,
     to_path,
     warn,
-    wrong_type,
+    wrong_type_error,
 )
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.gate import orientation_files
 from vomstudio.io.gate.orientation_files import read_any_table
-from vomstudio.io.text.column_mapping import known_meaning
+from vomstudio.io.text.column_mapping import parse_meaning
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import parse_flag
 from vomstudio.io.text.orientation_columns import ALIASES
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 TABLE_IN_MEMORY = "the table"
-_ANGLES = (
+_ANGLE_MEANINGS = (
     "dip direction",
     "strike",
     "dip",
@@ -125,7 +125,7 @@ def read_orientations(
     )
     findings = _table_findings(table)
     warn(findings)
-    return frame_of_table(table, findings)
+    return table_to_dataframe(table, findings)
 
 
 def check_azimuth(azimuth: Any) -> Azimuth | None:
@@ -169,10 +169,10 @@ def check_columns(columns: Any) -> dict[str, str]:
     if columns is None:
         return {}
     if not isinstance(columns, Mapping):
-        raise wrong_type(columns, "dict[str, str]", "columns")
+        raise wrong_type_error(columns, "dict[str, str]", "columns")
     with name_argument_in_errors("columns", "--columns"):
         return {
-            str(name): known_meaning(required_text(meaning, "columns"))
+            str(name): parse_meaning(required_text(meaning, "columns"))
             for name, meaning in columns.items()
         }
 
@@ -214,13 +214,13 @@ def to_orientation_table(
     if is_path(table):
         rows = read_picks(to_path(table, name), azimuth, repeats=repeats, azimuth_only=azimuth_only)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
-        names, cells = _cells_of(_drop_stated_angles(table), name)
+        names, cells = _to_cells(_drop_stated_angles(table), name)
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
         text_table = table_from_cells(names, cells, TABLE_IN_MEMORY, comments)
         rows = extract_orientations(text_table, azimuth, repeats=repeats, azimuth_only=azimuth_only)
     else:
-        rows = extract_orientations(_arrays(table, name), None)
+        rows = extract_orientations(_table_from_arrays(table, name), None)
     warn(_table_findings(rows), depth)
     return rows
 
@@ -229,11 +229,11 @@ def _drop_stated_angles(frame: Any) -> Any:
     """Drop the original angle columns of a DataFrame made by `read_orientations`."""
     if not set(COLUMNS) <= set(frame.columns):
         return frame
-    angles = {word for meaning in _ANGLES for word in ALIASES[meaning]}
-    claimed_columns = {
+    angles = {word for meaning in _ANGLE_MEANINGS for word in ALIASES[meaning]}
+    original_columns = {
         c for c in frame.columns if c not in COLUMNS and normalise_name(str(c)) in angles
     }
-    return frame.drop(columns=list(claimed_columns)) if claimed_columns else frame
+    return frame.drop(columns=list(original_columns)) if original_columns else frame
 
 
 def to_text_table(table: Any, name: str = "table") -> TextTable:
@@ -256,8 +256,8 @@ def to_text_table(table: Any, name: str = "table") -> TextTable:
     if is_path(table):
         return read_any_table(to_path(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
-        raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
-    names, cells = _cells_of(table, name)
+        raise wrong_type_error(table, "pandas.DataFrame, str, pathlib.Path", name)
+    names, cells = _to_cells(table, name)
     return table_from_cells(
         names, cells, TABLE_IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
     )
@@ -284,31 +284,33 @@ def _table_findings(table: OrientationTable) -> list[Finding]:
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
     )
-    includes_radians = any(looks_like_radians(azimuth, angle) for azimuth, angle in angles)
-    return [*table.warnings, *([Finding("compass.radians")] if includes_radians else [])]
+    has_radians = any(looks_like_radians(azimuth, angle) for azimuth, angle in angles)
+    return [*table.warnings, *([Finding("compass.radians")] if has_radians else [])]
 
 
-def _arrays(value: Any, name: str) -> Any:
+def _table_from_arrays(value: Any, name: str) -> Any:
     names = ("dip_direction", "dip")
     if isinstance(value, Mapping) or not isinstance(value, Sequence | np.ndarray):
         raise _not_a_table_error(value, name)
     if len(value) != 2:
         raise _not_a_table_error(value, name)
-    azimuth, dip = pairs(value[0], value[1], names)
+    azimuth, dip = to_array_pair(value[0], value[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
     return table_from_cells(names, cells, TABLE_IN_MEMORY)
 
 
 def _not_a_table_error(value: Any, name: str) -> InputError:
-    return wrong_type(value, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name)
+    return wrong_type_error(
+        value, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name
+    )
 
 
 # --- DataFrame to cells ---------------------------------------------------------------------------
-def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
+def _to_cells(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
     """Return the names and cells of the columns of a DataFrame, without geometry columns."""
     names, columns = [], []
-    for place, name in enumerate(frame.columns):
-        values = frame.iloc[:, place].tolist()
+    for column_index, name in enumerate(frame.columns):
+        values = frame.iloc[:, column_index].tolist()
         if any(hasattr(value, "geom_type") for value in values[:100]):
             continue
         names.append(str(name))
@@ -350,27 +352,27 @@ def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -
 
     row_list = list(rows)
     dataframe = {
-        name: _column([row.get(name) for row in row_list], FORMS.get(name, "text"))
+        name: _to_series([row.get(name) for row in row_list], FORMS.get(name, "text"))
         for name in columns
     }
     return pandas.DataFrame(dataframe, columns=list(columns))
 
 
-def _column(values: list[Any], form: str) -> Any:
+def _to_series(values: list[Any], form: str) -> Any:
     import pandas
 
     if form == "text":
         return pandas.Series(values, dtype=object)
     if form == "flag":
-        is_integer = all(value is not None for value in values)
-        return pandas.Series(values, dtype=bool if is_integer and values else object)
+        is_complete = all(value is not None for value in values)
+        return pandas.Series(values, dtype=bool if is_complete and values else object)
     floats = np.array([np.nan if v is None else float(v) for v in values], np.float64)
     if form == "count" and len(floats) and np.isfinite(floats).all():
         return pandas.Series(floats.astype(np.int64))
     return pandas.Series(floats)
 
 
-def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
+def table_to_dataframe(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     """Convert all rows of a table to a DataFrame, with the other columns appended.
 
     Parameters
@@ -414,7 +416,7 @@ def _row_values(table: OrientationTable, i: int, table_cells: Mapping[str, list[
         row = line_row(line, **metadata)
     for name, cells in table_cells.items():
         if row[name] is None:
-            row[name] = _value(cells[i], FORMS[name])
+            row[name] = _parse_cell(cells[i], FORMS[name])
     return row
 
 
@@ -424,8 +426,8 @@ def _other_cells(
     """Return the cells of the used rows, split into orientation columns and other columns."""
     table_cells: dict[str, list[str]] = {}
     other_cells: dict[str, list[str]] = {}
-    for place, name in enumerate(table.table.names or ()):
-        cells = table.table.cells(place)
+    for column_index, name in enumerate(table.table.names or ()):
+        cells = table.table.cells(column_index)
         row_list = [cells[i] for i in table.row_indices]
         if name in COLUMNS:
             table_cells[name] = row_list
@@ -434,7 +436,7 @@ def _other_cells(
     return table_cells, other_cells
 
 
-def _value(cell: str, form: str) -> Any:
+def _parse_cell(cell: str, form: str) -> Any:
     if not cell:
         return None
     if form == "text":

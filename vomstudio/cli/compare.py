@@ -16,8 +16,8 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
@@ -154,10 +154,10 @@ def _agreement_text(comparison: Agreement) -> str:
         ]
         for item in comparison.matched
     ]
-    first, second = comparison.unmatched
+    first_unmatched, second_unmatched = comparison.unmatched
     findings = [
         *comparison.findings,
-        Finding("comparison.planes-unmatched", first=first, second=second),
+        Finding("comparison.planes-unmatched", first=first_unmatched, second=second_unmatched),
     ]
     lines = [finding.message for finding in findings]
     if rows:
@@ -217,12 +217,12 @@ def _result_text(comparison: Comparison) -> str:
                 share=100.0 * comparison.significant_share,
             )
         )
-    if (side := comparison.positive_toward) is not None:
+    if (direction := comparison.positive_toward) is not None:
         lines.append(
             tr(
                 "Positive: the model lies in front of the benchmark, toward {trend}"
                 " (trend/plunge).",
-                trend=text_tables.line(vars(side), 0),
+                trend=text_tables.line(vars(direction), 0),
             )
         )
     return "\n".join(lines)

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 _CAMERA_SUFFIXES = ("", ".json")
 """Suffixes of outputs with cameras: the folder of COLMAP, and transforms.json."""
@@ -96,19 +96,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
     loaded_model = read_model(Path(args.input), progress, options)
     warnings: list[Finding] = list(loaded_model.warnings)
     crs, unit = loaded_model.crs, 1.0
-    established = establish_frame(loaded_model, options)
-    warnings += established.findings
+    frame_result = establish_frame(loaded_model, options)
+    warnings += frame_result.findings
     if crs is not None:
-        unit = established.frame.unit_m
+        unit = frame_result.frame.unit_m
     if args.unit is None and unit != 1.0:
         warnings.append(Finding("frame.crs-unit-kept", metres=unit))
-    scale = METRES[args.unit] if args.unit and crs is None else 1.0
-    stored = stored_registration(loaded_model, options)
-    warnings += stored.findings
+    scale = METRES_PER_UNIT[args.unit] if args.unit and crs is None else 1.0
+    stored_result = stored_registration(loaded_model, options)
+    warnings += stored_result.findings
     data = _transform_to_metres(loaded_model, args.up, scale)
-    registration = stored.registration
+    registration = stored_result.registration
     if registration is not None:
-        registration = change_file_frame(registration, _change(loaded_model, args.up, scale))
+        registration = change_file_frame(
+            registration, _similarity_matrix(loaded_model, args.up, scale)
+        )
     inputs = [loaded_model.path, *companions(loaded_model.path)]
     warnings += write_model(
         data,
@@ -140,10 +142,10 @@ def _may_be_cameras(path: Path) -> bool:
 def _convert_cameras(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.photogrammetry.inspect.camera_export import export_cameras
 
-    first_given = frame_options(args).first_option
-    if first_given is not None:
-        finding = Finding("option.conflict", option=first_given, other=tr("cameras"))
-        raise UsageError(finding, field=first_given)
+    first_option = frame_options(args).first_option
+    if first_option is not None:
+        finding = Finding("option.conflict", option=first_option, other=tr("cameras"))
+        raise UsageError(finding, field=first_option)
     report_reading(args, args.input)
     result = export_cameras(args.input, args.output, world=args.world, force=args.force)
     out.result({"in": args.input, "out": args.output, **result.to_dict()})
@@ -186,7 +188,7 @@ def _transform_to_metres(
     from vomstudio.geometry.mesh import Mesh
 
     data = loaded_model.data
-    change_matrix = _change(loaded_model, up, scale)
+    change_matrix = _similarity_matrix(loaded_model, up, scale)
     if np.array_equal(change_matrix, np.eye(4)):
         return data
     # Rotate about a point of the model so that large coordinates do not lose digits.
@@ -201,7 +203,7 @@ def _transform_to_metres(
     )
 
 
-def _change(loaded_model: LoadedModel, up: str | None, scale: float) -> FloatArray:
+def _similarity_matrix(loaded_model: LoadedModel, up: str | None, scale: float) -> FloatArray:
     """Return the similarity (4, 4) from the coordinates as read to those of the output."""
     import numpy as np
 

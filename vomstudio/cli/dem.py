@@ -7,9 +7,9 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, add_project
+from vomstudio.cli.common.frame_arguments import add_frame, add_project
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.errors import InputError
 from vomstudio.core.words import tr
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -48,14 +48,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     import numpy as np
 
-    from vomstudio.cli.common.frames_of_models import frame_options
+    from vomstudio.cli.common.frame_arguments import frame_options
     from vomstudio.products.elevation import writing
-    from vomstudio.products.elevation.heights import draw_heights
-    from vomstudio.products.elevation.planning import plan_heights, reference_plane
+    from vomstudio.products.elevation.heights import compute_heights
+    from vomstudio.products.elevation.planning import parse_reference_plane, plan_heights
     from vomstudio.studio.world_models import read_in_world
 
     options, files = parse_options(args, DemOptions), parse_options(args, DemFiles)
-    plane = reference_plane(options.plane)
+    plane = parse_reference_plane(options.plane)
     writing.check_targets(args.output, files, force=args.force)
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
@@ -67,8 +67,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
             gsd=options.gsd_m,
             is_metric=model.has_metric_unit,
         )
-        elevation_model, limit = draw_heights(model.data, plan, options.limit_m, progress)
-        figures = writing.figures_of(elevation_model, plan, limit, model.crs)
+        elevation_model, limit = compute_heights(model.data, plan, options.limit_m, progress)
+        figures = writing.elevation_figures(elevation_model, plan, limit, model.crs)
     except InputError as error:
         raise error.with_file(args.model) from error
     progress.stage(tr("Writing the results"))
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     out.result(add_unitless_names(written_files.to_dict(), is_metric=model.has_metric_unit))
     out.warn(written_files.warnings)
-    out.text(_result_text(written_files.to_dict(), unit_of(model.has_metric_unit)))
+    out.text(_result_text(written_files.to_dict(), length_unit(model.has_metric_unit)))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

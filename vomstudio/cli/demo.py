@@ -74,38 +74,38 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import write_bytes
 
     folder = Path(args.output)
-    _prepare(folder)
+    _prepare_folder(folder)
     progress = progress_reporter(args)
-    watch = _StepReporter(progress, 4 if args.without_photos else 5)
+    step_reporter = _StepReporter(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
     notes: list[Finding] = []
     warnings: list[Finding] = []
-    with watch.step("measure", tr("Measuring the sample")):
+    with step_reporter.step("measure", tr("Measuring the sample")):
         from vomstudio.products.sample.check import check_sample
         from vomstudio.products.sample.report import format_html, format_text, tally
         from vomstudio.project.sample import read_picks, read_truth
 
         picks = read_picks()
         result = check_sample(picks, read_truth())
-    with watch.step("project", tr("Writing the project")):
-        files += _project(folder, picks)
-    with watch.step("net", tr("Drawing the stereonet")):
-        files += _nets(folder, picks, result)
+    with step_reporter.step("project", tr("Writing the project")):
+        files += _create_project(folder, picks)
+    with step_reporter.step("net", tr("Drawing the stereonet")):
+        files += _draw_stereonets(folder, picks, result)
     images = {"net.svg": tr("Poles of bedding, fault and joints, with the fold axis")}
-    with watch.step("orthophoto", tr("Drawing the orthophoto")):
-        files += _orthophoto(folder, progress)
+    with step_reporter.step("orthophoto", tr("Drawing the orthophoto")):
+        files += _write_orthophoto(folder, progress)
     images["ortho_sheet.png"] = tr("Orthophoto along the fold axis")
     checks = result.checks
     photos: dict[str, Any] | None = None
     if not args.without_photos:
-        with watch.step("photos", tr("Reconstructing the sample photos")):
+        with step_reporter.step("photos", tr("Reconstructing the sample photos")):
             photos = _reconstruct_photos(folder, picks, progress)
         files += photos.pop("files")
         notes.append(photos.pop("text"))
         warnings += photos.pop("warnings")
         notes += warnings
     text = format_text(checks, notes)
-    page = format_html(checks, notes, images, sum(watch.seconds.values()))
+    page = format_html(checks, notes, images, sum(step_reporter.seconds.values()))
     for name, content in (("summary.txt", text + "\n"), ("summary.html", page)):
         write_bytes(folder / name, content.encode(), force=True)
         files.append(folder / name)
@@ -114,7 +114,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "checks": [check.to_dict() for check in checks],
             "photos": photos,
             "files": [str(file) for file in files],
-            "seconds": watch.seconds,
+            "seconds": step_reporter.seconds,
             "summary": tally(checks).message,
             "warnings": warnings,
         }
@@ -148,7 +148,7 @@ def _reconstruct_photos(folder: Path, picks: SamplePicks, progress: Progress) ->
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionRequest
     from vomstudio.studio.jobs.run_job import run_job
 
-    order = ReconstructionRequest(
+    request = ReconstructionRequest(
         sample_photos(),
         (folder / "photos").resolve(),
         "preview",
@@ -156,7 +156,7 @@ def _reconstruct_photos(folder: Path, picks: SamplePicks, progress: Progress) ->
         control=sample_control(),
         marks=sample_marks(),
     )
-    reconstruction = run_job(RECONSTRUCT, order, progress)
+    reconstruction = run_job(RECONSTRUCT, request, progress)
     if reconstruction.dense_gsd_m is None:
         raise WorkerError(Finding("sample.damaged"))
     progress.stage(tr("Comparing the model with the outcrop"))
@@ -194,12 +194,12 @@ class _StepReporter:
     def step(self, name: str, title: str) -> Iterator[None]:
         self._progress.part(len(self.seconds) + 1, self._count)
         self._progress.stage(title)
-        begin = time.perf_counter()
+        start_time_s = time.perf_counter()
         yield
-        self.seconds[name] = round(time.perf_counter() - begin, 3)
+        self.seconds[name] = round(time.perf_counter() - start_time_s, 3)
 
 
-def _prepare(folder: Path) -> None:
+def _prepare_folder(folder: Path) -> None:
     """Create the folder, or remove the project of a previous demo from it."""
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.containment import make_folder, require_inside
@@ -223,7 +223,7 @@ def _prepare(folder: Path) -> None:
         )
 
 
-def _project(folder: Path, picks: SamplePicks) -> list[Path]:
+def _create_project(folder: Path, picks: SamplePicks) -> list[Path]:
     """Create a project in the same way as in the window, with its table and GIS layers."""
     from vomstudio.core.identifiers import new_id
     from vomstudio.geometry.frames import Frame
@@ -278,14 +278,14 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
     new_features: dict[str, Feature] = {}
     for i, (name, feature_type) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         points = picks.of(i)
-        spacing = surface.resolution_near(points)
+        spacing = surface.local_resolution(points)
         if feature_type == "joint":
             patch = _create_patch(model, mesh, points, spacing)
             new_features[patch.id] = replace(
                 patch, name=name, type_id=feature_type, set_name=picks.sets[i]
             )
             continue
-        face = surface.outcrop_normal(points)
+        face_normal = surface.outcrop_normal(points)
         trace = Trace(
             new_id("trace"),
             name,
@@ -294,7 +294,9 @@ def _add_picks(project: ProjectFolder, model: Model, mesh: Mesh, picks: SamplePi
             model.content_hash,
             tuple((float(x), float(y), float(z)) for x, y, z in points),
             spacing,
-            None if face is None else (float(face[0]), float(face[1]), float(face[2])),
+            None
+            if face_normal is None
+            else (float(face_normal[0]), float(face_normal[1]), float(face_normal[2])),
             set_name=picks.sets[i],
             notes=f"horizon {picks.horizons[i]}" if picks.horizons[i] else "",
             rule=SURROUNDINGS_RULE,
@@ -337,7 +339,7 @@ def _create_patch(model: Model, mesh: Mesh, points: Floats, spacing: float | Non
     )
 
 
-def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
+def _draw_stereonets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.contents import NetContents, make_sets
     from vomstudio.products.net.figure import write_stereonet
@@ -356,7 +358,7 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
     return files
 
 
-def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
+def _write_orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     """Write an orthophoto along the fold axis (beta) with the command `ortho`."""
     from vomstudio.cli import ortho
     from vomstudio.project.sample import sample_model
@@ -367,7 +369,7 @@ def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     arguments = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
     arguments += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
     arguments += ["--sheet", str(sheet), "--force"]
-    output = Output(with_json=True)
+    output = Output(writes_json=True)
     args = parser.parse_args(arguments)
     args.reporter = progress
     args.run(args, output)

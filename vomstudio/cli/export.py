@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.exports.export_options import ExportFormat
 
-MAX_NAMED = 5
+MAX_NAMED_FEATURES = 5
 """Maximum number of features per reason that are listed individually."""
 
 
@@ -66,14 +66,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _skipped_findings(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
+def _skipped_findings(skipped_features: Sequence[Mapping[str, Any]]) -> list[Finding]:
     """Return one finding per feature, or a single one for many with the same reason."""
-    names: dict[Finding, list[str]] = {}
-    for item in skipped:
-        names.setdefault(item["reason"], []).append(item["name"])
+    names_by_reason: dict[Finding, list[str]] = {}
+    for item in skipped_features:
+        names_by_reason.setdefault(item["reason"], []).append(item["name"])
     findings = []
-    for reason, features in names.items():
-        if len(features) > MAX_NAMED:
+    for reason, features in names_by_reason.items():
+        if len(features) > MAX_NAMED_FEATURES:
             findings.append(Finding("features.left-out", count=len(features), reason=reason))
         else:
             findings += [Finding("feature.left-out", feature=f, reason=reason) for f in features]

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
+from vomstudio.cli.common.labelled_models import write_labelled_model
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vomstudio.products.section.extension import ExtendedPlane
     from vomstudio.studio.world_models import WorldModel
 
-MAX_SHOWN = 20
+MAX_SHOWN_BEDS = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -66,12 +66,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
-    from vomstudio.products.section.extension import extend, format_of, write_traces
+    from vomstudio.products.section.extension import extend, format_from_path, write_traces
     from vomstudio.studio.world_models import read_in_world
 
     options = parse_options(args, ExtendOptions)
     options.check_points(args.points, "POINTS")
-    format_of(args.output)
+    format_from_path(args.output)
     inputs = [args.model, *([args.points] if args.points else [])]
     check_target(args.output, force=args.force, inputs=inputs)
     if args.labels is not None:
@@ -79,9 +79,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.labels, force=args.force, inputs=[*inputs, args.output])
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
-    confidence, findings = _plane_estimate(options, args.points, model)
+    estimate, findings = _plane_estimate(options, args.points, model)
     progress.stage(tr("Extending the plane"))
-    extension = extend(model.data, confidence, options)
+    extension = extend(model.data, estimate, options)
     progress.stage(tr("Writing the results"))
     write_traces(
         args.output,
@@ -94,12 +94,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings = [*model.warnings, *findings, *extension.warnings]
     result: dict[str, Any] = {"file": args.output, **extension.to_dict()}
     if args.labels is not None:
-        warnings += write_labelled(args, model, extension.as_fields())
+        warnings += write_labelled_model(args, model, extension.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
-    out.text(_result_text(extension, unit_of(model.has_metric_unit)))
+    out.text(_result_text(extension, length_unit(model.has_metric_unit)))
 
 
 def _plane_estimate(
@@ -110,11 +110,11 @@ def _plane_estimate(
         plane_estimate_from_attitude,
         plane_estimate_from_fit,
     )
-    from vomstudio.geology.notation import plane_option
+    from vomstudio.geology.notation import parse_plane_option
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
-    from vomstudio.products.section.section_lines import parse_through
+    from vomstudio.products.section.section_lines import parse_through_point
 
     if points is not None:
         point_table = read_points(points, model=ModelFrame(model.crs))
@@ -122,7 +122,10 @@ def _plane_estimate(
         with name_input_in_errors(points):
             return plane_estimate_from_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
-    plane, passing_point = plane_option(str(options.plane)), parse_through(str(options.through))
+    plane, passing_point = (
+        parse_plane_option(str(options.plane)),
+        parse_through_point(str(options.through)),
+    )
     return plane_estimate_from_attitude(
         plane, passing_point, options.error_deg, options.through_error_m
     ), ()
@@ -138,7 +141,7 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
             text_tables.figures(bed.least_error95_m),
             text_tables.figures(bed.most_error95_m),
         ]
-        for bed in extension.beds[:MAX_SHOWN]
+        for bed in extension.beds[:MAX_SHOWN_BEDS]
     ]
     headers = [tr("bed"), tr("offset"), tr("length"), tr("95 % min"), tr("95 % max")]
     lines = [
@@ -148,7 +151,7 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
         ),
         text_tables.table(headers, ["", *[unit] * 4], rows),
     ]
-    remaining_count = len(extension.beds) - MAX_SHOWN
+    remaining_count = len(extension.beds) - MAX_SHOWN_BEDS
     if remaining_count > 0:
         lines.append(
             tr_n(

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import (
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import (
     add_frame,
     add_project,
     frame_options,
     unknown_unit,
 )
-from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.labelled_models import write_labelled_model
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.words import tr
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
     from vomstudio.geology.sets.proposals import DescribedSet
 
-MAX_SHOWN = 20
+MAX_SHOWN_FACETS = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {**facet_table.to_dict(), "table": args.output}
     warnings += facet_table.warnings
     if args.labels is not None:
-        warnings += write_labelled(args, model, facet_table.labels)
+        warnings += write_labelled_model(args, model, facet_table.labels)
         result["labels"] = args.labels
     write_orientation_csv(
         args.output,
@@ -117,11 +117,13 @@ def _result_text(facet_table: FacetTable) -> str:
             str(row["n_points"]),
             row["quality"],
         ]
-        for row in facet_table.rows[:MAX_SHOWN]
+        for row in facet_table.rows[:MAX_SHOWN_FACETS]
     ]
     lines = [text_tables.table(headers, units, rows)] if rows else []
-    if facet_table.facets > MAX_SHOWN:
-        lines.append(tr("{count} more are in the table.", count=facet_table.facets - MAX_SHOWN))
+    if facet_table.facets > MAX_SHOWN_FACETS:
+        lines.append(
+            tr("{count} more are in the table.", count=facet_table.facets - MAX_SHOWN_FACETS)
+        )
     if facet_table.coverage is not None:
         lines.append(
             tr(

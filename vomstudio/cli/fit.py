@@ -15,8 +15,8 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)
     add_options(parser, FitTogether)
-    straight_traces.add_sets(parser)
+    straight_traces.add_set_options(parser)
     add_frame(parser)
     add_output(parser, tr("write the orientation table as CSV"))
 
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.project.tables.fitted_planes import fitted_planes
     from vomstudio.project.tables.orientation_table import write_orientation_csv
 
-    options, curved_together = parse_options(args, FitOptions), parse_options(args, FitTogether)
+    options, joint_options = parse_options(args, FitOptions), parse_options(args, FitTogether)
     if args.output is not None:
         check_table_target(args.output, force=args.force, inputs=[args.points])
     plot_format = None if args.plot is None else _plot_format(args)
@@ -82,28 +82,30 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
     )
     rows, skipped_groups = fitted_groups.rows, fitted_groups.skipped
-    if curved_together.parallel or curved_together.curved:
+    if joint_options.parallel or joint_options.curved:
         progress.stage(tr("Fitting all traces together"))
-    parallel = (
-        _parallel(args.points, curved_together.same, groups) if curved_together.parallel else None
+    parallel_fit = (
+        _fit_parallel_beds(args.points, joint_options.same, groups)
+        if joint_options.parallel
+        else None
     )
-    curved_bed = curved_beds.fit_curved_bed(args.points, groups) if curved_together.curved else None
+    curved_bed = curved_beds.fit_curved_bed(args.points, groups) if joint_options.curved else None
     bands = straight_traces.figures_by_trace(fitted_groups.bands, priors)
-    crossing = straight_traces.crossings(curved_together.crossing, groups.ids, fitted_groups.bands)
-    if not rows and parallel is None and curved_bed is None:
+    crossings = straight_traces.crossings(joint_options.crossing, groups.ids, fitted_groups.bands)
+    if not rows and parallel_fit is None and curved_bed is None:
         raise _no_fit_error(args.points, options.by, skipped_groups)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped_groups,
         "bands": [{"id": name, **band.to_dict()} for name, band in bands.items()],
-        "crossings": crossing,
+        "crossings": crossings,
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
     }
-    if parallel is not None:
-        result["parallel"] = asdict(parallel)
-        result["warnings"] += parallel.warnings
+    if parallel_fit is not None:
+        result["parallel"] = asdict(parallel_fit)
+        result["warnings"] += parallel_fit.warnings
     if curved_bed is not None:
         result["curved"] = curved_bed
     if args.output is not None:
@@ -130,10 +132,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(f"{_result_text(rows)}\n{limits.description}")
     for name, band in bands.items():
         out.text("\n".join(f"{name}: {line}" for line in straight_traces.band_lines(band)))
-    for group_fit in crossing:
-        out.text(straight_traces.crossing_text(group_fit))
-    if parallel is not None:
-        out.text(f"\n{_parallel_text(parallel)}")
+    for crossing in crossings:
+        out.text(straight_traces.crossing_text(crossing))
+    if parallel_fit is not None:
+        out.text(f"\n{_parallel_text(parallel_fit)}")
     if curved_bed is not None:
         out.text(f"\n{curved_beds.result_text(curved_bed)}")
 
@@ -148,7 +150,9 @@ def _plot_format(args: argparse.Namespace) -> str:
     return format_
 
 
-def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> ParallelBeds:
+def _fit_parallel_beds(
+    path: str, same_bed_pairs: Sequence[str], groups: PointGroups
+) -> ParallelBeds:
     from vomstudio.geology.beds.parallel import parallel_beds
 
     pairs = [straight_traces.trace_pair(text, groups.ids, "--same") for text in same_bed_pairs]
@@ -156,16 +160,16 @@ def _parallel(path: str, same_bed_pairs: Sequence[str], groups: PointGroups) -> 
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
 
 
-def _parallel_text(parallel_beds: ParallelBeds) -> str:
+def _parallel_text(parallel_fit: ParallelBeds) -> str:
     summary = tr(
         "Joint fit of parallel planes: {plane} (dip direction/dip, 95 %; at least {smallest}"
         " deg), RMS {rms} m, p if parallel {p}",
-        plane=text_tables.plane_with_error(vars(parallel_beds), "max_confidence95_deg"),
-        smallest=text_tables.figures(parallel_beds.min_confidence95_deg),
-        rms=text_tables.figures(parallel_beds.rms_m),
-        p=text_tables.figures(parallel_beds.p_parallel),
+        plane=text_tables.plane_with_error(vars(parallel_fit), "max_confidence95_deg"),
+        smallest=text_tables.figures(parallel_fit.min_confidence95_deg),
+        rms=text_tables.figures(parallel_fit.rms_m),
+        p=text_tables.figures(parallel_fit.p_parallel),
     )
-    beds = text_tables.table(
+    bed_table = text_tables.table(
         [tr("id"), tr("n"), tr("distance"), tr("95 %"), tr("rms")],
         ["", "", "m", "m", "m"],
         [
@@ -176,10 +180,10 @@ def _parallel_text(parallel_beds: ParallelBeds) -> str:
                 text_tables.figures(bed.error95_m),
                 text_tables.figures(bed.rms_m),
             ]
-            for bed in parallel_beds.beds
+            for bed in parallel_fit.beds
         ],
     )
-    pairs = text_tables.table(
+    pair_table = text_tables.table(
         [tr("first"), tr("second"), tr("apart"), tr("95 %"), tr("p, one plane")],
         ["", "", "m", "m", ""],
         [
@@ -190,18 +194,18 @@ def _parallel_text(parallel_beds: ParallelBeds) -> str:
                 text_tables.figures(item.error95_m),
                 text_tables.figures(item.p),
             ]
-            for item in parallel_beds.same
+            for item in parallel_fit.same
         ],
     )
-    return "\n".join([summary, beds, *([pairs] if parallel_beds.same else [])])
+    return "\n".join([summary, bed_table, *([pair_table] if parallel_fit.same else [])])
 
 
-def _no_fit_error(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
-    first_skipped = skipped[0]
+def _no_fit_error(path: str, by: str | None, skipped_groups: list[dict[str, Any]]) -> GeometryError:
+    first_skipped = skipped_groups[0]
     if by is None:
         return GeometryError(first_skipped["reason"], file=path)
     return GeometryError(
-        Finding("plane.none-fitted", count=len(skipped), reason=first_skipped["reason"]),
+        Finding("plane.none-fitted", count=len(skipped_groups), reason=first_skipped["reason"]),
         file=path,
         field=f"{by} {first_skipped['id']}",
     )
@@ -221,9 +225,9 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
         tr("extent"),
         tr("quality"),
     ]
-    largest_text = tr("deg max/min")
-    plane = tr("dip direction/dip ± 95 %")
-    units = ["", "", plane, tr("deg RHR"), largest_text, largest_text, "m", "m", ""]
+    error_unit = tr("deg max/min")
+    plane_unit = tr("dip direction/dip ± 95 %")
+    units = ["", "", plane_unit, tr("deg RHR"), error_unit, error_unit, "m", "m", ""]
     body = [
         [
             str(row["id"]),
@@ -254,5 +258,5 @@ def _result_text(rows: list[dict[str, Any]]) -> str:
 
 
 def _pair(row: dict[str, Any], name: str) -> str:
-    largest_row, smallest_row = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
-    return f"{text_tables.number(largest_row, 4)}/{text_tables.number(smallest_row, 4)}"
+    max_deg, min_deg = row[f"max_{name}_deg"], row[f"min_{name}_deg"]
+    return f"{text_tables.number(max_deg, 4)}/{text_tables.number(min_deg, 4)}"

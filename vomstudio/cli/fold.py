@@ -75,15 +75,15 @@ def _registration_rows(beta: dict[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
+def _limb_rows(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
     if limbs is None:
         return []
-    first, second = (text_tables.plane(plane) for plane in limbs["planes"])
+    first_limb, second_limb = (text_tables.plane(plane) for plane in limbs["planes"])
     text = tr(
         "{first} and {second} dip direction/dip, interlimb angle {angle:.0f} ± {error:.0f} deg "
         "(95 %)",
-        first=first,
-        second=second,
+        first=first_limb,
+        second=second_limb,
         angle=limbs["interlimb_angle_deg"],
         error=limbs["interlimb_error95_deg"],
     )
@@ -131,7 +131,7 @@ def _weakest_axis_rows(weakest_axis: dict[str, Any] | None) -> list[tuple[str, s
     return [(tr("leave one out"), text)]
 
 
-def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str]]:
+def _domain_rows(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str]]:
     from vomstudio.geology.domains import describe_domain
 
     return [
@@ -173,10 +173,10 @@ def _result_text(fold: TableFold) -> str:
                 strike_dip=f"{text_tables.azimuth(plane['strike_rhr_deg'])}/{dip}",
             ),
         ),
-        *_limbs(result["limbs"]),
+        *_limb_rows(result["limbs"]),
         *_pair_rows(result["pairs"]),
         *_weakest_axis_rows(result["leave_one_out"]),
-        *_domains(fold.domains),
+        *_domain_rows(fold.domains),
         (
             tr("verdict"),
             tr(

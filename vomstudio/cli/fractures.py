@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -48,11 +48,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
-    from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
+    from vomstudio.products.fractures.mapping import FractureMapRequest, map_fractures
     from vomstudio.products.net.figure import picture_format
 
     options = parse_options(args, FractureOptions)
-    request = FractureOrder(Path(args.traces), options, frame_options(args))
+    request = FractureMapRequest(Path(args.traces), options, frame_options(args))
     format_ = None
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")

@@ -16,7 +16,7 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import InputError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr, tr_n
 
@@ -87,11 +87,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
     """Describe the contents of a file or folder. Raises InputError."""
     if path.is_dir():
-        return _folder(path, progress)
+        return _describe_folder(path, progress)
     suffix = path.suffix.lower()
     readers: dict[bool, Callable[[Path], dict[str, Any]]] = {
-        suffix in TABLE_SUFFIXES: lambda path: _table(path, progress),
-        suffix in PICTURE_SUFFIXES: _picture,
+        suffix in TABLE_SUFFIXES: lambda path: _describe_table(path, progress),
+        suffix in PICTURE_SUFFIXES: _describe_picture,
         suffix in RASTER_SUFFIXES: lambda path: _describe_grid(path, progress),
     }
     if True in readers:
@@ -101,7 +101,7 @@ def _describe_path(path: Path, progress: Progress) -> dict[str, Any]:
     return dict(describe(path, progress))
 
 
-def _folder(path: Path, progress: Progress) -> dict[str, Any]:
+def _describe_folder(path: Path, progress: Progress) -> dict[str, Any]:
     from vomstudio.project.paths import is_project
 
     if is_project(path):
@@ -114,21 +114,21 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     warnings += [
         Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
     ]
-    placed_count = sum(photo.latitude_deg is not None for photo in photos)
+    gps_count = sum(photo.latitude_deg is not None for photo in photos)
     return {
         **EMPTY_CONTENTS,
         "kind": "photos",
         # Two copies of a file still count as two photos in the folder.
         "photos": len(photos) + len(survey.duplicates),
         "used": len(photos),
-        "with_gps": placed_count,
+        "with_gps": gps_count,
         "with_masks": sum(photo.mask is not None for photo in photos),
-        "cameras": [_camera(group) for group in survey.cameras().values()],
+        "cameras": [_describe_camera(group) for group in survey.cameras().values()],
         "warnings": warnings,
     }
 
 
-def _camera(group: list[Photo]) -> dict[str, Any]:
+def _describe_camera(group: list[Photo]) -> dict[str, Any]:
     """Return the common properties of photos taken with the same lens."""
     first_photo = group[0]
     return {
@@ -149,7 +149,7 @@ COORDINATE_NAMES = {"x", "y", "z"}
 """Columns that identify a table of points, in which errors are reported."""
 
 
-def _table(path: Path, progress: Progress) -> dict[str, Any]:
+def _describe_table(path: Path, progress: Progress) -> dict[str, Any]:
     """Return rows and columns, and if there are x, y and z, bounds in the stated CRS."""
     import numpy as np
 
@@ -167,12 +167,15 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     except InputError as error:
         points = np.empty((0, 3))  # a table with other contents
         if {name.strip().casefold() for name in table.names or ()} >= COORDINATE_NAMES:
-            warnings.append(cause_of(error))
-    is_sound = np.isfinite(points).all(axis=1)
-    if is_sound.any():
-        bounds = [points[is_sound].min(axis=0).tolist(), points[is_sound].max(axis=0).tolist()]
-        if not is_sound.all():
-            lines = np.asarray(table.line_numbers)[~is_sound].tolist()
+            warnings.append(cause_finding(error))
+    is_finite_row = np.isfinite(points).all(axis=1)
+    if is_finite_row.any():
+        bounds = [
+            points[is_finite_row].min(axis=0).tolist(),
+            points[is_finite_row].max(axis=0).tolist(),
+        ]
+        if not is_finite_row.all():
+            lines = np.asarray(table.line_numbers)[~is_finite_row].tolist()
             warnings.append(
                 Finding(
                     "table.rows-left-out",
@@ -219,7 +222,7 @@ SINGLE_BAND_MODES = ("1", "L", "P")
 """Pillow modes with a single band: black and white, grey, and palette."""
 
 
-def _picture(path: Path) -> dict[str, Any]:
+def _describe_picture(path: Path) -> dict[str, Any]:
     """Return size and bands of an image file, and its position if it is a map."""
     from vomstudio.io.text.file_text import require_file
 
@@ -251,14 +254,14 @@ def _picture(path: Path) -> dict[str, Any]:
         raise InputError(Finding("picture.unknown-kind"), file=path) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise InputError(Finding("file.unreadable", reason=error), file=path) from error
-    place, warnings = None, []
+    placement, warnings = None, []
     if 33550 in tags or 34264 in tags:
-        place = _map_placement(path)
-        if place is None:
+        placement = _map_placement(path)
+        if placement is None:
             warnings.append(Finding("picture.place-unreadable"))
     return {
         **EMPTY_CONTENTS,
-        **(place or {}),
+        **(placement or {}),
         "kind": "raster",
         "width": width,
         "height": height,
@@ -280,10 +283,10 @@ def _describe_grid(path: Path, progress: Progress) -> dict[str, Any]:
     try:
         result = dict(describe(path, progress))
     except InputError as error:
-        picture = _picture(path)
+        picture = _describe_picture(path)
         if len(picture["fields"]) == 1 and picture["fields"][0] not in SINGLE_BAND_MODES:
             # Errors of height models are reported, but not those of photographs.
-            picture["warnings"].append(cause_of(error))
+            picture["warnings"].append(cause_finding(error))
         return picture
     from vomstudio.io.gis.raster import read_size_and_bands
 
@@ -316,15 +319,15 @@ def _extent_rows(description: dict[str, Any]) -> list[tuple[str, str]]:
     elif spacing := description.get("resolution"):
         rows.append((tr("resolution"), f"{spacing:.4g}"))
     if description.get("units"):
-        stated_units = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
-        rows.append((tr("file units"), stated_units))
+        unit_text = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
+        rows.append((tr("file units"), unit_text))
     return rows
 
 
 def _camera_text(camera: dict[str, Any]) -> str:
-    focal = tr("focal length unknown")
+    focal_text = tr("focal length unknown")
     if camera["focal_px"]:
-        focal = f"f = {camera['focal_px']:.0f} px ({camera['focal_source']})"
+        focal_text = f"f = {camera['focal_px']:.0f} px ({camera['focal_source']})"
     return tr_n(
         "{camera}: {count} photo of {width} x {height} px, {focal}",
         "{camera}: {count} photos of {width} x {height} px, {focal}",
@@ -332,12 +335,12 @@ def _camera_text(camera: dict[str, Any]) -> str:
         camera=camera["camera"] or tr("unknown"),
         width=camera["width"],
         height=camera["height"],
-        focal=focal,
+        focal=focal_text,
     )
 
 
 def _result_text(name: str, description: dict[str, Any]) -> str:
-    counts = {
+    count_titles = {
         "photos": tr("photos"),
         "with_gps": tr("with GPS"),
         "with_masks": tr("with masks"),
@@ -346,14 +349,20 @@ def _result_text(name: str, description: dict[str, Any]) -> str:
         "width": tr("width, px"),
         "height": tr("height, px"),
     }
-    lists = {"fields": tr("fields"), "materials": tr("materials"), "textures": tr("textures")}
-    rows = [(label, str(description[key])) for key, label in counts.items() if description.get(key)]
+    list_titles = {"fields": tr("fields"), "materials": tr("materials"), "textures": tr("textures")}
+    rows = [
+        (label, str(description[key]))
+        for key, label in count_titles.items()
+        if description.get(key)
+    ]
     rows += [(tr("camera"), _camera_text(camera)) for camera in description.get("cameras", ())]
     rows += _extent_rows(description)
     if description["kind"] in ("mesh", "cloud") or description.get("crs"):
         rows.append((tr("CRS"), description.get("crs") or tr("none in the file")))
     rows += [
-        (t, ", ".join(map(str, description[k]))) for k, t in lists.items() if description.get(k)
+        (title, ", ".join(map(str, description[k])))
+        for k, title in list_titles.items()
+        if description.get(k)
     ]
     heading = f"{name}: {description['kind']}"
     return f"{heading}\n{text_tables.label_lines(rows, 14, '  ')}" if rows else heading

@@ -15,8 +15,8 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import UsageError
@@ -60,52 +60,60 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.core.files.extensions import check_table_target
-    from vomstudio.geology.notation import plane_option
+    from vomstudio.geology.notation import parse_plane_option
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.section.decimals import format_with_error
-    from vomstudio.project.tables.log_table import about_log, write_log
+    from vomstudio.project.tables.log_table import describe_log_inputs, write_log
 
     is_project = Path(args.table).is_dir()
     _check_options(args, is_project)
     options, line = parse_options(args, LogOptions), parse_options(args, LogLine)
-    bed = None if args.bed is None else plane_option(args.bed, "--bed")
+    bed = None if args.bed is None else parse_plane_option(args.bed, "--bed")
     inputs = [] if is_project else [args.table]
     if args.output is not None:
         check_table_target(args.output, force=args.force, inputs=inputs)
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
-    answer = (
+    compute_log = (
         _project_log(args, line, bed, options) if is_project else _table_log(args, bed, options)
     )
-    log = answer.log
-    description = about_log(answer.bed, answer.bed95_deg)
+    log = compute_log.log
+    description = describe_log_inputs(compute_log.bed, compute_log.bed95_deg)
     if args.plot is not None:
         from vomstudio.products.section.bed_log_figure import write_log_figure
 
         with atomic_write(args.plot, args.force) as temporary:
             write_log_figure(
-                temporary, log, format=format_, description=description, is_metric=answer.metric
+                temporary,
+                log,
+                format=format_,
+                description=description,
+                is_metric=compute_log.is_metric,
             )
     if args.output is not None:
         write_log(
-            args.output, log, description=description, is_metric=answer.metric, force=args.force
+            args.output,
+            log,
+            description=description,
+            is_metric=compute_log.is_metric,
+            force=args.force,
         )
     result = {
         **log.to_dict(),
         "table": args.output,
         "image": args.plot,
-        "dropped_lines": list(answer.dropped),
+        "dropped_lines": list(compute_log.dropped),
         "line": args.line,
         "bed": {
-            "dip_direction_deg": answer.bed.dip_direction_deg,
-            "dip_deg": answer.bed.dip_deg,
-            "error95_deg": answer.bed95_deg,
-            "traces": list(answer.bed_traces),
+            "dip_direction_deg": compute_log.bed.dip_direction_deg,
+            "dip_deg": compute_log.bed.dip_deg,
+            "error95_deg": compute_log.bed95_deg,
+            "traces": list(compute_log.bed_traces),
         },
-        "sigma_m": answer.sigma_m,
+        "sigma_m": compute_log.sigma_m,
     }
-    out.result(add_unitless_names(result, is_metric=answer.metric))
+    out.result(add_unitless_names(result, is_metric=compute_log.is_metric))
     out.warn(log.warnings)
     headers = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
@@ -120,7 +128,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         for i in reversed(log.intervals)
     ]
     heading = tr("True thickness in metres, with 95 % errors, youngest bed on top")
-    if not answer.metric:
+    if not compute_log.is_metric:
         heading = tr("True thickness in model units, with 95 % errors, youngest bed on top")
     out.text(heading + "\n" + text_tables.table(headers, [""] * len(headers), rows))
 
@@ -132,7 +140,7 @@ class _LogResult(NamedTuple):
     ----------
     dropped : tuple of int
         Lines of the table that have no coordinates.
-    metric : bool
+    is_metric : bool
         Whether lengths are in metres.
     bed_traces : tuple of str
         Names of the traces to which the bedding plane was fitted.
@@ -143,7 +151,7 @@ class _LogResult(NamedTuple):
     bed95_deg: float
     sigma_m: float
     dropped: tuple[int, ...] = ()
-    metric: bool = True
+    is_metric: bool = True
     bed_traces: tuple[str, ...] = ()
 
 
@@ -190,11 +198,11 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
 def _project_log(
     args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
 ) -> _LogResult:
-    from vomstudio.products.section.line_log import TRACES, answer
-    from vomstudio.products.section.project_log import read_log_question
+    from vomstudio.products.section.line_log import TRACES, compute_log
+    from vomstudio.products.section.project_log import read_log_request
 
     progress = report_reading(args, args.table)
-    question = read_log_question(
+    log_request = read_log_request(
         Path(args.table),
         line.line or "",
         of=line.of or TRACES,
@@ -205,7 +213,7 @@ def _project_log(
     )
     progress.stage(tr("Measuring thicknesses"))
     with name_input_in_errors(args.table):
-        project_log = answer(question)
+        project_log = compute_log(log_request)
     q = project_log.question
     names = tuple(q.names[id_] for id_ in project_log.bed_ids)
     return _LogResult(

@@ -13,11 +13,11 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, add_project, frame_options
 from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
 
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests
-    from vomstudio.products.ortho.domain_mask import territory
+    from vomstudio.products.ortho.domain_mask import domain_extent
     from vomstudio.products.ortho.drawn_features import drawing_targets
     from vomstudio.products.ortho.interpretation import (
         LEGEND,
@@ -71,8 +71,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         read_items,
         select_items,
     )
-    from vomstudio.products.ortho.sheet import format_of
-    from vomstudio.studio.world_models import check_place
+    from vomstudio.products.ortho.sheet import format_from_path
+    from vomstudio.studio.world_models import check_frame_source
 
     options, drawing = parse_options(args, OrthoOptions), parse_options(args, OrthoDrawing)
     has_own_axis = drawing.domain is not None and not options.has_direction
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         options.check_direction()
     region = None if drawing.around is None else requests.parse_region(drawing.around)
     if drawing.sheet is not None:
-        format_of(drawing.sheet)
+        format_from_path(drawing.sheet)
     parts = PARTS if drawing.show is None else parse_parts(drawing.show)
     drawings = () if drawing.draw is None else drawing_targets(args.output).values()
     for target in (
@@ -91,37 +91,37 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ):
         if target is not None:
             check_target(target, force=args.force)
-    fold = None if options.fold is None else _fold(options.fold, args)
+    fold = None if options.fold is None else _read_fold(options.fold, args)
     items = () if drawing.draw is None else read_items(Path(drawing.draw))
-    drawn_domain = None if drawing.domain is None else territory(items, drawing.domain)
+    drawn_domain = None if drawing.domain is None else domain_extent(items, drawing.domain)
     direction = (
-        requests.axis_of_domain(items, str(drawing.domain))
+        requests.domain_axis_direction(items, str(drawing.domain))
         if has_own_axis
-        else requests.direction_of(options, fold)
+        else requests.direction_from_options(options, fold)
     )
     drawn_items = items if drawn_domain is None else drawn_domain.features(items)
     features = None if drawing.draw is None else select_items(drawn_items, parts)
     progress = report_reading(args, args.model)
-    check_place(frame_options(args), args.project)
+    check_frame_source(frame_options(args), args.project)
     loaded_model = read_model(args.model, progress, frame_options(args))
     progress.stage(tr("Preparing the model"))
-    place = _place_model(args, loaded_model)
-    request = requests.request_picture(
+    placement = _place_model(args, loaded_model)
+    request = requests.plan_picture(
         loaded_model.data,
         direction,
-        to_world=place.to_world,
+        to_world=placement.to_world,
         path=args.model,
         gsd_m=options.gsd_m,
         flip=options.flip,
-        is_placed=place.is_placed,
-        is_metric=place.is_metric,
+        is_placed=placement.is_placed,
+        is_metric=placement.is_metric,
         region=region,
     )
     picture_files = orthophoto.write_orthophoto(
         loaded_model.data,
         request.plan,
         args.output,
-        crs=place.crs,
+        crs=placement.crs,
         model=str(loaded_model.path),
         content_hash=loaded_model.content_hash,
         sheet=drawing.sheet,
@@ -129,18 +129,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
-        territory=None if drawn_domain is None else drawn_domain.seen_in(items, request.plan),
+        domain_extent=None
+        if drawn_domain is None
+        else drawn_domain.add_view_findings(items, request.plan),
     )
     result = requests.collect_result(
         picture_files,
         request,
         args.output,
         drawing.sheet,
-        (*loaded_model.warnings, *place.findings),
+        (*loaded_model.warnings, *placement.findings),
     )
-    out.result(add_unitless_names(result.to_dict(), is_metric=place.has_metric_unit))
+    out.result(add_unitless_names(result.to_dict(), is_metric=placement.has_metric_unit))
     out.warn(result.warnings)
-    out.text(_result_text(result.to_dict(), unit_of(place.has_metric_unit)))
+    out.text(_result_text(result.to_dict(), length_unit(placement.has_metric_unit)))
 
 
 class _Placement(NamedTuple):
@@ -171,18 +173,18 @@ def _place_model(args: argparse.Namespace, loaded_model: LoadedModel) -> _Placem
         is_metric = frame.has_metres
         return _Placement(model.to_world, crs, frame.has_north, is_metric, is_metric, ())
     options = frame_options(args)
-    established = establish_frame(loaded_model, options)
-    frame = established.frame
-    registration = established.registration
+    frame_result = establish_frame(loaded_model, options)
+    frame = frame_result.frame
+    registration = frame_result.registration
     if registration is not None:
         is_placed, is_metric = frame.has_north, frame.has_metres
         return _Placement(
-            established.to_world(),
+            frame_result.to_world(),
             world_crs(frame.crs, frame.unit_m),
             is_placed,
             is_metric,
             is_metric,
-            established.findings,
+            frame_result.findings,
         )
     is_placed = frame.crs is not None or has_known_scale(loaded_model.path) is not False
     return _Placement(
@@ -191,11 +193,11 @@ def _place_model(args: argparse.Namespace, loaded_model: LoadedModel) -> _Placem
         is_placed,
         frame.unit_m != 1.0,
         is_placed or options.unit is not None,
-        established.findings,
+        frame_result.findings,
     )
 
 
-def _fold(table: str, args: argparse.Namespace) -> TableFold:
+def _read_fold(table: str, args: argparse.Namespace) -> TableFold:
     from vomstudio.geology.table_folds import table_fold
 
     return table_fold(read_table_picks(args, table))

@@ -18,7 +18,7 @@ from vomstudio.cli.common.arguments import (
     progress_reporter,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
@@ -48,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
-    def add(name: str, action: Run, help_: str) -> Parser:
+    def add_action(name: str, action: Run, help_: str) -> Parser:
         # Options shared by all commands may precede or follow the action.
         action_parser: Parser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
@@ -57,72 +57,82 @@ def add_parser(subparsers: Subparsers) -> None:
         action_parser.set_defaults(act=action)
         return action_parser
 
-    add("create", _create, tr("Create an empty project"))
-    add("list", _list, tr("List the contents of the project"))
-    model = add("add-model", _add_model, tr("Add a model to the project"))
-    model.add_argument("file", metavar="FILE", help=tr("model or cloud in any supported format"))
-    add_frame(model)
-    register = add(
+    add_action("create", _create, tr("Create an empty project"))
+    add_action("list", _list, tr("List the contents of the project"))
+    model_parser = add_action("add-model", _add_model, tr("Add a model to the project"))
+    model_parser.add_argument(
+        "file", metavar="FILE", help=tr("model or cloud in any supported format")
+    )
+    add_frame(model_parser)
+    register_parser = add_action(
         "register",
         _register,
         tr("Register a model by points, cameras, compass readings, known lines or another model"),
     )
-    register.add_argument(
+    register_parser.add_argument(
         "pairs",
         metavar="PAIRS",
         nargs="?",
         default=argparse.SUPPRESS,
         help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
     )
-    picks = add(
+    picks_parser = add_action(
         "add-picks",
         _add_picks,
         tr("Add traces, lines or patches from a table of World points"),
     )
-    picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
-    import_parser = add("import", _import, tr("Add traces, planes, stations and areas from a file"))
+    picks_parser.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
+    import_parser = add_action(
+        "import", _import, tr("Add traces, planes, stations and areas from a file")
+    )
     import_parser.add_argument(
         "file",
         metavar="FILE",
         help=tr("layers (gpkg, geojson, shp, dxf, kml), a table, or an export of another program"),
     )
-    accept = add(
+    accept_parser = add_action(
         "accept", _accept, tr("Find facets or traces on a model and add them to the project")
     )
-    proposals = accept.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
+    proposals = accept_parser.add_subparsers(dest="proposals", metavar="PROPOSALS", required=True)
     for name, item in PROPOSALS.items():
         text = tr(
             "find {proposals} and add them to the project (options as in vomstudio {command})",
             proposals=name,
             command=item.command,
         )
-        search = proposals.add_parser(
+        search_parser = proposals.add_parser(
             name,
             help=text,
             description=f"{text[:1].upper()}{text[1:]}.",
             argument_default=argparse.SUPPRESS,
         )
-        add_shared_options(search)
-        add_options(search, AcceptOptions)
-        add_options(search, item.options)
-    values = add("set", _set, tr("Change type, set, domain or name of features"))
-    values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
-    delete = add("delete", _delete, tr("Delete features"))
-    delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
-    fit = add("fit", _fit, tr("Fit the features and assess their quality"))
-    fit.add_argument(
+        add_shared_options(search_parser)
+        add_options(search_parser, AcceptOptions)
+        add_options(search_parser, item.options)
+    set_parser = add_action("set", _set, tr("Change type, set, domain or name of features"))
+    set_parser.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
+    delete_parser = add_action("delete", _delete, tr("Delete features"))
+    delete_parser.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names of features"))
+    fit_parser = add_action("fit", _fit, tr("Fit the features and assess their quality"))
+    fit_parser.add_argument(
         "ids",
         metavar="ID",
         nargs="*",
         default=[],
         help=tr("ids or names of features (default: all)"),
     )
-    add("coverage", _coverage, tr("Report how much of each face with a grid was inspected"))
-    report = add("report", _write_report, tr("Write a report with all results of the project"))
-    add_output(report, tr("HTML file"), is_required=True)
-    report.set_defaults(force=False)
-    profile = add("profile", _profile, tr("Assess all features again with another verdict profile"))
-    profile.add_argument(
+    add_action(
+        "coverage", _report_coverage, tr("Report how much of each face with a grid was inspected")
+    )
+    report_parser = add_action(
+        "report", _write_report, tr("Write a report with all results of the project")
+    )
+    add_output(report_parser, tr("HTML file"), is_required=True)
+    report_parser.set_defaults(force=False)
+    profile_parser = add_action(
+        "profile", _set_profile, tr("Assess all features again with another verdict profile")
+    )
+    profile_parser.add_argument(
         "name",
         metavar="NAME",
         choices=["error", "textbook"],
@@ -130,20 +140,22 @@ def add_parser(subparsers: Subparsers) -> None:
             "error: assess planes by their 95 %% error; textbook: by the shape of their points"
         ),
     )
-    add(
+    add_action(
         "update",
         _update,
         tr("Recompute resolution and outcrop face of features of an earlier version"),
     )
-    add("undo", _undo, tr("Undo the last step"))
-    add("redo", _redo, tr("Redo the step that was undone last"))
-    add("verify", _verify, tr("Verify every row of the journal and every file of the project"))
-    add(
+    add_action("undo", _undo, tr("Undo the last step"))
+    add_action("redo", _redo, tr("Redo the step that was undone last"))
+    add_action(
+        "verify", _verify, tr("Verify every row of the journal and every file of the project")
+    )
+    add_action(
         "repair",
         _repair,
         tr("Write a new journal without the damaged rows, and keep the old journal"),
     )
-    add("compact", _compact, tr("Remove journal rows and files that are no longer used"))
+    add_action("compact", _compact, tr("Remove journal rows and files that are no longer used"))
     for action, options in ACTION_OPTIONS.items():
         if action != "accept":
             add_options(actions.choices[action], options)
@@ -176,17 +188,21 @@ def _create(args: argparse.Namespace, out: Output) -> None:
 
 def _set(args: argparse.Namespace, out: Output) -> None:
     values = parse_options(args, FeatureValues)
-    with _edited_project(args, out) as project:
-        changed_ids = project.set_values(args.ids, values)
-    text = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed_ids))
-    _report(args, out, {"changed": _id_and_name_rows(changed_ids)}, text)
+    with _edit_project(args, out) as project:
+        changed_features = project.set_values(args.ids, values)
+    text = tr_n(
+        "{count} feature was changed.", "{count} features were changed.", len(changed_features)
+    )
+    _report(args, out, {"changed": _id_and_name_rows(changed_features)}, text)
 
 
 def _delete(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
-        deleted = project.delete(args.ids)
-    text = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
-    _report(args, out, {"deleted": _id_and_name_rows(deleted)}, text)
+    with _edit_project(args, out) as project:
+        deleted_features = project.delete(args.ids)
+    text = tr_n(
+        "{count} feature was deleted.", "{count} features were deleted.", len(deleted_features)
+    )
+    _report(args, out, {"deleted": _id_and_name_rows(deleted_features)}, text)
 
 
 def _id_and_name_rows(features: Sequence[Feature]) -> list[dict[str, str]]:
@@ -215,11 +231,11 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
     out.text("\n".join(lines) or tr("no features"))
 
 
-def _coverage(args: argparse.Namespace, out: Output) -> None:
+def _report_coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import coverage_rows
     from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
-    with _edited_project(args, out, includes_save=False) as project:
+    with _edit_project(args, out, includes_save=False) as project:
         shares, findings = grid_shares(project)
     grids = [item.to_dict() for item in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
@@ -261,7 +277,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
     out.result({**_summary(args).to_dict(), **result})
     out.warn(verification.problems)
     # An invalid project is a failure for scripts as well.
-    out.failed = not verification.sound
+    out.has_failed = not verification.sound
     text = (
         tr("intact")
         if verification.sound
@@ -280,7 +296,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changes ----------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         added_model = project.add_model(Path(args.file), frame_options(args))
     out.warn(added_model.warnings)
     summary = {
@@ -296,25 +312,28 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.placing.registering import set_rotation_finding
 
     options = parse_options(args, PlacementOptions)
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         model = project.find_model(options.model)
-        registered = project.register(model, options)
-    placed = registered.result.placed
-    out.warn(placed.warnings)
+        registration_result = project.register(model, options)
+    placement = registration_result.result.placed
+    out.warn(placement.warnings)
     result = {
         "model": model.id,
-        "turned_deg": registered.turned_deg,
-        "sets_turned_deg": registered.sets_turned_deg,
-        **registered.result.to_dict(),
+        "turned_deg": registration_result.turned_deg,
+        "sets_turned_deg": registration_result.sets_turned_deg,
+        **registration_result.result.to_dict(),
     }
     turn_text = tr(
         "{model} was registered and rotated by {turn:.2f} degrees.",
         model=model.name,
-        turn=registered.turned_deg,
+        turn=registration_result.turned_deg,
     )
-    sets_text = str(set_rotation_finding(registered.sets_turned_deg) or "")
+    sets_text = str(set_rotation_finding(registration_result.sets_turned_deg) or "")
     _report(
-        args, out, result, "\n".join(filter(None, [placement_text(placed), turn_text, sets_text]))
+        args,
+        out,
+        result,
+        "\n".join(filter(None, [placement_text(placement), turn_text, sets_text])),
     )
 
 
@@ -325,15 +344,15 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.headless_project import Picks
 
     options = parse_options(args, PickOptions)
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         model, feature_type = project.find_model(options.model), project.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
         groups = read_points(args.table, options.by, model=ModelFrame(world)).groups
         names = groups.ids if options.by is not None else ("",)
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
-            Picks(name, groups.points[first:stop], domain=options.domain or "")
-            for name, (first, stop) in zip(names, ends, strict=True)
+            Picks(name, groups.points[start:stop], domain=options.domain or "")
+            for name, (start, stop) in zip(names, ends, strict=True)
         ]
         added_picks = project.add_picks(
             picks, model, feature_type, options.set or "", options.shape
@@ -349,21 +368,21 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 
 
 def _import(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         model = project.find_model(parse_options(args, ModelChoice).model)
-        added_import_features = project.import_features(Path(args.file), model)
+        import_result = project.import_features(Path(args.file), model)
     text = tr_n(
         "{count} feature on {model}",
         "{count} features on {model}",
-        len(added_import_features.features),
+        len(import_result.features),
         model=model.name,
     )
     _report_added(
         args,
         out,
-        added_import_features.features,
-        added_import_features.skipped,
-        added_import_features.warnings,
+        import_result.features,
+        import_result.skipped,
+        import_result.warnings,
         text,
     )
 
@@ -373,7 +392,7 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
 
     options = parse_options(args, AcceptOptions)
     search = parse_options(args, PROPOSALS[args.proposals].options)
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         acceptance = accept_proposals(project, search, options, progress_reporter(args))
     out.warn(acceptance.warnings)
     text = tr_n(
@@ -390,48 +409,48 @@ def _accept(args: argparse.Namespace, out: Output) -> None:
     _report(args, out, result, text)
 
 
-def _profile(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
+def _set_profile(args: argparse.Namespace, out: Output) -> None:
+    with _edit_project(args, out) as project:
         project.judge_by(args.name)
     _report(args, out, {"profile": args.name}, tr("profile: {profile}", profile=args.name))
 
 
 def _update(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
-        updated, findings = project.update_surroundings()
+    with _edit_project(args, out) as project:
+        updated_count, findings = project.update_surroundings()
     out.warn(findings)
-    text = tr_n("updated: {count} feature", "updated: {count} features", updated)
-    _report(args, out, {"updated": updated}, text)
+    text = tr_n("updated: {count} feature", "updated: {count} features", updated_count)
+    _report(args, out, {"updated": updated_count}, text)
 
 
 def _undo(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         label = project.undo()
     _report(args, out, {"undone": label}, tr("undone: {step}", step=label))
 
 
 def _redo(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
+    with _edit_project(args, out) as project:
         label = project.redo()
     _report(args, out, {"redone": label}, tr("redone: {step}", step=label))
 
 
 def _repair(args: argparse.Namespace, out: Output) -> None:
-    with _edited_project(args, out) as project:
-        repaired_copy = project.project.repair()
-    out.warn(repaired_copy.lost)
-    summary = {"kept": str(repaired_copy.backup), "lost": list(repaired_copy.lost)}
+    with _edit_project(args, out) as project:
+        repair_result = project.project.repair()
+    out.warn(repair_result.loss_findings)
+    summary = {"kept": str(repair_result.backup), "lost": list(repair_result.loss_findings)}
     _report(
         args,
         out,
         summary,
-        tr("repaired; the damaged journal is kept as {file}", file=repaired_copy.backup),
+        tr("repaired; the damaged journal is kept as {file}", file=repair_result.backup),
     )
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = parse_options(args, CompactOptions).dry_run
-    with _edited_project(args, out, includes_save=not dry_run) as project:
+    with _edit_project(args, out, includes_save=not dry_run) as project:
         if not dry_run and project.session.dirty:
             project.session.save()
         plan = project.project.compaction()
@@ -458,7 +477,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
 
 
 @contextmanager
-def _edited_project(
+def _edit_project(
     args: argparse.Namespace, out: Output, *, includes_save: bool = True
 ) -> Iterator[HeadlessProject]:
     """Yield the open project; afterwards save the changes and update its layers."""
@@ -466,7 +485,7 @@ def _edited_project(
 
     with HeadlessProject.open(Path(args.project), progress_reporter(args)) as project:
         out.warn(project.warnings)
-        if project.recovered and includes_save:
+        if project.is_recovered and includes_save:
             out.warn([Finding("project.recovered-and-saved")])
         yield project
         if includes_save:
@@ -486,10 +505,10 @@ def _report_added(
     warnings: Sequence[Finding],
     text: str,
 ) -> None:
-    skipped_files = [
+    skipped_findings = [
         Finding("feature.left-out", feature=name, reason=item) for name, item in skipped_pairs
     ]
-    out.warn([*warnings, *skipped_files])
+    out.warn([*warnings, *skipped_findings])
     summary = {
         "added": _id_and_name_rows(features),
         "skipped": [{"id": name, "reason": reason} for name, reason in skipped_pairs],
@@ -546,9 +565,9 @@ def _row_text(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
     if row["element"] == "line":
-        is_known, measured_line = row.get("plunge_deg") is not None, text_tables.line_with_error
+        has_orientation, format_row = row.get("plunge_deg") is not None, text_tables.line_with_error
     else:
-        is_known, measured_line = row.get("dip_deg") is not None, text_tables.plane_with_error
-    place = measured_line(row) if is_known else "–"
+        has_orientation, format_row = row.get("dip_deg") is not None, text_tables.plane_with_error
+    orientation_text = format_row(row) if has_orientation else "–"
     quality = f", {row['quality']}" if row.get("quality") else ""
-    return f"{row['name']} ({row['kind']}): {place}{quality}"
+    return f"{row['name']} ({row['kind']}): {orientation_text}{quality}"

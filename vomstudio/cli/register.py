@@ -16,8 +16,8 @@ from vomstudio.core.words import tr
 from vomstudio.registration.register_options import RegisterOptions
 
 if TYPE_CHECKING:
-    from vomstudio.registration.attitude_evidence import AttitudeMiss
-    from vomstudio.registration.results import Placed
+    from vomstudio.registration.attitude_evidence import AttitudeResidual
+    from vomstudio.registration.results import ModelPlacement
     from vomstudio.studio.placing.register_order import RegistrationResult
 
 
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(_attitudes_text(registered_model.attitudes))
 
 
-def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
+def _attitudes_text(photos: Sequence[AttitudeResidual]) -> str:
     rows = [
         [p.photo, *(text_tables.figures(v) for v in (p.yaw_deg, p.pitch_deg, p.roll_deg))]
         for p in photos
@@ -94,9 +94,9 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
 
 
 def _write_registered_model(
-    args: argparse.Namespace, registered: RegistrationResult, result: dict[str, Any]
+    args: argparse.Namespace, registration_result: RegistrationResult, result: dict[str, Any]
 ) -> list[Finding]:
-    loaded_model = registered.loaded
+    loaded_model = registration_result.loaded
     if loaded_model is None:
         from vomstudio.cli.common.output import to_json
         from vomstudio.core.files.atomic import write_bytes
@@ -108,22 +108,22 @@ def _write_registered_model(
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 
-    known_parts = registered.placed.known
+    known_parts = registration_result.placed.known
     warnings = write_model(
-        transform_model(loaded_model.data, registered.placed.matrix),
-        registered.crs if known_parts.all else None,
+        transform_model(loaded_model.data, registration_result.placed.matrix),
+        registration_result.crs if known_parts.all else None,
         args.output,
         force=args.force,
         inputs=[loaded_model.path, *companions(loaded_model.path)],
         progress=progress_reporter(args),
         axes=Axes(metric=known_parts.scale, north=known_parts.north and known_parts.vertical),
-        registration=registered.registration_in_world,
+        registration=registration_result.registration_in_world,
     )
     result["out"] = args.output
     return warnings
 
 
-def placement_text(placement: Placed) -> str:
+def placement_text(placement: ModelPlacement) -> str:
     """Describe the residuals, the results without each observation, and the findings."""
     from vomstudio.registration.warnings import worst_axis_findings
 

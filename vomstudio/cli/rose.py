@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.rose import describe_mean
-    from vomstudio.products.net.rose_contents import check_roses, roses_of_table
+    from vomstudio.products.net.rose_contents import check_roses, roses_from_table
 
     format_ = picture_format(args.output, "--output")
     options, figure = parse_options(args, RoseOptions), parse_options(args, RoseFigure)
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_table_picks(args, args.table, azimuth_only=True)
     progress.stage(tr("Drawing the rose diagram"))
     angle_kind = options.of or ("strike" if table.is_plane.any() else "trend")
-    roses = roses_of_table(
+    roses = roses_from_table(
         table,
         angle_kind,
         options.by,
@@ -107,7 +107,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _result_without_warnings(
     args: argparse.Namespace,
     options: RoseOptions,
-    of: str,
+    angle_kind: str,
     roses: RoseContents,
     convention: str,
     dropped_indices: tuple[int, ...],
@@ -118,8 +118,8 @@ def _result_without_warnings(
     return {
         "image": args.output,
         "n": sum(rose.n for rose in roses.roses.values()),
-        "of": of,
-        "axial": of == "strike",
+        "of": angle_kind,
+        "axial": angle_kind == "strike",
         "bin_deg": options.bin_deg,
         "weight": options.weight,
         "scale": options.scale,

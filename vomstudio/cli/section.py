@@ -12,10 +12,10 @@ from vomstudio.cli.common.arguments import (
     progress_reporter,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, add_project, frame_options
 from vomstudio.cli.common.orientation_tables import add_table_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -62,42 +62,44 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
     from vomstudio.products.section.inputs import (
-        ReadFeatures,
+        FeatureInput,
         read_features,
         read_profile_line,
     )
-    from vomstudio.products.section.section_lines import curtain_of_options
+    from vomstudio.products.section.section_lines import curtain_from_options
     from vomstudio.studio.world_models import read_in_world
 
     options, features = parse_options(args, SectionOptions), parse_options(args, SectionFeatures)
     profile = (
-        curtain_of_options(options)
+        curtain_from_options(options)
         if options.section_line is None
         else read_profile_line(options.section_line, progress_reporter(args))
     )
-    is_by_domain = features.along == DOMAINS
-    line_direction = None if is_by_domain else _parse_direction(features.along)
+    has_domain_axes = features.along == DOMAINS
+    line_direction = None if has_domain_axes else _parse_direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
-    section_features = ReadFeatures()
+    section_features = FeatureInput()
     if features.features is not None:
         section_features = read_features(
             features.features, parse_options(args, TableOptions), ModelFrame(model.crs)
         )
     directions = (
         assign_domain_axes(section_features.items, "--along")
-        if is_by_domain
+        if has_domain_axes
         else ProjectionDirections(line_direction)
     )
     curtain, warnings = _curtain(profile, model, options.flip)
-    grazing = directions.check(curtain)
+    grazing_findings = directions.check(curtain)
     progress_reporter(args).stage(tr("Intersecting the model"))
     model_cut = cut_model(model.data, curtain, options.slab_m)
-    flat_faces, n_skipped = writing.project_items(
+    projected_items, n_skipped = writing.project_items(
         section_features.items, curtain, directions, features.within_m
     )
     try:
-        figures = writing.figures_of(model_cut, curtain, flat_faces, n_skipped, directions)
+        figures = writing.section_figures(
+            model_cut, curtain, projected_items, n_skipped, directions
+        )
     except InputError as error:
         raise error.with_file(args.model) from error
     files = writing.write_section(
@@ -105,12 +107,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model_cut,
         curtain,
         figures,
-        flat_faces,
+        projected_items,
         crs=model.crs,
         model=str(model.loaded.path),
         is_metric=model.has_metric_unit,
         is_north_known=model.placed,
-        warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
+        warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing_findings),
         force=args.force,
     )
     result = {**files.to_dict(), "convention": section_features.convention or None}
@@ -118,8 +120,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if section_features.convention:
         out.note(tr("read {convention}", convention=section_features.convention))
     out.warn(files.warnings)
-    projection_words = writing.describe_projection(figures)
-    out.text(_result_text(files.to_dict(), unit_of(model.has_metric_unit), projection_words))
+    projection_lines = writing.describe_projection(figures)
+    out.text(_result_text(files.to_dict(), length_unit(model.has_metric_unit), projection_lines))
 
 
 def _curtain(
@@ -128,15 +130,15 @@ def _curtain(
     """Return the curtain in World, and findings about the line. Raises InputError."""
     import numpy as np
 
-    from vomstudio.products.section.inputs import profile_in_world
-    from vomstudio.products.section.section_lines import Curtain, curtain_of_line
+    from vomstudio.products.section.inputs import profile_to_world
+    from vomstudio.products.section.section_lines import Curtain, curtain_from_line
 
     if isinstance(profile, Curtain):
         return profile, ()
     bounds = np.array(model.data.bounds, np.float64)
-    points, warnings = profile_in_world(profile, model.crs, bounds)
+    points, warnings = profile_to_world(profile, model.crs, bounds)
     try:
-        curtain = curtain_of_line(points)
+        curtain = curtain_from_line(points)
         return curtain.flipped() if is_flipped else curtain, warnings
     except InputError as error:
         error.file = str(profile.path)

@@ -13,7 +13,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.core.words import tr, tr_n
@@ -48,18 +48,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.sets.proposals import propose_sets
-    from vomstudio.io.gate.point_tables import read_places
-    from vomstudio.io.text.set_columns import pieces_of, table_with_sets
+    from vomstudio.io.gate.point_tables import read_row_positions
+    from vomstudio.io.text.set_columns import extract_pieces, table_with_sets
 
     options = parse_options(args, SetOptions)
     check_table_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_table_picks(args, args.table)
-    positions = read_places(table, frame_options(args))
+    positions = read_row_positions(table, frame_options(args))
     proposal = propose_sets(
         table,
         options,
-        pieces=pieces_of(table, None if positions is None else positions.points),
+        pieces=extract_pieces(table, None if positions is None else positions.points),
         progress=progress,
     )
     progress.stage(tr("Writing the results"))

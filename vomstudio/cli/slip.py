@@ -90,11 +90,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     ]
     headers = [tr("kinematic axis"), tr("trend/plunge"), tr("value"), tr("95 % cone")]
-    quarter_texts = [
+    dihedra_rows = [
         [name, text_tables.line(dihedra[key]), text_tables.number(100.0 * dihedra[key]["share"], 0)]
         for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
     ]
     out.text(tr_n("{count} fault", "{count} faults", slip_result.n))
     out.text(text_tables.table(headers, ["", "deg", "", "deg"], rows))
     headers = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
-    out.text(text_tables.table(headers, ["", "deg", "%"], quarter_texts))
+    out.text(text_tables.table(headers, ["", "deg", "%"], dihedra_rows))

@@ -23,9 +23,9 @@ from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.facet_slopes import FacetSlopes
-    from vomstudio.geology.table_slopes import Mode, TableSlope
+    from vomstudio.geology.table_slopes import FailureMode, TableSlope
 
-MAX_SHOWN = 20
+MAX_SHOWN_FACETS = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -93,7 +93,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
 
 
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.common.labelled_models import write_labelled
+    from vomstudio.cli.common.labelled_models import write_labelled_model
     from vomstudio.core.files.atomic import check_target
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.geology.fractures.facet_slopes import facet_slopes
@@ -124,7 +124,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         write_facet_slopes(args.output, slopes, force=args.force)
     if args.paint is not None and model is not None:
-        warnings += write_labelled(
+        warnings += write_labelled_model(
             args, model, slope_fields(slopes, read_facet_labels(model.data)), args.paint
         )
     out.result(
@@ -147,7 +147,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
     shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
-    worst_facets = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:MAX_SHOWN]
+    worst_facets = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:MAX_SHOWN_FACETS]
     rows = [
         [
             slopes.facets[i].id,
@@ -170,8 +170,8 @@ def _facets_text(slopes: FacetSlopes) -> str:
         heading,
         text_tables.table(headers, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows),
     ]
-    if len(shares) > MAX_SHOWN:
-        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN))
+    if len(shares) > MAX_SHOWN_FACETS:
+        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN_FACETS))
     return "\n".join(lines)
 
 
@@ -195,13 +195,13 @@ def _result_text(slope: TableSlope) -> str:
     return heading + "\n" + text_tables.table(headers, ["", "", "", "", "%", "%"], rows)
 
 
-def _mode_cells(name: str, of: str, mode: Mode) -> list[str]:
+def _mode_cells(name: str, elements: str, mode: FailureMode) -> list[str]:
     share, expected_share = (
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )
     return [
         name,
-        of,
+        elements,
         str(mode.critical),
         str(mode.of),
         text_tables.number(share, 1),

@@ -57,14 +57,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _result_text(name: str, statistics: dict[str, Any]) -> str:
     number = text_tables.number
-    tensor, shape, vollmer = statistics["tensor"], statistics["woodcock"], statistics["vollmer"]
+    tensor, woodcock, vollmer = statistics["tensor"], statistics["woodcock"], statistics["vollmer"]
     s1, s2, s3 = tensor["eigenvalues"]
     axes = ", ".join(map(text_tables.line, tensor["axes"]))
     rows = [
         *_fisher_rows(statistics),
         (tr("tensor"), f"S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}"),
         (tr("axes"), tr("{axes}  (trend/plunge, deg)", axes=axes)),
-        ("Woodcock", f"K {number(shape['K'], 4)}, C {number(shape['C'], 4)}"),
+        ("Woodcock", f"K {number(woodcock['K'], 4)}, C {number(woodcock['C'], 4)}"),
         ("Vollmer", f"P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"),
         ("Bingham", _bingham_text(statistics)),
         ("Kent", _kent_text(statistics)),

@@ -55,24 +55,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.preparation import contouring_of, read_additions
-    from vomstudio.products.net.table_net import net_of_table, replace_colors
+    from vomstudio.products.net.preparation import additions_from_options, contouring_from_options
+    from vomstudio.products.net.table_net import net_from_table, replace_colors
 
     format_ = picture_format(args.output, "--output")
     options = parse_options(args, StereonetOptions)
-    net_request = read_additions(options)
+    net_request = additions_from_options(options)
     style = FigureStyle.from_options(parse_options(args, StereonetFigure))
     colors = parse_options(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_table_picks(args, args.table)
     progress.stage(tr("Drawing the stereonet"))
-    net = net_of_table(
+    net = net_from_table(
         table,
         options.by,
         projection=options.projection,
         contour=options.contour,
-        contouring=contouring_of(options),
+        contouring=contouring_from_options(options),
     )
     net = replace_colors(net, select_colors(colors, [s.name for s in net.sets]))
     net = net_request.net(net, table)
@@ -106,7 +106,7 @@ def _report(
     warnings = [*table.warnings, *check_contour_sizes(net)]
     fold = net.fold
     if fold is not None:
-        warnings += not_good_warning(net.fold_not_good, fold.n)
+        warnings += not_good_warning(net.fold_not_good_count, fold.n)
     if density is not None and not density["levels"]:
         warnings.append(Finding("contours.none"))
     out.result(
@@ -118,7 +118,7 @@ def _report(
             "hemisphere": "lower",
             "untilted_by": options.untilt,
             "rotated_by": options.rotate,
-            "circles": [circle.label for circle in net.circles_typed],
+            "circles": [circle.label for circle in net.user_circles],
             "marks": [
                 {
                     "label": mark.label,
@@ -131,7 +131,7 @@ def _report(
             "errors": len(net.errors),
             "fold": None
             if fold is None
-            else {"n": fold.n, "not_good": net.fold_not_good, **asdict(fold.figures.beta)},
+            else {"n": fold.n, "not_good": net.fold_not_good_count, **asdict(fold.figures.beta)},
             "contour": options.contour,
             "density": density,
             "convention": table.convention,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.frame_arguments import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -62,16 +62,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.products.surface.analysis import analyse
     from vomstudio.products.surface.patch import parse_around
-    from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
+    from vomstudio.products.surface.writing import (
+        format_from_path,
+        write_deviations,
+        write_profiles,
+    )
     from vomstudio.studio.world_models import read_in_world
 
     options = parse_options(args, SurfaceOptions)
-    format_of(args.output)
+    format_from_path(args.output)
     if options.around is not None and args.facet is not None:
         raise UsageError(
             Finding("option.conflict", option="--facet", other="--around"), field="--facet"
         )
-    place = None if options.around is None else parse_around(options.around)
+    region = None if options.around is None else parse_around(options.around)
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.profiles is not None:
         check_table_target(
@@ -83,7 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_reporter(args)
     model = read_in_world(args.model, progress, frame_options(args))
     try:
-        patch = _extract_patch(args, model.data, place)
+        patch = _extract_patch(args, model.data, region)
         analysis = analyse(
             patch,
             noise_m=options.noise_m,
@@ -107,16 +111,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
-    out.text(_result_text(result, unit_of(model.has_metric_unit)))
+    out.text(_result_text(result, length_unit(model.has_metric_unit)))
 
 
 def _extract_patch(
-    args: argparse.Namespace, data: Mesh | PointCloud, place: Any
+    args: argparse.Namespace, data: Mesh | PointCloud, region: Any
 ) -> Mesh | PointCloud:
-    from vomstudio.products.surface.patch import extract_around, extract_facet
+    from vomstudio.products.surface.patch import extract_facet, extract_within_radius
 
-    if place is not None:
-        return extract_around(data, *place)
+    if region is not None:
+        return extract_within_radius(data, *region)
     return data if args.facet is None else extract_facet(data, args.facet)
 
 
@@ -136,7 +140,7 @@ def _result_text(result: dict[str, Any], unit: str) -> str:
             noise=figures(result["noise_m"]),
         )
     ]
-    hurst, line = result["hurst"], result["smoothest"]
+    hurst, smoothest_line = result["hurst"], result["smoothest"]
     if hurst is None:
         lines.append(result["hurst_reason"]["message"])
     else:
@@ -150,18 +154,18 @@ def _result_text(result: dict[str, Any], unit: str) -> str:
                 to=figures(hurst["to_m"]),
             )
         )
-    if line is None:
+    if smoothest_line is None:
         lines.append(result["smoothest_reason"]["message"])
     else:
         lines.append(
             tr(
                 "Smoothest along {line}, rake {rake:.0f} ± {error:.0f} degrees (95 %);"
                 " {ratio:.1f} times as rough across it.",
-                line=f"{text_tables.azimuth(line['trend_deg'], 0)}/"
-                f"{text_tables.inclination(line['plunge_deg'], 0)}",
-                rake=line["rake_deg"],
-                error=line["error95_deg"],
-                ratio=line["ratio"],
+                line=f"{text_tables.azimuth(smoothest_line['trend_deg'], 0)}/"
+                f"{text_tables.inclination(smoothest_line['plunge_deg'], 0)}",
+                rake=smoothest_line["rake_deg"],
+                error=smoothest_line["error95_deg"],
+                ratio=smoothest_line["ratio"],
             )
         )
     return "\n".join(lines)

@@ -12,10 +12,10 @@ import numpy as np
 from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_reporter
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import add_frame, add_project, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
@@ -54,7 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add_options(parser, TraceSource)
     for options in FORM_OPTIONS.values():
         add_options(parser, options)
-    straight_traces.add_sets(parser)
+    straight_traces.add_set_options(parser)
     add_frame(parser)
     add_project(parser)
     add_output(parser, tr("write all vertices of the lines as CSV"), is_required=True)
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     elif source.from_ortho is not None:
         trace_drawing.run(args, parse_options(args, DrawnTraceOptions), out)
     else:
-        _follow(args, parse_options(args, FollowOptions), out)
+        _follow_contact(args, parse_options(args, FollowOptions), out)
 
 
 def _check_form(args: argparse.Namespace, form: str) -> None:
@@ -100,7 +100,7 @@ def _missing_option_error(option: str, other_option: str) -> UsageError:
     return UsageError(Finding("option.requires", option=option, other=other_option), field=option)
 
 
-def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
+def _follow_contact(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
     """Follow a contact. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.extensions import check_table_target
     from vomstudio.extraction.followed_trace import write_path
@@ -113,7 +113,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
     check_table_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
-    way_points, findings = _way_points(args, model)
+    way_points, findings = _read_way_points(args, model)
     if len(way_points) < 2:
         raise InputError(
             Finding("feature.too-few-points", count=2 - len(way_points), minimum=2),
@@ -139,10 +139,10 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     result["warnings"] = [*model.warnings, *findings, *trace.warnings]
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(result["warnings"])
-    out.text(_result_text(trace, unit_of(model.has_metric_unit)))
+    out.text(_result_text(trace, length_unit(model.has_metric_unit)))
 
 
-def _way_points(
+def _read_way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[FloatArray, Sequence[Finding]]:
     """Return way-points, (n, 3) in World or (n, 2) in photo pixels, and findings."""

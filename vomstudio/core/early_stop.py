@@ -10,14 +10,14 @@ import _signal
 import os
 import sys
 
-_SENTENCE = b"vomstudio: Cancelled.\n"
+_CANCELLED_MESSAGE = b"vomstudio: Cancelled.\n"
 _EXIT_CODE = 130
 
 
 def stop(signal_number: int, frame: object) -> None:
     """End the process if a signal arrives while modules are still being imported."""
     try:
-        os.write(2, _SENTENCE)
+        os.write(2, _CANCELLED_MESSAGE)
     finally:
         # If stderr is closed, the exit code is the only report.
         os._exit(_EXIT_CODE)

@@ -12,29 +12,31 @@ NON_FINITE_TEXTS = ("inf", "-inf", "nan")
 """Numbers that JSON cannot represent; they are stored as text."""
 
 
-def for_json(values: Mapping[str, object]) -> dict[str, object]:
+def to_json_values(values: Mapping[str, object]) -> dict[str, object]:
     """Return the values with tuples converted to lists and non-finite numbers to text."""
-    return {name: _for_json(value) for name, value in values.items()}
+    return {name: _to_json_value(value) for name, value in values.items()}
 
 
-def _for_json(value: object) -> object:
+def _to_json_value(value: object) -> object:
     if isinstance(value, tuple):
-        return [_for_json(item) for item in value]
+        return [_to_json_value(item) for item in value]
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def from_json(values: Mapping[str, object]) -> dict[str, object]:
-    """Return the original values from the output of `for_json`."""
-    return {name: _from_json(value) for name, value in values.items()}
+def from_json_values(values: Mapping[str, object]) -> dict[str, object]:
+    """Return the original values from the output of `to_json_values`."""
+    return {name: _from_json_value(value) for name, value in values.items()}
 
 
-def _from_json(value: object) -> object:
+def _from_json_value(value: object) -> object:
     if isinstance(value, list):
-        return [_from_json(item) for item in value]
+        return [_from_json_value(item) for item in value]
     return float(value) if isinstance(value, str) and value in NON_FINITE_TEXTS else value
 
 
-def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
+def location_text(
+    file: str | None = None, line: int | None = None, field: str | None = None
+) -> str:
     """Return the text for a location in a file, or an empty text if the location is unknown."""
     parts = (file, None if line is None else f"line {line}", field)
     return ", ".join(item for item in parts if item)
@@ -89,18 +91,18 @@ class VomError(Exception):
         self.field = field
 
     def __str__(self) -> str:
-        if self.file is None and self.field is not None and self._names_argument(self.field):
+        if self.file is None and self.field is not None and self._mentions_argument(self.field):
             return self.message
-        location = place_text(self.file, self.line, self.field)
+        location = location_text(self.file, self.line, self.field)
         return f"{location}: {self.message}" if location else self.message
 
-    def _names_argument(self, argument: str) -> bool:
+    def _mentions_argument(self, argument: str) -> bool:
         """Return whether the message contains the name of an argument."""
         return re.search(rf"(?<![\w-]){re.escape(argument)}(?![\w-])", self.message) is not None
 
     def to_dict(self) -> dict[str, object]:
         """Return the `error` object of the command-line JSON output."""
-        return for_json(self.values) | {
+        return to_json_values(self.values) | {
             "code": self.code,
             "file": self.file,
             "line": self.line,
@@ -206,8 +208,8 @@ def from_dict(error: dict[str, object], exit_code: int) -> VomError:
     if error.get("code") == Cancelled.code:
         return Cancelled(result.message)
     result.code, result.exit_code = str(error.get("code", result.code)), exit_code
-    reserved = ("code", "file", "line", "field", "message")
-    result.values = from_json(
-        {name: value for name, value in error.items() if name not in reserved}
+    reserved_keys = ("code", "file", "line", "field", "message")
+    result.values = from_json_values(
+        {name: value for name, value in error.items() if name not in reserved_keys}
     )
     return result

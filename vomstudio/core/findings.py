@@ -12,8 +12,8 @@ from functools import cache
 from string import Formatter
 from typing import Any
 
-from vomstudio.core.errors import VomError, for_json, from_json, place_text
-from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
+from vomstudio.core.errors import VomError, from_json_values, location_text, to_json_values
+from vomstudio.core.finding_texts import TEXTS, Severity, get_texts
 from vomstudio.core.words import tr, tr_n
 
 UNCODED_FINDING_CODE = "uncoded"
@@ -91,7 +91,7 @@ class Finding:
     def message(self) -> str:
         """Sentence for the user, in the user's language."""
         values = {name: _display_value(value) for name, value in self._values}
-        text, *several = texts_of(self.code)
+        text, *several = get_texts(self.code)
         if several:
             sentence = tr_n(text, several[0], self.values["count"], **values)
         else:
@@ -100,9 +100,9 @@ class Finding:
         sentence = sentence.rstrip()
         if self.values.get("file") is None or "{file}" in text:
             return sentence
-        unstated = {"file", "line", "field"} - placeholders(self.code)
-        location = {name: value for name, value in self._values if name in unstated}
-        return f"{place_text(**location)}: {sentence}"
+        missing_fields = {"file", "line", "field"} - placeholders(self.code)
+        location = {name: value for name, value in self._values if name in missing_fields}
+        return f"{location_text(**location)}: {sentence}"
 
     def with_file(self, file: str) -> Finding:
         """Return the finding with a file name added if it does not have one yet."""
@@ -114,7 +114,7 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints: code, severity, message and values."""
-        values = for_json(self.values)
+        values = to_json_values(self.values)
         if self.code == UNCODED_FINDING_CODE:
             values.pop("text")
         return {"code": self.code, "severity": self.severity, "message": self.message} | values
@@ -123,7 +123,7 @@ class Finding:
     def from_dict(cls, row: Mapping[str, Any]) -> Finding:
         """Return the finding that `to_dict` represents, for example from another process."""
         reserved = ("code", "severity", "message")
-        values: dict[str, Any] = from_json(
+        values: dict[str, Any] = from_json_values(
             {name: value for name, value in row.items() if name not in reserved}
         )
         if row["code"] == UNCODED_FINDING_CODE:
@@ -137,7 +137,7 @@ def uncoded_finding(text: str) -> Finding:
     return Finding(UNCODED_FINDING_CODE, text=text)
 
 
-def cause_of(error: VomError) -> Finding:
+def cause_finding(error: VomError) -> Finding:
     """Return the finding with which an error was raised, without its location."""
     if error.code not in TEXTS:
         return uncoded_finding(error.message)
@@ -148,14 +148,14 @@ def cause_of(error: VomError) -> Finding:
     return Finding(error.code, **error.values | stated_values)
 
 
-def finding_of(error: VomError) -> Finding:
+def to_finding(error: VomError) -> Finding:
     """Return the finding with which an error was raised, with its file, line and field.
 
     A field without a file is an argument, which is not part of a finding.
     """
     if error.code not in TEXTS:
         return uncoded_finding(str(error))
-    cause = cause_of(error)
+    cause = cause_finding(error)
     if error.file is None or "file" in cause.values:
         return cause
     return Finding(cause.code, cause.severity, **_location(error) | cause.values)
@@ -166,7 +166,7 @@ def _location(error: VomError) -> dict[str, Any]:
     return {name: value for name, value in location.items() if value is not None}
 
 
-def to_plain(findings: Iterable[Finding]) -> list[dict[str, Any]]:
+def to_json_list(findings: Iterable[Finding]) -> list[dict[str, Any]]:
     """Return findings as objects for a JSON file."""
     return [item.to_dict() for item in findings]
 
@@ -179,7 +179,7 @@ def unique_findings(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 @cache
 def placeholders(code: str) -> frozenset[str]:
     """Return the names of the placeholders in the texts of a code."""
-    texts = texts_of(code)
+    texts = get_texts(code)
     names = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
     return frozenset(names | ({"count"} if len(texts) > 1 else set()))
 
@@ -220,8 +220,8 @@ class _Number(float):
 
     __slots__ = ()
 
-    def __format__(self, spec: str) -> str:
-        if spec == "azimuth":
+    def __format__(self, format_spec: str) -> str:
+        if format_spec == "azimuth":
             return f"{round(self) % 360:03d}"
-        text = super().__format__(spec or ".12g")
+        text = super().__format__(format_spec or ".12g")
         return f"{float(text):,.0f}" if "e+" in text and abs(self) < 1e9 else text

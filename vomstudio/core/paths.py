@@ -12,7 +12,7 @@ from vomstudio.core.words import tr
 LAUNCHER = "VOMSTUDIO_LAUNCHER"
 _PACKAGE = Path(__file__).resolve().parents[1]
 # An installed package contains the files; in a checkout they are next to the package.
-_FOLDERS = (_PACKAGE / "resources", _PACKAGE.parent / "resources")
+_RESOURCE_FOLDERS = (_PACKAGE / "resources", _PACKAGE.parent / "resources")
 
 
 def resource(*parts: str) -> Path:
@@ -29,13 +29,13 @@ def resource(*parts: str) -> Path:
     InputError
         If the path does not exist, which means that the installation is damaged.
     """
-    for folder in _FOLDERS:
+    for folder in _RESOURCE_FOLDERS:
         path = folder.joinpath(*parts)
         if path.exists():
             return path
     raise InputError(
         tr("This file of the program is missing. Install VOM Studio again."),
-        file=_FOLDERS[0].joinpath(*parts),
+        file=_RESOURCE_FOLDERS[0].joinpath(*parts),
     )
 
 

@@ -46,12 +46,12 @@ class FieldTypes(NamedTuple):
 
     Parameters
     ----------
-    simple : dict of str to frozenset of type
+    simple_types : dict of str to frozenset of type
         Fields that contain text, booleans or None, with their permitted types.
     readers : dict of str to Reader
     """
 
-    simple: dict[str, frozenset[type]]
+    simple_types: dict[str, frozenset[type]]
     readers: dict[str, Reader]
 
 
@@ -79,10 +79,10 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested_fields: NestedFie
     decoded_values: PlainValues = {}
     types_by_field, readers = field_types(cls)
     for name, value in values.items():
-        permitted = types_by_field.get(name)
-        if permitted is not None:
-            if type(value) not in permitted:
-                raise wrong_value(name)
+        permitted_types = types_by_field.get(name)
+        if permitted_types is not None:
+            if type(value) not in permitted_types:
+                raise wrong_value_error(name)
             decoded_values[name] = value
         elif name in readers:
             decoded_values[name] = _read_field(readers[name], name, value)
@@ -98,7 +98,7 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested_fields: NestedFie
                 _decode_object(item, name, item_value, nested_fields) for item_value in value
             )
         elif name in nested_fields.parts or name in nested_fields.lists:
-            raise wrong_value(name)
+            raise wrong_value_error(name)
         else:
             decoded_values[name] = _to_tuples(value)
     return decoded_values
@@ -120,7 +120,7 @@ def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> PlainValues
     return dict(values)
 
 
-def wrong_value(name: str) -> DocumentError:
+def wrong_value_error(name: str) -> DocumentError:
     """Return the error for a value that is not valid for a field."""
     return DocumentError(Finding("record.wrong-value"), field=name)
 
@@ -156,12 +156,12 @@ def _read_field(read: Reader, name: str, value: Any) -> Any:
     try:
         return read(value)
     except ValueError as error:
-        raise wrong_value(name) from error
+        raise wrong_value_error(name) from error
 
 
 def _decode_object(cls: type, name: str, value: Any, nested_fields: NestedFields) -> Any:
     if not isinstance(value, Mapping):
-        raise wrong_value(name)
+        raise wrong_value_error(name)
     try:
         return cls(**decode_fields(cls, known_fields(cls, value, cls.__name__), nested_fields))
     except TypeError as error:
@@ -194,7 +194,7 @@ def _union_reader(options: tuple[Any, ...]) -> Reader | None:
 
 
 def _value_reader(annotation: Any) -> Reader | None:
-    origin, inside = typing.get_origin(annotation), typing.get_args(annotation)
+    origin, type_arguments = typing.get_origin(annotation), typing.get_args(annotation)
     if annotation is float:
         return _read_number
     if annotation is int:
@@ -202,13 +202,13 @@ def _value_reader(annotation: Any) -> Reader | None:
     if annotation is str:
         return _read_text
     if origin is typing.Literal:
-        return _choice_reader(inside)
+        return _choice_reader(type_arguments)
     if origin is not tuple:
         return None
-    if inside[-1:] == (Ellipsis,):
-        count, kinds = None, {inside[0]}
+    if type_arguments[-1:] == (Ellipsis,):
+        count, kinds = None, {type_arguments[0]}
     else:
-        count, kinds = len(inside), set(inside)
+        count, kinds = len(type_arguments), set(type_arguments)
     if len(kinds) != 1:
         return None
     (kind,) = kinds

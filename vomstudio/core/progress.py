@@ -118,13 +118,13 @@ class ResumedProgress:
     """Progress of a stage that an earlier run has completed in part."""
 
     def __init__(self, progress: Progress, done: int) -> None:
-        self._progress, self._done = progress, done
+        self._progress, self._done_count = progress, done
 
     def stage(self, name: str, total: int | None = None) -> None:
         self._progress.stage(name, total)
 
     def step(self, done_count: int) -> None:
-        self._progress.step(self._done + done_count)
+        self._progress.step(self._done_count + done_count)
 
 
 class InlineExecutor:

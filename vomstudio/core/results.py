@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import PurePath
 from typing import Any
 
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 
 HIDDEN_IN_JSON = {"json": "hidden"}
 """Metadata of a field that is omitted from the object."""
@@ -39,7 +39,7 @@ def to_dict(result: Any) -> dict[str, Any]:
             values |= _to_plain_value(value)
         else:
             values[item.name] = (
-                to_plain(value) if item.name == "warnings" else _to_plain_value(value)
+                to_json_list(value) if item.name == "warnings" else _to_plain_value(value)
             )
     return values
 

@@ -26,7 +26,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
 
-PROCESSORS = os.cpu_count() or 1
+PROCESSOR_COUNT = os.cpu_count() or 1
 CHECK_PERIOD_S = 0.25
 
 
@@ -89,7 +89,7 @@ def thread_pool(threads: int, name: str = "pool", *, niceness: int = 0) -> Threa
 
 
 def map_parallel(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int = PROCESSORS
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int = PROCESSOR_COUNT
 ) -> Iterator[Result]:
     """Yield the results of a function for all items, in the order of the items.
 
@@ -132,17 +132,19 @@ def map_unordered(
     from concurrent.futures import FIRST_COMPLETED
     from concurrent.futures import wait as wait_for
 
-    numbered = enumerate(items)
+    numbered_items = enumerate(items)
     pool = thread_pool(threads)
     try:
-        running_tasks = {pool.submit(function, item): n for n, item in islice(numbered, threads)}
+        running_tasks = {
+            pool.submit(function, item): n for n, item in islice(numbered_items, threads)
+        }
         while running_tasks:
             finished_tasks, _ = wait_for(running_tasks, CHECK_PERIOD_S, FIRST_COMPLETED)
             check()
             for future in finished_tasks:
                 index = running_tasks.pop(future)
                 result = future.result()
-                for n, item in islice(numbered, 1):
+                for n, item in islice(numbered_items, 1):
                     running_tasks[pool.submit(function, item)] = n
                 yield index, result
     finally:

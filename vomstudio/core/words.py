@@ -13,13 +13,13 @@ from string import Formatter
 
 __all__ = ["to_translate", "to_translate_n", "tr", "tr_n", "use_catalogue"]
 
-_catalogue, _english = gettext.NullTranslations(), True
+_catalogue, _is_english = gettext.NullTranslations(), True
 
 
 def use_catalogue(catalogue: gettext.NullTranslations | None) -> None:
     """Translate strings with a catalogue from now on; None selects English."""
-    global _catalogue, _english
-    _catalogue, _english = catalogue or gettext.NullTranslations(), catalogue is None
+    global _catalogue, _is_english
+    _catalogue, _is_english = catalogue or gettext.NullTranslations(), catalogue is None
 
 
 def tr(message: str, /, **values: object) -> str:
@@ -39,7 +39,7 @@ def tr(message: str, /, **values: object) -> str:
     >>> tr("{name} has {count} points.", name="Trace 1", count=3)
     'Trace 1 has 3 points.'
     """
-    if _english:
+    if _is_english:
         # Tables of thousands of rows contain hundreds of thousands of sentences.
         return message.format(**values) if values else message
     return _fill(_catalogue.gettext(message), message, values)
@@ -64,10 +64,10 @@ def tr_n(singular: str, plural: str, count: int, /, **values: object) -> str:
     >>> tr_n("{count} photo", "{count} photos", 3)
     '3 photos'
     """
-    english = singular if count == 1 else plural
+    english_text = singular if count == 1 else plural
     return _fill(
         _catalogue.ngettext(singular, plural, count),
-        english,
+        english_text,
         {"count": count, **values},
         singular=singular,
     )
@@ -87,20 +87,20 @@ def to_translate_n(singular: str, plural: str) -> tuple[str, str]:
 
 
 def _fill(
-    translated_text: str, english: str, values: dict[str, object], singular: str | None = None
+    translated_text: str, english_text: str, values: dict[str, object], singular: str | None = None
 ) -> str:
     if not values:
-        return translated_text or english
-    if translated_text != english and _placeholders(translated_text) in (
-        _placeholders(english),
-        _placeholders(singular or english),
+        return translated_text or english_text
+    if translated_text != english_text and _placeholders(translated_text) in (
+        _placeholders(english_text),
+        _placeholders(singular or english_text),
     ):
         try:
             return translated_text.format(**values)
         except (ValueError, TypeError):
             # The translation has a format that the value does not support.
             pass
-    return english.format(**values)
+    return english_text.format(**values)
 
 
 @lru_cache(maxsize=4096)

@@ -29,7 +29,7 @@ from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.doubtful_stretches import Range, fit_remaining_plane
+from vomstudio.geology.doubtful_stretches import VertexRange, fit_remaining_plane
 from vomstudio.geology.profiles import DEFAULT_THRESHOLDS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
@@ -39,7 +39,7 @@ AUTO = "auto"
 _MAX_FACE_COSINE = float(np.cos(np.radians(DEFAULT_THRESHOLDS.surface_effect_deg)))
 _MAX_DISTANCE_RESOLUTIONS = 2.0
 """Maximum distance between two paths that run along each other, in model resolutions."""
-_TENSOR_RANK = {"good": 0, "doubtful": 1, "poor": 2}
+_QUALITY_RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
 class _FollowedPath(Protocol):
@@ -47,7 +47,7 @@ class _FollowedPath(Protocol):
     def points(self) -> FloatArray: ...
 
 
-P = TypeVar("P", bound=_FollowedPath)
+PathT = TypeVar("PathT", bound=_FollowedPath)
 FaceNormalFunction = Callable[[FloatArray], FloatArray | None]
 """Function that returns the normal (3,) of the outcrop face near World points (n, 3), or None."""
 PathRank = tuple[int, float]
@@ -80,8 +80,8 @@ def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
 def follow_best(
     surface: SurfaceGraph,
     way_points: FloatArray,
-    resolution_near: Callable[[FloatArray], float | None],
-    face_near: FaceNormalFunction | None = None,
+    local_resolution: Callable[[FloatArray], float | None],
+    face_normal: FaceNormalFunction | None = None,
     *,
     uses_whole_surface: bool = False,
     costs: Sequence[str] | None = None,
@@ -93,9 +93,9 @@ def follow_best(
     surface : SurfaceGraph
     way_points : (w, 3) array
         Way-points in the World frame, m.
-    resolution_near : callable
+    local_resolution : callable
         Function that returns the resolution of the model around points (n, 3), m.
-    face_near : callable, optional
+    face_normal : callable, optional
         Function that returns the normal of the outcrop face around these points.
     uses_whole_surface : bool
         See `Follower.follow`.
@@ -116,23 +116,29 @@ def follow_best(
     """
 
     def follow(cost: str) -> Path:
-        return Follower(surface, cost).follow(way_points, is_whole=uses_whole_surface)
+        return Follower(surface, cost).follow(way_points, uses_whole_surface=uses_whole_surface)
 
-    def doubtful(path: Path) -> tuple[Range, ...]:
-        return find_jumps(path.points, path.costs, path.at, resolution_near(path.points) or 0.0)
+    def find_doubtful_ranges(path: Path) -> tuple[VertexRange, ...]:
+        return find_jumps(
+            path.points, path.costs, path.way_point_rows, local_resolution(path.points) or 0.0
+        )
 
     return select_best_path(
-        costs or available_costs(surface), follow, resolution_near, face_near, doubtful
+        costs or available_costs(surface),
+        follow,
+        local_resolution,
+        face_normal,
+        find_doubtful_ranges,
     )
 
 
 def select_best_path(
     costs: Sequence[str],
-    follow: Callable[[str], P],
-    resolution_near: Callable[[FloatArray], float | None],
-    face_near: FaceNormalFunction | None = None,
-    doubtful_callback: Callable[[P], Sequence[Range]] = lambda path: (),
-) -> tuple[P, str, tuple[CostTrial, ...]]:
+    follow: Callable[[str], PathT],
+    local_resolution: Callable[[FloatArray], float | None],
+    face_normal: FaceNormalFunction | None = None,
+    doubtful_callback: Callable[[PathT], Sequence[VertexRange]] = lambda path: (),
+) -> tuple[PathT, str, tuple[CostTrial, ...]]:
     """Select the best path of any follower. See `follow_best`.
 
     Parameters
@@ -140,7 +146,7 @@ def select_best_path(
     costs : sequence of str
     follow : callable
         Function that follows a path with a given cost.
-    resolution_near, face_near : callables
+    local_resolution, face_normal : callables
         See `follow_best`.
     doubtful_callback : callable
         Function that returns the stretches of a path that may follow another contact.
@@ -155,7 +161,7 @@ def select_best_path(
     GeometryError
         If no cost results in a path.
     """
-    candidates: list[tuple[PathRank, int, P, CostTrial]] = []
+    candidates: list[tuple[PathRank, int, PathT, CostTrial]] = []
     last_error: GeometryError | None = None
     for number, cost in enumerate(costs):
         try:
@@ -163,15 +169,17 @@ def select_best_path(
         except GeometryError as error:
             last_error = error
             continue
-        rank, error95 = rank_path(path.points, resolution_near, face_near, doubtful_callback(path))
-        candidates.append((rank, number, path, CostTrial(cost, error95)))
+        rank, error95_deg = rank_path(
+            path.points, local_resolution, face_normal, doubtful_callback(path)
+        )
+        candidates.append((rank, number, path, CostTrial(cost, error95_deg)))
     if not candidates:
         assert last_error is not None
         raise last_error
     candidates.sort(key=lambda each: each[:2])
-    if candidates[0][0][0] != _TENSOR_RANK["good"] and len(candidates) > 2:
+    if candidates[0][0][0] != _QUALITY_RANK["good"] and len(candidates) > 2:
         confirmed_shares = _confirmed_shares(
-            [path.points for _, _, path, _ in candidates], resolution_near
+            [path.points for _, _, path, _ in candidates], local_resolution
         )
         # Among equally confirmed paths, the first one stays first.
         candidates.insert(0, candidates.pop(int(np.argmax(confirmed_shares))))
@@ -180,7 +188,7 @@ def select_best_path(
 
 
 def _confirmed_shares(
-    paths: Sequence[FloatArray], resolution_near: Callable[[FloatArray], float | None]
+    paths: Sequence[FloatArray], local_resolution: Callable[[FloatArray], float | None]
 ) -> FloatArray:
     """Sum the shares of each path that are confirmed by the other paths.
 
@@ -191,7 +199,7 @@ def _confirmed_shares(
     trees = [cKDTree(points) for points in paths]
     shares = np.zeros((len(paths), len(paths)))
     for i, points in enumerate(paths):
-        max_distance = _MAX_DISTANCE_RESOLUTIONS * (resolution_near(points) or 0.0)
+        max_distance = _MAX_DISTANCE_RESOLUTIONS * (local_resolution(points) or 0.0)
         for j in range(len(paths)):
             if i != j:
                 shares[i, j] = np.mean(trees[j].query(points)[0] <= max_distance)
@@ -200,9 +208,9 @@ def _confirmed_shares(
 
 def rank_path(
     points: FloatArray,
-    resolution_near: Callable[[FloatArray], float | None],
-    face_near: FaceNormalFunction | None = None,
-    doubtful_ranges: Sequence[Range] = (),
+    local_resolution: Callable[[FloatArray], float | None],
+    face_normal: FaceNormalFunction | None = None,
+    doubtful_ranges: Sequence[VertexRange] = (),
 ) -> tuple[PathRank, float | None]:
     """Rank a path by the quality of its plane.
 
@@ -210,9 +218,9 @@ def rank_path(
     ----------
     points : (n, 3) ndarray
         Points of the path in the World frame, m.
-    resolution_near : callable
+    local_resolution : callable
         Function that returns the effective resolution of the model near points (n, 3).
-    face_near : Face, optional
+    face_normal : Face, optional
         Function that returns the normal of the face near points (n, 3).
     doubtful_ranges : sequence of Range, optional
         First and last row of each doubtful stretch.
@@ -227,24 +235,20 @@ def rank_path(
         fit = fit_plane(points)
     except GeometryError:
         return (3, 90.0), None
-    resolution = resolution_near(points)
-    face = None if face_near is None else face_near(points)
-    reliable_remaining_plane = fit_remaining_plane(points, doubtful_ranges)
+    resolution = local_resolution(points)
+    face = None if face_normal is None else face_normal(points)
+    remaining_trace = fit_remaining_plane(points, doubtful_ranges)
     length_ratio = (
-        None
-        if reliable_remaining_plane is None
-        else reliable_remaining_plane.error95_deg(fit, resolution, face)
+        None if remaining_trace is None else remaining_trace.error95_deg(fit, resolution, face)
     )
     error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=length_ratio)
     if face is not None and abs(float(fit.normal @ face)) > _MAX_FACE_COSINE:
-        return (_TENSOR_RANK["poor"], 90.0), error
+        return (_QUALITY_RANK["poor"], 90.0), error
     verdict = judge(
         fit,
         resolution_m=resolution,
         outcrop_normal=face,
-        surface_findings=()
-        if reliable_remaining_plane is None
-        else reliable_remaining_plane.findings(),
+        surface_findings=() if remaining_trace is None else remaining_trace.findings(),
         stretch_error_deg=length_ratio,
     )
-    return (_TENSOR_RANK[verdict.quality], 90.0 if error is None else error), error
+    return (_QUALITY_RANK[verdict.quality], 90.0 if error is None else error), error

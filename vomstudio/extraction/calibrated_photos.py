@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _SIGHT_RADIUS_SPACINGS = 1.0
 # Tolerance for the aspect ratio of a reduced photo relative to its camera.
 _ASPECT_TOLERANCE = 0.005
-_FULL_SIZE_PX = 1 << 30
+_MAX_SIZE_PX = 1 << 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +73,9 @@ class CalibratedPhotos:
         InputError
             If the photo cannot be read, or if its size does not match.
         """
-        from vomstudio.io.photos.pixels import read_stored
+        from vomstudio.io.photos.pixels import read_stored_image
 
-        picture, _, _ = read_stored(self.files[view], _FULL_SIZE_PX)
+        picture, _, _ = read_stored_image(self.files[view], _MAX_SIZE_PX)
         lens = self.views.views[view].intrinsics
         height, width = picture.shape[:2]
         if (width, height) != (lens.width, lens.height):

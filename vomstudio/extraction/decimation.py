@@ -34,7 +34,7 @@ class ThinnedMesh:
     areas: FloatArray
 
 
-def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh:
+def thin_mesh(vertices: FloatArray, faces: IntArray, cell_size: float) -> ThinnedMesh:
     """Merge vertices that lie in the same cube and are connected by edges within it.
 
     Each cluster is replaced by its mean (after Rossignac & Borrel 1993, but only for connected
@@ -46,7 +46,7 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     ----------
     vertices : (v, 3) array
     faces : (f, 3) int array
-    cell : float
+    cell_size : float
         Side length of the cubes, in the unit of the vertices.
 
     Returns
@@ -54,20 +54,20 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     ThinnedMesh
     """
     corner = vertices.min(axis=0)
-    cells = ((vertices - corner) / cell).astype(np.int32)
+    cells = ((vertices - corner) / cell_size).astype(np.int32)
     faces = to_read_only_array(faces, np.int64)
     root = np.empty(len(vertices), np.int64)
     cluster_vertices(cells, faces, root)
     clustered_faces = root[faces]
-    is_kept = _has_three_corners(clustered_faces)
+    is_kept = _has_distinct_corners(clustered_faces)
     has_face = np.zeros(len(vertices), np.bool_)
     has_face[clustered_faces[is_kept].ravel()] = True
     lost_rows = np.flatnonzero(~has_face[root])
     if len(lost_rows):
         root[lost_rows] = lost_rows
         clustered_faces = root[faces]
-        is_kept = _has_three_corners(clustered_faces)
-        _merge_isolated(lost_rows, clustered_faces[is_kept], faces, root)
+        is_kept = _has_distinct_corners(clustered_faces)
+        _merge_isolated_vertices(lost_rows, clustered_faces[is_kept], faces, root)
     number = np.cumsum(root == np.arange(len(root))) - 1
     nodes = number[root]
     count = np.bincount(nodes)
@@ -88,21 +88,21 @@ def thin_mesh(vertices: FloatArray, faces: IntArray, cell: float) -> ThinnedMesh
     return ThinnedMesh(centres, nodes, new_faces, rows, face_area * scale[new_faces].mean(axis=1))
 
 
-def _merge_isolated(
-    is_merged: IntArray, remaining_faces: IntArray, faces: IntArray, root: IntArray
+def _merge_isolated_vertices(
+    lost_rows: IntArray, remaining_faces: IntArray, faces: IntArray, root: IntArray
 ) -> None:
     """Merge vertices without a face, such as the tips of a rim, into a neighbouring vertex."""
     is_isolated = np.zeros(len(root), np.bool_)
-    is_isolated[is_merged] = True
+    is_isolated[lost_rows] = True
     is_isolated[remaining_faces.ravel()] = False
     neighbour_faces = faces[is_isolated[faces].any(axis=1)]
     for first_corner, second_corner in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
         a, b = neighbour_faces[:, first_corner], neighbour_faces[:, second_corner]
-        joins = is_isolated[a] & ~is_isolated[b]
-        root[a[joins]] = root[b[joins]]
+        is_joined = is_isolated[a] & ~is_isolated[b]
+        root[a[is_joined]] = root[b[is_joined]]
 
 
-def _has_three_corners(faces: IntArray) -> BoolArray:
+def _has_distinct_corners(faces: IntArray) -> BoolArray:
     """Return for each face (k, 3) whether it has three distinct corners."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))

@@ -20,12 +20,12 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import average_normals, neighbour_cosines
 from vomstudio.extraction.point_neighbours import (
     MAX_ANGLE_SHARE,
-    MIN_CELL_CLOUD,
-    NORMAL_COUNTS,
+    MIN_CELL_CLOUD_POINTS,
+    NORMAL_POINT_COUNTS,
     PointNeighbourhoods,
     estimate_normals,
+    find_neighbourhoods,
     find_scattered_points,
-    find_surroundings,
     is_noise_dominated,
 )
 from vomstudio.geometry.cloud import PointCloud
@@ -41,7 +41,7 @@ from vomstudio.geometry.nearby.shared_corners import (
     snap_corners,
 )
 
-_MAX_SMOOTHINGS = 12
+_MAX_SMOOTHING_PASSES = 12
 # Not from a paper: minimum number of faces and roughness of a noisy mesh, in which the normals of
 # neighbouring faces differ by 30 degrees or more.
 _MIN_NOISY_FACES, _MIN_NOISE = 1_000, 0.12
@@ -69,22 +69,22 @@ class CellPlanes:
     ----------
     labels : (n,) int32 array
         Plane of each point; -1 if it belongs to none.
-    open : (n,) bool array
+    is_open : (n,) bool array
         Points that must be analysed individually.
     normals, variation, areas, noise : arrays
         Properties of the neighbourhood of each point, see `Elements`.
-    wide : float
+    neighbourhood_width : float
         If the noise exceeds the spacing, width of the neighbourhoods that define normals, m; NaN if
         they do not define normals, inf if no neighbourhood does, 0 if single points do.
     """
 
     labels: Int32Array
-    open: BoolArray
+    is_open: BoolArray
     normals: FloatArray
     variation: FloatArray
     areas: FloatArray
     noise: FloatArray
-    wide: float = 0.0
+    neighbourhood_width: float = 0.0
 
 
 def approximate_median(values: FloatArray) -> float:
@@ -111,7 +111,7 @@ class Elements:
 
     Parameters
     ----------
-    of : {"face", "point", "cell"}
+    kind : {"face", "point", "cell"}
         Kind of element; a cell contains the points in a cube.
     origin : (3,) array
         Offset to be added to `places`.
@@ -120,7 +120,7 @@ class Elements:
     normals : (n, 3) array
         Unit vectors with arbitrary sign; NaN if unknown.
     areas : (n,) array
-    inner : (n, 6) array
+    inner_moments : (n, 6) array
         Second moments of each element about its position, divided by its area (xx, yy, zz, xy, xz,
         yz), or a single row of zeros for all.
     variation : (n,) array
@@ -128,39 +128,39 @@ class Elements:
         unknown.
     spacing, noise : (n,) arrays
         Mean local spacing of the points of the model, and their scatter about the surface.
-    starts, near : int arrays
+    starts, neighbours : int arrays
         The neighbours of element e are near[starts[e]:starts[e + 1]]. Points that scatter in all
         directions have no neighbours.
     rows : (n,) int array
         Face or point of the model for each element.
-    row_of : int array
+    inverse_rows : int array
         Element of each face or point of the model; -1 for those that do not belong to an element.
     warnings : tuple of Finding
-    begun : (n,) int32 array, optional
+    initial_labels : (n,) int32 array, optional
         Facets known in advance; points inside them have no list of neighbours.
     around : int
         Number of points used for normals and variation; 0 for wide neighbourhoods.
-    fewer : (n,) bool array, optional
+    has_fewest_neighbours : (n,) bool array, optional
         Points for which the smallest number of neighbours is used; None without such points.
     """
 
-    of: Literal["face", "point", "cell"]
+    kind: Literal["face", "point", "cell"]
     origin: FloatArray
     places: FloatArray
     normals: FloatArray
     areas: FloatArray
-    inner: FloatArray
+    inner_moments: FloatArray
     variation: FloatArray
     spacing: FloatArray
     noise: FloatArray
     starts: IntArray
-    near: Int32Array
+    neighbours: Int32Array
     rows: IntArray
-    row_of: IntArray
+    inverse_rows: IntArray
     warnings: tuple[Finding, ...] = ()
-    begun: Int32Array | None = None
+    initial_labels: Int32Array | None = None
     around: int = 0
-    fewer: BoolArray | None = None
+    has_fewest_neighbours: BoolArray | None = None
 
     @cached_property
     def typical_area(self) -> float:
@@ -172,7 +172,10 @@ class Elements:
 
 
 def build_elements(
-    data: Mesh | PointCloud, angle_deg: float, progress: Progress, begin: PlaneFinder | None = None
+    data: Mesh | PointCloud,
+    angle_deg: float,
+    progress: Progress,
+    find_planes: PlaneFinder | None = None,
 ) -> Elements:
     """Build the surface elements of a model.
 
@@ -184,7 +187,7 @@ def build_elements(
         Maximum angle between the normals within a facet. Normals are averaged over a part of the
         surface whose size depends on their noise.
     progress : Progress
-    begin : callable, optional
+    find_planes : callable, optional
         Function that finds planes on the cells of a large cloud before its points are analysed
         individually.
 
@@ -203,7 +206,7 @@ def build_elements(
         return _mesh_elements(data, angle_deg, progress)
     points = data.vertices if isinstance(data, Mesh) else data.points
     normals = None if isinstance(data, Mesh) else data.normals
-    return _cloud_elements(points, normals, angle_deg, progress, begin)
+    return _cloud_elements(points, normals, angle_deg, progress, find_planes)
 
 
 # --- clouds -----------------------------------------------------------------------------------
@@ -212,41 +215,41 @@ def _cloud_elements(
     file_normals: Float32Array | None,
     angle_deg: float,
     progress: Progress,
-    begin: PlaneFinder | None,
+    find_planes: PlaneFinder | None,
 ) -> Elements:
-    grid, cell_planes, finite_indices, origin = _build_grid(points, begin)
+    grid, cell_planes, finite_indices, origin = _build_grid(points, find_planes)
     positions = grid.places
     if len(positions) < 4:
         raise GeometryError(Finding("cloud.too-few-points", n=len(positions), minimum=4))
-    rows, row_of = grid.rows, grid.row_of
+    rows, inverse_rows = grid.rows, grid.inverse_rows
     if finite_indices is not None:
-        rows, row_of = finite_indices[rows], np.full(len(points), -1, np.int64)
-        row_of[finite_indices] = grid.row_of
+        rows, inverse_rows = finite_indices[rows], np.full(len(points), -1, np.int64)
+        inverse_rows[finite_indices] = grid.inverse_rows
     open_indices = (
-        np.arange(len(positions)) if cell_planes is None else np.flatnonzero(cell_planes.open)
+        np.arange(len(positions)) if cell_planes is None else np.flatnonzero(cell_planes.is_open)
     )
-    point_count = None if cell_planes is None else _required_neighbours(cell_planes, angle_deg)
+    point_count = None if cell_planes is None else _required_neighbour_count(cell_planes, angle_deg)
     is_sparse, scattered_rows, scattered_area = None, open_indices[:0], 0.0
-    if len(positions) >= MIN_CELL_CLOUD:
-        is_sparse = grid.count_around() < MIN_POINTS_AROUND
-        open_indices, scattered_rows, scattered_area = _separate_scattered(
+    if len(positions) >= MIN_CELL_CLOUD_POINTS:
+        is_sparse = grid.count_neighbourhood_points() < MIN_POINTS_AROUND
+        open_indices, scattered_rows, scattered_area = _separate_scattered_points(
             grid, open_indices, is_sparse
         )
-    neighbour_count_around, surroundings = find_surroundings(
+    points_per_normal, surroundings = find_neighbourhoods(
         grid, open_indices, is_sparse, point_count, angle_deg, progress
     )
     neighbour_count = np.zeros(len(positions) + 1, np.int64)
-    neighbour_count[open_indices + 1] = surroundings.near.shape[1]
+    neighbour_count[open_indices + 1] = surroundings.neighbours.shape[1]
     warnings: list[Finding] = []
-    if cell_planes is not None and cell_planes.wide:
-        neighbour_count_around = 0
+    if cell_planes is not None and cell_planes.neighbourhood_width:
+        points_per_normal = 0
         values = cell_planes.normals, cell_planes.variation, cell_planes.areas, cell_planes.noise
-        if np.isfinite(cell_planes.wide):
+        if np.isfinite(cell_planes.neighbourhood_width):
             warnings.append(_noise_warning(cell_planes))
     else:
-        values = _surroundings(open_indices, surroundings, cell_planes, len(positions))
+        values = _combine_neighbourhoods(open_indices, surroundings, cell_planes, len(positions))
     normals, variation, areas, noise = values
-    if neighbour_count_around:
+    if points_per_normal:
         (
             normals[scattered_rows],
             variation[scattered_rows],
@@ -257,10 +260,10 @@ def _cloud_elements(
         normals = _merge_normals(
             np.asarray(file_normals, np.float64)[rows], normals, variation, warnings
         )
-    fewer = None
-    if neighbour_count_around and (surroundings.around < neighbour_count_around).any():
-        fewer = np.zeros(len(positions), np.bool_)
-        fewer[open_indices[surroundings.around < neighbour_count_around]] = True
+    has_fewest_neighbours = None
+    if points_per_normal and (surroundings.point_counts < points_per_normal).any():
+        has_fewest_neighbours = np.zeros(len(positions), np.bool_)
+        has_fewest_neighbours[open_indices[surroundings.point_counts < points_per_normal]] = True
     return Elements(
         "point",
         origin,
@@ -272,18 +275,18 @@ def _cloud_elements(
         np.sqrt(areas),
         noise,
         np.cumsum(neighbour_count),
-        surroundings.near.ravel(),
+        surroundings.neighbours.ravel(),
         rows,
-        row_of,
+        inverse_rows,
         tuple(warnings),
         None if cell_planes is None else cell_planes.labels,
-        neighbour_count_around,
-        fewer,
+        points_per_normal,
+        has_fewest_neighbours,
     )
 
 
 def _build_grid(
-    points: FloatArray, begin: PlaneFinder | None
+    points: FloatArray, find_planes: PlaneFinder | None
 ) -> tuple[CellGrid, CellPlanes | None, IntArray | None, FloatArray]:
     """Sort points into cells and find planes on the cells.
 
@@ -292,42 +295,46 @@ def _build_grid(
     """
     coordinates = to_read_only_array(points, np.float64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    invalid = find_bounds(coordinates, low, high)
-    if len(points) - invalid < 4:
-        raise GeometryError(Finding("cloud.too-few-points", n=len(points) - invalid, minimum=4))
-    finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid else None
+    invalid_count = find_bounds(coordinates, low, high)
+    if len(points) - invalid_count < 4:
+        raise GeometryError(
+            Finding("cloud.too-few-points", n=len(points) - invalid_count, minimum=4)
+        )
+    finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1)) if invalid_count else None
     origin = np.floor(low)
     local_points = (coordinates if finite_indices is None else coordinates[finite_indices]) - origin
     is_noisy = (
-        begin is not None
-        and len(local_points) < MIN_CELL_CLOUD
+        find_planes is not None
+        and len(local_points) < MIN_CELL_CLOUD_POINTS
         and is_noise_dominated(local_points)
     )
-    if begin is not None and (is_noisy or len(local_points) >= MIN_CELL_CLOUD):
-        return *begin(local_points, is_noisy), finite_indices, origin
+    if find_planes is not None and (is_noisy or len(local_points) >= MIN_CELL_CLOUD_POINTS):
+        return *find_planes(local_points, is_noisy), finite_indices, origin
     return create_cell_grid(local_points, _POINTS_PER_CELL), None, finite_indices, origin
 
 
-def _separate_scattered(
+def _separate_scattered_points(
     grid: CellGrid, open_rows: IntArray, is_sparse: BoolArray
 ) -> tuple[IntArray, IntArray, float]:
     """Separate open points that are analysed from scattered points in sparse cells.
 
     The area of each scattered point is also returned.
     """
-    is_thin = is_sparse[grid.cells_of(open_rows)]
-    if is_thin.sum() < _MIN_SPARSE_POINTS:
+    is_in_sparse_cell = is_sparse[grid.cells_of(open_rows)]
+    if is_in_sparse_cell.sum() < _MIN_SPARSE_POINTS:
         return open_rows, open_rows[:0], 0.0
     is_scattered = np.zeros(len(open_rows), np.bool_)
-    is_scattered[is_thin], area = find_scattered_points(grid.places[open_rows[is_thin]])
+    is_scattered[is_in_sparse_cell], area = find_scattered_points(
+        grid.places[open_rows[is_in_sparse_cell]]
+    )
     return open_rows[~is_scattered], open_rows[is_scattered], area
 
 
-def _surroundings(
+def _combine_neighbourhoods(
     open_rows: IntArray, surroundings: PointNeighbourhoods, cell_planes: CellPlanes | None, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Combine normals, variation, areas and noise of n points from open points and cells."""
-    neighbour_count = surroundings.near.shape[1]
+    neighbour_count = surroundings.neighbours.shape[1]
     if cell_planes is None:
         normals, variation, areas, noise = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     else:
@@ -338,9 +345,9 @@ def _surroundings(
             cell_planes.noise,
         )
     normals[open_rows], variation[open_rows] = surroundings.normals, surroundings.variation
-    farthest_distance = surroundings.far
+    farthest_distance = surroundings.farthest_distances
     areas[open_rows] = np.pi * farthest_distance**2 / neighbour_count
-    neighbour_areas = np.sort(areas[surroundings.near], axis=1)
+    neighbour_areas = np.sort(areas[surroundings.neighbours], axis=1)
     typical_spacing = (
         np.sqrt(neighbour_areas[:, (neighbour_count - 1) // 2])
         + np.sqrt(neighbour_areas[:, neighbour_count // 2])
@@ -353,7 +360,9 @@ def _surroundings(
         / neighbour_count
     )
     # In a disc of area A, the variance along each diameter is A / (4 pi).
-    variance = np.maximum(surroundings.variation, 0.0) * surroundings.around * areas[open_rows]
+    variance = (
+        np.maximum(surroundings.variation, 0.0) * surroundings.point_counts * areas[open_rows]
+    )
     noise[open_rows] = np.sqrt(variance / (2.0 * np.pi))
     normals[isolated_rows], variation[isolated_rows] = np.nan, NO_SURFACE
     return normals, variation, areas, noise
@@ -365,28 +374,30 @@ def _noise_warning(cell_planes: CellPlanes) -> Finding:
         "cloud.noisy",
         noise_m=noise,
         times=noise / float(np.sqrt(np.median(cell_planes.areas))),
-        width_m=cell_planes.wide,
+        width_m=cell_planes.neighbourhood_width,
     )
 
 
-def _required_neighbours(cell_planes: CellPlanes, angle_deg: float) -> int | None:
+def _required_neighbour_count(cell_planes: CellPlanes, angle_deg: float) -> int | None:
     """Return the number of neighbours for stable normals, based on the noise within planes.
 
     Return None if planes cover less than half of the cloud.
     """
-    if cell_planes.wide:
-        return NORMAL_COUNTS[0]
-    n = len(cell_planes.open)
-    if 2 * int(cell_planes.open.sum()) > n:
+    if cell_planes.neighbourhood_width:
+        return NORMAL_POINT_COUNTS[0]
+    n = len(cell_planes.is_open)
+    if 2 * int(cell_planes.is_open.sum()) > n:
         return None
-    closed_rows = np.flatnonzero(~cell_planes.open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
+    closed_rows = np.flatnonzero(~cell_planes.is_open)[:: max(1, n // _MAX_NOISE_SAMPLE)]
     noise = float(
         np.median(cell_planes.noise[closed_rows] / np.sqrt(cell_planes.areas[closed_rows]))
     )
     # With k points and this noise, the error of a normal is 2 sqrt(pi) noise / (spacing k). The
     # normals of neighbours, which share points, have about the same median difference.
     min_neighbours = 2.0 * np.sqrt(np.pi) * noise / np.radians(MAX_ANGLE_SHARE * angle_deg)
-    return next((count for count in NORMAL_COUNTS if count >= min_neighbours), NORMAL_COUNTS[-1])
+    return next(
+        (count for count in NORMAL_POINT_COUNTS if count >= min_neighbours), NORMAL_POINT_COUNTS[-1]
+    )
 
 
 def _merge_normals(
@@ -462,8 +473,8 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     check_connected(nodes, warnings)
     first = first_faces(nodes, warnings)
     rows, nodes = rows[first], nodes[first]
-    row_of = np.full(len(faces), -1, np.int64)
-    row_of[rows] = np.arange(len(rows))
+    inverse_rows = np.full(len(faces), -1, np.int64)
+    inverse_rows[rows] = np.arange(len(rows))
     used_corners = corners[rows]
     starts, neighbours = _face_neighbours(nodes, used_corners)
     positions = used_corners.mean(axis=1)
@@ -471,7 +482,7 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
     normals = cross_products[rows] / doubled_areas[rows, None]
     offsets = used_corners - positions[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    inner_values = np.stack(
+    inner_moments = np.stack(
         [(offsets[..., a] * offsets[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1
     )
     progress.stage(tr("Computing normals"), None)
@@ -485,8 +496,8 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         progress,
     )
     if not is_stable:
-        place_normals = estimate_normals(positions, angle_deg, progress)
-        normals = normals if place_normals is None else place_normals
+        estimated_normals = estimate_normals(positions, angle_deg, progress)
+        normals = normals if estimated_normals is None else estimated_normals
     # A mesh has about two faces per vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
@@ -495,14 +506,14 @@ def _mesh_elements(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements
         positions,
         normals,
         to_kernel_array(areas, np.float64),
-        to_kernel_array(inner_values, np.float64),
+        to_kernel_array(inner_moments, np.float64),
         variation,
         spacing,
         spacing * np.sqrt(np.maximum(np.nan_to_num(variation), 0.0)),
         starts,
         neighbours,
         rows,
-        row_of,
+        inverse_rows,
         tuple(warnings),
     )
 
@@ -517,11 +528,11 @@ def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, In
     b = np.roll(nodes, -1, axis=1).ravel()
     key = np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b)
     order = np.argsort(key, kind="stable")
-    is_same = np.diff(key[order]) == 0
-    first, second = order[:-1][is_same] // 3, order[1:][is_same] // 3
-    before, _, next_faces = neighbours_across_gaps(nodes, corners)
-    source = np.concatenate([first, second, before, next_faces])
-    target = np.concatenate([second, first, next_faces, before])
+    is_same_edge = np.diff(key[order]) == 0
+    first, second = order[:-1][is_same_edge] // 3, order[1:][is_same_edge] // 3
+    previous_faces, _, next_faces = neighbours_across_gaps(nodes, corners)
+    source = np.concatenate([first, second, previous_faces, next_faces])
+    target = np.concatenate([second, first, next_faces, previous_faces])
     source_order = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
     return starts, to_kernel_array(target[source_order], np.int32)
@@ -549,7 +560,7 @@ def _stabilise_normals(
     roughness = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
     # Do not smooth across sharp edges.
     min_cosine = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
-    for _ in range(_MAX_SMOOTHINGS):
+    for _ in range(_MAX_SMOOTHING_PASSES):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
         if angle <= 0.5 * MAX_ANGLE_SHARE * angle_deg:
             return normals, roughness, True

@@ -17,10 +17,10 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 from vomstudio.extraction.elements import NO_SURFACE, Elements, approximate_median
 from vomstudio.extraction.kernels import add_to_cells
-from vomstudio.geometry.kernels.cells import tabulate
+from vomstudio.geometry.kernels.cells import fill_row_table
 from vomstudio.geometry.kernels.jit import to_kernel_array
 
-NEAR_PLANAR_SHARE = 0.30
+MIN_NEAR_PLANAR_SHARE = 0.30
 """Minimum nearly planar share according to Tavani et al."""
 # Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and
 # that of a 90-degree edge 0.1.
@@ -39,11 +39,11 @@ _MIN_PLANT_VARIATION = 0.02
 _MIN_PLANT_GREEN = 0.08
 # Not from the book: the excess green of grass is 0.2 to 0.4; drawn scale bars exceed the second
 # value.
-_GRASS_GREEN = 0.14, 0.9
-LEVEL_DEG = 10.0
+_GRASS_GREEN_RANGE = 0.14, 0.9
+MAX_LEVEL_DIP_DEG = 10.0
 """Maximum dip of facets that may be level ground."""
 _CELL_RESOLUTIONS = 20.0
-_MAX_GENTLE_DEG = 40.0
+_MAX_GENTLE_DIP_DEG = 40.0
 _MIN_JUMBLED_SHARE = 0.25
 
 
@@ -60,14 +60,14 @@ class Exposure:
         Share of the exposed rock (without vegetation and debris) in facets that are large relative
         to the resolution.
     level_share : float or None
-        Share of the exposed rock in large facets that dip less than `LEVEL_DEG`.
+        Share of the exposed rock in large facets that dip less than `MAX_LEVEL_DIP_DEG`.
     vegetation_share, debris_share : float
         Shares of the whole model.
     exposed_m2 : float
         Area of the exposed rock.
-    by_facet_m2 : (facets,) array
+    exposed_by_facet_m2 : (facets,) array
         Exposed area of each large facet.
-    covers : (elements,) int32 array
+    cover_classes : (elements,) int32 array
         0 for a facet, 1 for other rock, 2 for vegetation, 3 for debris.
     """
 
@@ -78,14 +78,14 @@ class Exposure:
     vegetation_share: float
     debris_share: float
     exposed_m2: float
-    by_facet_m2: FloatArray
-    covers: Int32Array
+    exposed_by_facet_m2: FloatArray
+    cover_classes: Int32Array
 
 
 def measure_exposure(
     elements: Elements,
     labels: Int32Array,
-    is_large_face: BoolArray,
+    is_in_large_facet: BoolArray,
     is_level: BoolArray,
     colors: FloatArray | None,
 ) -> Exposure:
@@ -96,11 +96,11 @@ def measure_exposure(
     elements : Elements
     labels : (n,) int32 array
         Facet of each element; -1 if it belongs to none.
-    is_large_face : (n,) bool array
+    is_in_large_facet : (n,) bool array
         Whether the facet of each element is large enough for a reliable error; any surface is
         planar at the scale of its points.
     is_level : (n,) bool array
-        Whether the facet of each element dips less than `LEVEL_DEG`.
+        Whether the facet of each element dips less than `MAX_LEVEL_DIP_DEG`.
     colors : (n, 3) array or None
         Colour components from 0 to 255.
 
@@ -111,36 +111,38 @@ def measure_exposure(
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     is_inside = labels >= 0
     variation = _smooth_variation(elements)
-    volume = fills_volume(elements, variation)
-    if volume.any() and not volume.all():
+    is_in_volume = fills_volume(elements, variation)
+    if is_in_volume.any() and not is_in_volume.all():
         # The distance between points that fill a volume or are isolated does not correspond to the
         # side of a surface element.
-        area[volume] = np.minimum(area[volume], approximate_median(area[~volume]))
-    is_plant = ~is_inside & volume
+        area[is_in_volume] = np.minimum(area[is_in_volume], approximate_median(area[~is_in_volume]))
+    is_plant = ~is_inside & is_in_volume
     if colors is not None:
-        greenness = _excess_green(colors) > _MIN_PLANT_GREEN
-        is_plant |= greenness & (
+        is_green = _excess_green(colors) > _MIN_PLANT_GREEN
+        is_plant |= is_green & (
             variation > np.where(is_inside, 2.0 * _MIN_PLANT_VARIATION, _MIN_PLANT_VARIATION)
         )
         is_plant |= is_grass(colors)
-    is_rubble = _find_jumbled_areas(elements, ~(is_inside | is_plant))
-    covers = np.where(is_inside, 0, 1).astype(np.int32)
-    covers[is_plant], covers[is_rubble] = 2, 3
-    areas = np.bincount(covers + 4 * is_inside + 8 * is_large_face, area, 16).reshape(2, 2, 4)
-    total, exposed_value = float(areas.sum()), float(areas[..., :2].sum())
+    is_debris = _find_jumbled_areas(elements, ~(is_inside | is_plant))
+    cover_classes = np.where(is_inside, 0, 1).astype(np.int32)
+    cover_classes[is_plant], cover_classes[is_debris] = 2, 3
+    areas = np.bincount(cover_classes + 4 * is_inside + 8 * is_in_large_facet, area, 16).reshape(
+        2, 2, 4
+    )
+    total, exposed_area = float(areas.sum()), float(areas[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
-    large_labels = np.where(is_large_face & (covers == 0), labels, -1)
-    level_area = float(area[is_large_face & is_level & (covers == 0)].sum())
+    large_labels = np.where(is_in_large_facet & (cover_classes == 0), labels, -1)
+    level_area = float(area[is_in_large_facet & is_level & (cover_classes == 0)].sum())
     return Exposure(
         total,
         float(areas[:, 1].sum()) / total if total > 0.0 else None,
-        float(areas[1, :, :2].sum()) / exposed_value if exposed_value > 0.0 else None,
-        level_area / exposed_value if exposed_value > 0.0 else None,
+        float(areas[1, :, :2].sum()) / exposed_area if exposed_area > 0.0 else None,
+        level_area / exposed_area if exposed_area > 0.0 else None,
         float(areas[..., 2].sum()) / total if total > 0.0 else 0.0,
         float(areas[..., 3].sum()) / total if total > 0.0 else 0.0,
-        exposed_value,
+        exposed_area,
         np.bincount(large_labels + 1, area, count + 1)[1:].astype(np.float64),
-        covers,
+        cover_classes,
     )
 
 
@@ -158,13 +160,13 @@ def fills_volume(
         Whether to include the boundary of a volume.
     """
     # Meshes are excluded, because faces at ledges also face all directions.
-    if elements.of != "point" or not elements.around:
+    if elements.kind != "point" or not elements.around:
         return np.zeros(len(elements), np.bool_)
     if variation is None:
         variation = _smooth_variation(elements)
     limit = np.asarray(np.interp(elements.around, *_VOLUME_VARIATION))
-    if elements.fewer is not None:
-        limit = np.where(elements.fewer, _VOLUME_VARIATION[1][0], limit)
+    if elements.has_fewest_neighbours is not None:
+        limit = np.where(elements.has_fewest_neighbours, _VOLUME_VARIATION[1][0], limit)
     limit = (_BORDER_FACTOR if includes_surface else 1.0) * limit
     is_isolated = ~(elements.variation < NO_SURFACE)
     loose_points = np.flatnonzero((variation > _MIN_LOOSE_VARIATION) & ~is_isolated)
@@ -187,7 +189,7 @@ def is_grass(colors: FloatArray) -> BoolArray:
     (n,) ndarray of bool
     """
     excess = _excess_green(colors)
-    return np.asarray((excess > _GRASS_GREEN[0]) & (excess < _GRASS_GREEN[1]))
+    return np.asarray((excess > _GRASS_GREEN_RANGE[0]) & (excess < _GRASS_GREEN_RANGE[1]))
 
 
 def _excess_green(colors: FloatArray) -> FloatArray:
@@ -204,7 +206,7 @@ def _smooth_variation(elements: Elements) -> FloatArray:
     counts = number[rows]
     begins = np.cumsum(counts) - counts
     if len(rows):
-        sums = np.add.reduceat(values[elements.near], begins)
+        sums = np.add.reduceat(values[elements.neighbours], begins)
         values[rows] = (values[rows] + sums) / (counts + 1.0)
     return values
 
@@ -213,35 +215,35 @@ def _find_jumbled_areas(elements: Elements, is_candidate: BoolArray) -> BoolArra
     """Find candidates in gently dipping cells of twenty resolutions that face all directions."""
     if not is_candidate.any():
         return is_candidate
-    spacing = np.sqrt(elements.typical_area * (2.0 if elements.of == "face" else 1.0))
-    per = 1.0 / max(_CELL_RESOLUTIONS * float(spacing), 1e-12)
+    spacing = np.sqrt(elements.typical_area * (2.0 if elements.kind == "face" else 1.0))
+    cells_per_unit = 1.0 / max(_CELL_RESOLUTIONS * float(spacing), 1e-12)
     rows = np.flatnonzero(is_candidate)
-    i, j, k = (elements.places[rows] * per).astype(np.int64).T & 0x1FFFFF
-    keys, cell_of = np.unique((i << 42) | (j << 21) | k, return_inverse=True)
+    i, j, k = (elements.places[rows] * cells_per_unit).astype(np.int64).T & 0x1FFFFF
+    keys, cell_rows = np.unique((i << 42) | (j << 21) | k, return_inverse=True)
     count = len(keys)
     size = 1 << (2 * count + 1).bit_length()
     names, ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
-    tabulate(keys, np.arange(count + 1), names, ends)
+    fill_row_table(keys, np.arange(count + 1), names, ends)
     sums = np.zeros((count, 16))
     add_to_cells(
         elements.places,
         to_kernel_array(elements.normals, np.float64),
         to_kernel_array(elements.areas, np.float64),
-        per,
+        cells_per_unit,
         names,
         ends,
         sums,
     )
     means = sums[:, 1:] / np.maximum(sums[:, :1], 1e-300)
-    tensor, spread = np.empty((count, 3, 3)), np.empty((count, 3, 3))
+    tensor, covariance = np.empty((count, 3, 3)), np.empty((count, 3, 3))
     mean = means[:, 6:9]
     for position, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         tensor[:, i, j] = tensor[:, j, i] = means[:, position]
-        spread[:, i, j] = spread[:, j, i] = means[:, 9 + position] - mean[:, i] * mean[:, j]
+        covariance[:, i, j] = covariance[:, j, i] = means[:, 9 + position] - mean[:, i] * mean[:, j]
     # Share of the squared normals perpendicular to their common axis.
     is_jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
-    upward_sign = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
-    is_gentle = upward_sign >= np.cos(np.radians(_MAX_GENTLE_DEG))
+    upward_cosine = np.abs(np.linalg.eigh(covariance)[1][:, 2, 0])
+    is_gentle = upward_cosine >= np.cos(np.radians(_MAX_GENTLE_DIP_DEG))
     result = np.zeros(len(elements), np.bool_)
-    result[rows[(is_jumbled & is_gentle)[cell_of]]] = True
+    result[rows[(is_jumbled & is_gentle)[cell_rows]]] = True
     return result

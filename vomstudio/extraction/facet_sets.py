@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.extraction.facet_table import WKT, FacetTable
+from vomstudio.extraction.facet_table import WKT_COLUMN, FacetTable
 from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
@@ -116,5 +116,5 @@ def facet_pieces(table: FacetTable, facets: list[Facet]) -> Pieces:
         np.array([fit.centroid for fit in fits]),
         np.asarray(np.einsum("mki,mk,mkj->mij", axes, spread, axes)),
         np.array([facet.area for facet in facets]),
-        parse_rings([row[WKT] for row in table.rows]),
+        parse_rings([row[WKT_COLUMN] for row in table.rows]),
     )

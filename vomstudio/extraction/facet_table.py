@@ -17,7 +17,7 @@ from vomstudio.geology.sets.proposals import DescribedSet
 from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
-WKT = "wkt"
+WKT_COLUMN = "wkt"
 """Column for the boundary, placed after the columns of the orientation table."""
 
 
@@ -70,7 +70,7 @@ class FacetTable(PrintableResult):
     @property
     def more(self) -> tuple[str, ...]:
         """Columns of the rows in addition to those of the orientation table."""
-        return (DISCONTINUITY, WKT) if self.sets else (WKT,)
+        return (DISCONTINUITY, WKT_COLUMN) if self.sets else (WKT_COLUMN,)
 
     @property
     def labels(self) -> dict[str, Int32Array]:
@@ -104,12 +104,12 @@ def tabulate_facets(
                 id=str(number),
                 area_m2=facet.area,
                 resolution_m=facet.resolution,
-                judged_as="patch",
+                verdict_kind="patch",
                 bend_deg=facet.bend_deg,
                 model=model,
                 frame=frame,
             ),
-            WKT: facet.border,
+            WKT_COLUMN: facet.border,
         }
         for number, facet in enumerate(facets.facets)
     ]

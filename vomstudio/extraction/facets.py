@@ -21,8 +21,8 @@ from vomstudio.extraction.borders.polygons import enclose_faces, enclose_points,
 from vomstudio.extraction.cells.planes import find_cell_planes
 from vomstudio.extraction.elements import CellPlanes, Elements, approximate_median, build_elements
 from vomstudio.extraction.exposure import (
-    LEVEL_DEG,
-    NEAR_PLANAR_SHARE,
+    MAX_LEVEL_DIP_DEG,
+    MIN_NEAR_PLANAR_SHARE,
     Exposure,
     fills_volume,
     is_grass,
@@ -50,16 +50,16 @@ from vomstudio.geometry.planes import FittedPlane
 _MIN_AREA_SHARE = 0.01
 # Not from the paper: share of wavy facets above which a warning is reported, and maximum rotation
 # between the pieces of a bend, in multiples of the threshold angle.
-_MAX_WAVY_SHARE, _MAX_BEND_ANGLES = 0.4, 3.0
+_MAX_WAVY_SHARE, _MAX_BEND_ANGLE_FACTOR = 0.4, 3.0
 # Not from the paper: minimum width in standard deviations; a strip of constant width has 3.5.
 _MIN_WIDTH_DEVIATIONS = 2.0
 # Not from the paper: minimum scatter, relative to the spacing, at which levels are tested.
 _MIN_LEVEL_SCATTER = 0.05
 # Not from the paper: share of the area and spacing correction for sparsely covered parts (the areas
 # of a dozen points each make them this much wider by chance), and size of the sample.
-_THIN_AREA_SHARE, _SPACING_BIAS, _MAX_SAMPLE = 0.9, 1.2, 5_000
+_SPARSE_AREA_SHARE, _SPACING_BIAS, _MAX_SAMPLE = 0.9, 1.2, 5_000
 # Number of blocks of facets that are fitted in parallel.
-_FIT_BLOCKS = 64
+_N_FIT_BLOCKS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Facet:
         Faces or points of the model that belong to the facet.
     level_gap : float or None
         Distance between two levels of its points, m; None if there is only one level.
-    bent : bool
+    is_bent : bool
         Whether the facet continues into its neighbours as part of a wavy or curved face.
     bend_deg : float or None
         Bend from edge to edge, degrees; None if the facet does not bend as a whole.
@@ -96,7 +96,7 @@ class Facet:
     border: str | None
     rows: IntArray
     level_gap: float | None = None
-    bent: bool = False
+    is_bent: bool = False
     bend_deg: float | None = None
 
 
@@ -109,24 +109,24 @@ class FacetSegmentation:
     facets : list of Facet
     labels : (points,) int32 array
         Facet of each point or vertex of the model; -1 if it belongs to none.
-    of : str
+    kind : str
         Kind of the surface elements.
     max_distance : float
         Median of the maximum distances from the plane, m.
     min_points : int
     exposure : Exposure
-    covers : (points,) int32 array
+    cover_classes : (points,) int32 array
         As in `exposure.Exposure`, for each point; -1 if unknown.
     warnings : tuple of Finding
     """
 
     facets: list[Facet]
     labels: Int32Array
-    of: str
+    kind: str
     max_distance: float
     min_points: int
     exposure: Exposure
-    covers: Int32Array
+    cover_classes: Int32Array
     warnings: tuple[Finding, ...]
 
 
@@ -164,7 +164,7 @@ def find_facets(
     if isinstance(data, Mesh) and len(data.faces):
         data = _snap_corners(data)
 
-    def begin(local_points: FloatArray, is_noisy: bool) -> tuple[CellGrid, CellPlanes]:
+    def find_planes(local_points: FloatArray, is_noisy: bool) -> tuple[CellGrid, CellPlanes]:
         return find_cell_planes(
             local_points,
             options.used_angle_deg,
@@ -175,10 +175,10 @@ def find_facets(
             is_noisy,
         )
 
-    elements = build_elements(data, options.used_angle_deg, progress, begin)
+    elements = build_elements(data, options.used_angle_deg, progress, find_planes)
     max_distance = element_tolerances(elements, options.max_distance_m)
     typical_reach = approximate_median(max_distance)
-    mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
+    mesh = data if isinstance(data, Mesh) and elements.kind == "face" else None
     min_points = options.used_min_points
     # A mesh has about two faces per vertex, but far fewer if it is a piece of a few faces.
     min_count = min_points if mesh is None else max(min_points // 2, 1)
@@ -195,22 +195,24 @@ def find_facets(
         min_area=min_area,
         typical_tolerance=typical_reach,
         progress=progress,
-        known_labels=elements.begun,
+        known_labels=elements.initial_labels,
     )
     colors = _element_colors(data, elements)
-    labels = _remove_mostly_excluded(labels, fills_volume(elements, includes_surface=True))
+    labels = _remove_excluded_facets(labels, fills_volume(elements, includes_surface=True))
     if colors is not None:
-        elements, labels = _remove_grass(elements, labels, colors)
+        elements, labels = _remove_grass_facets(elements, labels, colors)
     facets, labels = _fit_facets(
         data, elements, labels, options, min_points, min_area, thresholds, progress
     )
     progress.stage(tr("Describing the facets"))
-    bent_facets = find_bent_facets(elements, labels, _MAX_BEND_ANGLES * options.used_angle_deg)
+    bend_flags = find_bent_facets(elements, labels, _MAX_BEND_ANGLE_FACTOR * options.used_angle_deg)
     facets = [
         _mark_as_bent(facet) if is_bent else facet
-        for facet, is_bent in zip(facets, bent_facets, strict=True)
+        for facet, is_bent in zip(facets, bend_flags, strict=True)
     ]
-    return _assemble(data, elements, facets, labels, typical_reach, min_points, thresholds, colors)
+    return _assemble_segmentation(
+        data, elements, facets, labels, typical_reach, min_points, thresholds, colors
+    )
 
 
 def _snap_corners(mesh: Mesh) -> Mesh:
@@ -221,7 +223,7 @@ def _snap_corners(mesh: Mesh) -> Mesh:
     return mesh if snapped_vertices is vertices else replace(mesh, vertices=snapped_vertices)
 
 
-def _remove_mostly_excluded(labels: Int32Array, is_excluded: BoolArray) -> Int32Array:
+def _remove_excluded_facets(labels: Int32Array, is_excluded: BoolArray) -> Int32Array:
     """Remove facets that mainly consist of excluded elements (n,)."""
     rows = np.flatnonzero(is_excluded & (labels >= 0))
     if not len(rows):
@@ -231,21 +233,21 @@ def _remove_mostly_excluded(labels: Int32Array, is_excluded: BoolArray) -> Int32
     return np.where(is_removed[labels], np.int32(-1), labels) if is_removed.any() else labels
 
 
-def _remove_grass(
+def _remove_grass_facets(
     elements: Elements, labels: Int32Array, colors: FloatArray
 ) -> tuple[Elements, Int32Array]:
     """Remove facets that mainly consist of grass, and add a warning to the elements."""
-    is_rock = _remove_mostly_excluded(labels, is_grass(colors))
-    is_removed = (is_rock < 0) & (labels >= 0)
+    rock_labels = _remove_excluded_facets(labels, is_grass(colors))
+    is_removed = (rock_labels < 0) & (labels >= 0)
     if not is_removed.any():
-        return elements, is_rock
+        return elements, rock_labels
     warning = Finding(
         "facets.vegetation",
         share_percent=max(
             100.0 * float(elements.areas[is_removed].sum() / np.nansum(elements.areas)), 1.0
         ),
     )
-    return replace(elements, warnings=(*elements.warnings, warning)), is_rock
+    return replace(elements, warnings=(*elements.warnings, warning)), rock_labels
 
 
 def build_facets(
@@ -281,17 +283,17 @@ def build_facets(
         cloud, elements, labels, options, min_points, np.inf, thresholds, progress
     )
     rows = np.flatnonzero(new_labels >= 0)
-    old_label = np.zeros(len(facets), np.int64)
-    old_label[new_labels[rows]] = labels[rows]
+    original_labels = np.zeros(len(facets), np.int64)
+    original_labels[new_labels[rows]] = labels[rows]
     # The median spacing is reported because no growing distance is used here.
     max_distance = float(np.median(elements.spacing))
     colors = _element_colors(cloud, elements)
-    return _assemble(
+    return _assemble_segmentation(
         cloud, elements, facets, new_labels, max_distance, min_points, thresholds, colors
-    ), old_label
+    ), original_labels
 
 
-def _assemble(
+def _assemble_segmentation(
     data: Mesh | PointCloud,
     elements: Elements,
     facets: list[Facet],
@@ -301,17 +303,19 @@ def _assemble(
     thresholds: Thresholds,
     colors: FloatArray | None,
 ) -> FacetSegmentation:
-    large_values = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
-    level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in facets] + [False])
-    exposure = measure_exposure(elements, labels, large_values[labels], level[labels], colors)
+    is_large = np.array([_has_reliable_error(facet, thresholds) for facet in facets] + [False])
+    is_level = np.array(
+        [(facet.fit.dip_deg or 0.0) < MAX_LEVEL_DIP_DEG for facet in facets] + [False]
+    )
+    exposure = measure_exposure(elements, labels, is_large[labels], is_level[labels], colors)
     return FacetSegmentation(
         facets,
         _label_points(data, elements, labels),
-        elements.of,
+        elements.kind,
         max_distance,
         min_points,
         exposure,
-        _label_points(data, elements, exposure.covers),
+        _label_points(data, elements, exposure.cover_classes),
         (*elements.warnings, *_facet_warnings(elements, facets, exposure)),
     )
 
@@ -337,13 +341,13 @@ def _fit_facets(
     pieces: list[IntArray] = [order[starts[i] : starts[i + 1]] for i in range(count)]
     fitted_facets: list[Facet | None] = [None] * count
     # Distribute the large facets, which are at the start, evenly over the threads.
-    balanced_rows = np.argsort(np.arange(count) % _FIT_BLOCKS, kind="stable")
+    balanced_order = np.argsort(np.arange(count) % _N_FIT_BLOCKS, kind="stable")
 
-    def work(block: slice) -> None:
-        for i in balanced_rows[block]:
+    def fit_block(block: slice) -> None:
+        for i in balanced_order[block]:
             fitted_facets[i] = _fit_facet(data, elements, pieces[i], thresholds)
 
-    run_in_blocks(work, count, progress, max(1, count // _FIT_BLOCKS))
+    run_in_blocks(fit_block, count, progress, max(1, count // _N_FIT_BLOCKS))
     for rows, facet in zip(pieces, fitted_facets, strict=True):
         if facet is None or facet.area < (options.min_area_m2 or 0.0):
             continue
@@ -362,32 +366,32 @@ def _fit_facets(
 
 
 def _fit_facet(
-    data: Mesh | PointCloud, elements: Elements, rows_of_elements: IntArray, thresholds: Thresholds
+    data: Mesh | PointCloud, elements: Elements, element_rows: IntArray, thresholds: Thresholds
 ) -> Facet | None:
-    rows = elements.rows[rows_of_elements]
+    rows = elements.rows[element_rows]
     weights: FloatArray | None
-    if elements.of == "face":
+    if elements.kind == "face":
         assert isinstance(data, Mesh)
         points, weights = face_points(data, rows)
     else:
-        points, weights = elements.places[rows_of_elements] + elements.origin, None
-    facet_moments = moments(points, weights, are_distinct=elements.of == "point")
+        points, weights = elements.places[element_rows] + elements.origin, None
+    facet_moments = moments(points, weights, are_distinct=elements.kind == "point")
     try:
         fit = fit_moments(
             facet_moments.n, facet_moments.mean, facet_moments.scatter, facet_moments.n_effective
         )
     except GeometryError:
         return None
-    spacing = float(np.sqrt(np.median(elements.areas[rows_of_elements])))
-    if elements.of == "face":
+    spacing = float(np.sqrt(np.median(elements.areas[element_rows])))
+    if elements.kind == "face":
         assert isinstance(data, Mesh)
         area = float(face_areas(data, rows).sum())
-        spacing = float(np.sqrt(2.0 * np.median(elements.areas[rows_of_elements])))
+        spacing = float(np.sqrt(2.0 * np.median(elements.areas[element_rows])))
         corners = np.asarray(data.vertices[data.faces[rows]], np.float64)
         polygon, axes = enclose_faces(corners, fit.centroid, fit.normal)
     else:
-        wide_spacing = max(spacing, _wide_spacing(elements.areas[rows_of_elements]))
-        polygon, axes = enclose_points(points, wide_spacing, fit.centroid, fit.normal)
+        sparse_spacing = max(spacing, _sparse_spacing(elements.areas[element_rows]))
+        polygon, axes = enclose_points(points, sparse_spacing, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
     has_scatter = (fit.rms or 0.0) > _MIN_LEVEL_SCATTER * spacing
@@ -407,14 +411,20 @@ def _fit_facet(
     )
 
 
-def _wide_spacing(areas: FloatArray) -> float:
+def _sparse_spacing(areas: FloatArray) -> float:
     """Return the spacing of sparse points (areas n,): few points that cover most of the area."""
     if len(areas) > _MAX_SAMPLE:
         areas = areas[:: len(areas) // _MAX_SAMPLE]
-    ascending = np.sort(areas)
-    cumulative = np.cumsum(ascending)
+    sorted_areas = np.sort(areas)
+    cumulative_areas = np.cumsum(sorted_areas)
     return (
-        float(np.sqrt(ascending[np.searchsorted(cumulative, _THIN_AREA_SHARE * cumulative[-1])]))
+        float(
+            np.sqrt(
+                sorted_areas[
+                    np.searchsorted(cumulative_areas, _SPARSE_AREA_SHARE * cumulative_areas[-1])
+                ]
+            )
+        )
         / _SPACING_BIAS
     )
 
@@ -424,7 +434,7 @@ def _mark_as_bent(facet: Facet) -> Facet:
     verdict = facet.verdict
     return replace(
         facet,
-        bent=True,
+        is_bent=True,
         verdict=replace(
             verdict,
             quality="doubtful" if verdict.quality == "good" else verdict.quality,
@@ -450,7 +460,7 @@ def _has_reliable_error(facet: Facet, thresholds: Thresholds) -> bool:
 
 
 def _element_colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
-    if elements.of == "face":
+    if elements.kind == "face":
         assert isinstance(data, Mesh)
         colours: GenericArray | None = data.colors
         if colours is None and (textures := TextureColours(data)).has_textures:
@@ -469,18 +479,18 @@ def _label_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Arra
 
     A vertex of a mesh receives the label that has the largest area among its faces.
     """
-    if elements.of == "point":
-        has_element = elements.row_of >= 0
-        result = np.full(len(elements.row_of), -1, np.int32)
-        result[has_element] = labels[elements.row_of[has_element]]
+    if elements.kind == "point":
+        has_element = elements.inverse_rows >= 0
+        result = np.full(len(elements.inverse_rows), -1, np.int32)
+        result[has_element] = labels[elements.inverse_rows[has_element]]
         return result
     assert isinstance(data, Mesh)
     count = max(int(labels.max(initial=-1)), -1) + 2
     labelled_rows = np.flatnonzero(labels >= 0)
-    corner = np.asarray(data.faces[elements.rows[labelled_rows]], np.int64)
-    key = (corner * count + labels[labelled_rows, None]).ravel()
-    pairs, pair_of = np.unique(key, return_inverse=True)
-    area = np.bincount(pair_of, np.repeat(elements.areas[labelled_rows], 3))
+    corners = np.asarray(data.faces[elements.rows[labelled_rows]], np.int64)
+    key = (corners * count + labels[labelled_rows, None]).ravel()
+    pairs, pair_rows = np.unique(key, return_inverse=True)
+    area = np.bincount(pair_rows, np.repeat(elements.areas[labelled_rows], 3))
     order = np.argsort(area, kind="stable")
     result = np.full(len(data.vertices), -1, np.int32)
     result[pairs[order] // count] = (pairs[order] % count).astype(np.int32)
@@ -488,23 +498,23 @@ def _label_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Arra
 
 
 def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure) -> list[Finding]:
-    if not facets and elements.of == "point" and not elements.around:
+    if not facets and elements.kind == "point" and not elements.around:
         return [Finding("facets.volume")]
     if not facets:
         return [Finding("facets.none")]
     warnings = []
     near_planar_share = exposure.near_planar_share
-    if near_planar_share is not None and near_planar_share < NEAR_PLANAR_SHARE:
+    if near_planar_share is not None and near_planar_share < MIN_NEAR_PLANAR_SHARE:
         warnings.append(
             Finding(
                 "facets.little-planar",
                 share_percent=100.0 * near_planar_share,
-                recommended_percent=100.0 * NEAR_PLANAR_SHARE,
+                recommended_percent=100.0 * MIN_NEAR_PLANAR_SHARE,
             )
         )
     warnings += _level_ground_warnings(exposure)
     total_area = sum(facet.area for facet in facets)
-    if sum(facet.area for facet in facets if facet.bent) > _MAX_WAVY_SHARE * total_area:
+    if sum(facet.area for facet in facets if facet.is_bent) > _MAX_WAVY_SHARE * total_area:
         warnings.append(Finding("facets.wavy"))
     return warnings
 
@@ -512,7 +522,7 @@ def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure)
 def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
     """Warn about a large share of planar rock that may be level ground."""
     level_share, near_planar_share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
-    if level_share < NEAR_PLANAR_SHARE:
+    if level_share < MIN_NEAR_PLANAR_SHARE:
         return []
     remaining_share = (
         (near_planar_share - level_share) / (1.0 - level_share) if level_share < 1.0 else 0.0
@@ -521,7 +531,7 @@ def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
         Finding(
             "facets.ground",
             share_percent=100.0 * level_share,
-            limit_deg=LEVEL_DEG,
+            limit_deg=MAX_LEVEL_DIP_DEG,
             rest_percent=100.0 * max(remaining_share, 0.0),
         )
     ]

@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import comment_line
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN_IN_JSON
 from vomstudio.core.version import __version__
@@ -178,17 +178,17 @@ def followed_trace(
         path, cost, trials = follow_best(
             surface,
             way_points,
-            vertices.resolution_near,
+            vertices.local_resolution,
             vertices.outcrop_normal,
             uses_whole_surface=True,
         )
     else:
-        path = follower.follow(way_points, is_whole=True)
+        path = follower.follow(way_points, uses_whole_surface=True)
     cost = name or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
-    local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable_remaining_plane = fit_remaining_plane(
-        path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
+    local_resolution = vertices.local_resolution(path.points) or 0.0
+    remaining_trace = fit_remaining_plane(
+        path.points, find_jumps(path.points, path.costs, path.way_point_rows, local_resolution)
     )
     plane, band, warnings = fit_trace_plane(
         path.points,
@@ -198,12 +198,12 @@ def followed_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        reliable_trace=reliable_remaining_plane,
+        remaining_trace=remaining_trace,
     )
     return FollowedTrace(
         points=path.points,
         length_m=path.length,
-        snap_m=float(path.snaps.max()),
+        snap_m=float(path.snap_distances.max()),
         plane=plane,
         band=band,
         way_points=len(way_points),
@@ -211,7 +211,7 @@ def followed_trace(
         vertices=len(path.points),
         warnings=warnings,
         tried=trials,
-        doubtful=() if reliable_remaining_plane is None else reliable_remaining_plane.stretches,
+        doubtful=() if remaining_trace is None else remaining_trace.stretches,
     )
 
 
@@ -259,7 +259,7 @@ def fit_trace_plane(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-    reliable_trace: RemainingTrace | None = None,
+    remaining_trace: RemainingTrace | None = None,
 ) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """Fit the plane of a trace and judge its quality.
 
@@ -273,7 +273,7 @@ def fit_trace_plane(
         Values used in the orientation table.
     thresholds : Thresholds
     priors : sequence of SetPrior
-    reliable_trace : RemainingTrace, optional
+    remaining_trace : RemainingTrace, optional
         Trace without its doubtful stretches.
 
     Returns
@@ -285,26 +285,26 @@ def fit_trace_plane(
     findings : tuple of Finding
         Reasons for a missing plane, and doubtful stretches.
     """
-    findings = () if reliable_trace is None else tuple(reliable_trace.findings())
+    findings = () if remaining_trace is None else tuple(remaining_trace.findings())
     try:
         fit = fit_plane(points)
     except GeometryError as error:
-        return None, None, (cause_of(error), *findings)
+        return None, None, (cause_finding(error), *findings)
     resolution, outcrop_normal = (
-        vertex_surface.resolution_near(points),
+        vertex_surface.local_resolution(points),
         vertex_surface.outcrop_normal(points),
     )
     stretch = (
         None
-        if reliable_trace is None
-        else reliable_trace.error95_deg(fit, resolution, outcrop_normal)
+        if remaining_trace is None
+        else remaining_trace.error95_deg(fit, resolution, outcrop_normal)
     )
     verdict = judge(
         fit,
         resolution_m=resolution,
         outcrop_normal=outcrop_normal,
         thresholds=thresholds,
-        surface_findings=() if reliable_trace is None else reliable_trace.findings(),
+        surface_findings=() if remaining_trace is None else remaining_trace.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(

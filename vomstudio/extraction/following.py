@@ -22,7 +22,7 @@ PathLeg = tuple[FloatArray, FloatArray]
 
 CORRIDOR_STRETCH_FACTOR = 1.4
 _MARGIN_SPACINGS = 12.0
-_MAX_WHOLE_NODES = 3_000_000
+_MAX_WHOLE_SURFACE_NODES = 3_000_000
 # Maximum size of a surface whose costs are cached, each of which takes about 100 bytes of memory.
 _MAX_CACHED_NODES = 20_000_000
 # A corridor that exceeds both this share and this number of nodes is not cut out of the surface.
@@ -40,9 +40,9 @@ class Path:
         Points in the frame of the surface, m.
     length : float
         Length along the path, m.
-    snaps : (w,) array
+    snap_distances : (w,) array
         Distance between each way-point and its point of the path, m.
-    at : (w,) int array
+    way_point_rows : (w,) int array
         Rows of the points that correspond to the way-points.
     costs : (n,) array
         Cost per metre at each point, relative to the median of the surface around the path.
@@ -50,8 +50,8 @@ class Path:
 
     points: FloatArray
     length: float
-    snaps: FloatArray
-    at: IntArray
+    snap_distances: FloatArray
+    way_point_rows: IntArray
     costs: FloatArray
 
 
@@ -86,14 +86,14 @@ class Follower:
                 field="--cost",
             )
 
-    def follow(self, way_points: FloatArray, *, is_whole: bool = False) -> Path:
+    def follow(self, way_points: FloatArray, *, uses_whole_surface: bool = False) -> Path:
         """Follow the path of least cost through way-points.
 
         Parameters
         ----------
         way_points : (w, 3) array
             Way-points in the World frame, m; w >= 2.
-        is_whole : bool
+        uses_whole_surface : bool
             If True, search the whole surface unless it is too large or textured; otherwise, search
             only corridors.
 
@@ -114,40 +114,47 @@ class Follower:
             )
         surface = self.surface
         legs: list[PathLeg] = []
-        snaps, position = np.zeros(len(local_points)), np.zeros(len(local_points), np.int64)
-        tints = self._tints(local_points)
-        if is_whole and not surface.refines and len(surface.places) <= _MAX_WHOLE_NODES:
-            legs = self._path_through(surface.whole, local_points, tints)
+        snap_distances, position = (
+            np.zeros(len(local_points)),
+            np.zeros(len(local_points), np.int64),
+        )
+        target_colours = self._way_point_colours(local_points)
+        if (
+            uses_whole_surface
+            and not surface.can_refine
+            and len(surface.places) <= _MAX_WHOLE_SURFACE_NODES
+        ):
+            legs = self._follow_legs(surface.whole, local_points, target_colours)
         else:
             for i in range(len(local_points) - 1):
-                legs.append(self._find_leg(local_points[i], local_points[i + 1], tints, i))
+                legs.append(self._find_leg(local_points[i], local_points[i + 1], target_colours, i))
         line: list[FloatArray] = []
         costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
             if i == 0:
-                snaps[0] = np.linalg.norm(leg[0] - world[0])
+                snap_distances[0] = np.linalg.norm(leg[0] - world[0])
             elif len(leg) and np.array_equal(leg[0], line[-1][-1]):
                 leg, cost = leg[1:], cost[1:]
             if len(leg):
                 line.append(leg)
                 costs.append(cost)
             position[i + 1] = sum(map(len, line)) - 1
-            snaps[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
+            snap_distances[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
         points = np.concatenate(line)
         if len(points) < 2:
             raise GeometryError(Finding("points.coincident"))
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        return Path(points, length, snaps, position, np.concatenate(costs))
+        return Path(points, length, snap_distances, position, np.concatenate(costs))
 
     def _find_leg(
-        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
+        self, start: FloatArray, goal: FloatArray, target_colours: FloatArray | None, number: int
     ) -> PathLeg:
-        spacing = self._spacing_near(start, goal)
+        spacing = self._local_spacing(start, goal)
         stretch_factor, previous_count = CORRIDOR_STRETCH_FACTOR, 0
         # In a graph of points and vertices, the nearest node may not be connected.
         max_distance = float(self.surface.tree.query(goal)[0]) * (1.0 + 1e-9) + 1e-12
-        if self._covers(start, goal, spacing):
-            return self._over_whole(start, goal, tints, number)
+        if self._prefers_whole_surface(start, goal, spacing):
+            return self._find_leg_on_whole_surface(start, goal, target_colours, number)
         while True:
             margin = (
                 2.0 * _MARGIN_SPACINGS
@@ -157,7 +164,7 @@ class Follower:
             graph = self.surface.corridor(start, goal, stretch_factor, margin)
             ends = _nearest_nodes(graph.places, np.stack([start, goal]))
             if np.linalg.norm(graph.places[ends[1]] - goal) <= max_distance:
-                costs = self._costs(graph, tints)
+                costs = self._compute_costs(graph, target_colours)
                 path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
                     return self.surface.world(graph, path), costs[path] / np.median(costs)
@@ -168,7 +175,7 @@ class Follower:
                 raise _separate_parts_error(number)
             stretch_factor, previous_count = 3.0 * stretch_factor, len(graph.places)
 
-    def _covers(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
+    def _prefers_whole_surface(self, start: FloatArray, goal: FloatArray, spacing: float) -> bool:
         """Return whether searching the whole surface is faster than searching a corridor.
 
         The costs of the whole surface are cached, which pays off for large corridors. A large
@@ -183,36 +190,36 @@ class Follower:
         return bool(
             area > _MAX_CORRIDOR_SHARE * positions * spacing**2
             and area > _MIN_CORRIDOR_NODES * spacing**2
-            and not self.surface.divides(start, goal, span)
+            and not self.surface.can_divide(start, goal, span)
         )
 
-    def _over_whole(
-        self, start: FloatArray, goal: FloatArray, tints: FloatArray | None, number: int
+    def _find_leg_on_whole_surface(
+        self, start: FloatArray, goal: FloatArray, target_colours: FloatArray | None, number: int
     ) -> PathLeg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
-        costs, typical_cost = self._whole_costs(tints)
+        costs, typical_cost = self._whole_surface_costs(target_colours)
         path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
             raise _separate_parts_error(number)
         return self.surface.world(graph, path), costs[path] / typical_cost
 
-    def _whole_costs(self, tints: FloatArray | None) -> tuple[FloatArray, float]:
+    def _whole_surface_costs(self, target_colours: FloatArray | None) -> tuple[FloatArray, float]:
         """Return the cached cost per metre (n,) on the whole surface, and its median."""
-        colours = b"" if tints is None else tints.tobytes()
+        colours = b"" if target_colours is None else target_colours.tobytes()
         cached_costs = self.surface.cached_costs.get(self.cost)
         if cached_costs is None or cached_costs[0] != colours:
-            costs = self._costs(self.surface.whole, tints)
+            costs = self._compute_costs(self.surface.whole, target_colours)
             cached_costs = colours, costs, float(np.median(costs))
             self.surface.cached_costs[self.cost] = cached_costs
         return cached_costs[1:]
 
-    def _path_through(
-        self, graph: Graph, local_points: FloatArray, tints: FloatArray | None
+    def _follow_legs(
+        self, graph: Graph, local_points: FloatArray, target_colours: FloatArray | None
     ) -> list[PathLeg]:
         """Follow the best path through all way-points, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(local_points)[1], np.int64)
-        costs, typical_cost = self._whole_costs(tints)
+        costs, typical_cost = self._whole_surface_costs(target_colours)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest_path(graph, int(nodes[i]), int(nodes[i + 1]), costs)
@@ -221,7 +228,7 @@ class Follower:
             legs.append((self.surface.world(graph, path), costs[path] / typical_cost))
         return legs
 
-    def _spacing_near(self, start: FloatArray, goal: FloatArray) -> float:
+    def _local_spacing(self, start: FloatArray, goal: FloatArray) -> float:
         positions = self.surface.places
         k = min(9, len(positions))
         distance = self.surface.tree.query(np.stack([start, goal]), k=k)[0]
@@ -229,19 +236,19 @@ class Follower:
         return float(np.median(distance[:, -1] * np.sqrt(np.pi / k)))
 
     # --- costs -------------------------------------------------------------------------------
-    def _tints(self, local_points: FloatArray) -> FloatArray | None:
+    def _way_point_colours(self, local_points: FloatArray) -> FloatArray | None:
         """Return the opponent colours (w, 3) at the way-points."""
         if self.cost != "colour":
             return None
         surface = self.surface
         colours = []
         for point in local_points:
-            graph = surface.corridor(point, point, 1.0, 4.0 * self._spacing_near(point, point))
+            graph = surface.corridor(point, point, 1.0, 4.0 * self._local_spacing(point, point))
             colours.append(node_colour(graph, int(_nearest_nodes(graph.places, point[None])[0])))
         return np.array(colours)
 
-    def _costs(self, graph: Graph, tints: FloatArray | None) -> FloatArray:
-        return node_costs(graph, self.cost, tints)
+    def _compute_costs(self, graph: Graph, target_colours: FloatArray | None) -> FloatArray:
+        return node_costs(graph, self.cost, target_colours)
 
 
 def _nearest_nodes(positions: FloatArray, points: FloatArray) -> IntArray:

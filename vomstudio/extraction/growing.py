@@ -25,7 +25,7 @@ from vomstudio.extraction.kernels import (
 from vomstudio.extraction.point_neighbours import N_NEIGHBOURS
 from vomstudio.geometry.kernels.jit import to_kernel_array
 
-UNASSIGNED_LABEL, OUTLIER = -1, -2
+UNASSIGNED_LABEL, OUTLIER_LABEL = -1, -2
 _AXIS_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Maximum distance from a plane, in multiples of the local spacing and of the local noise.
 _MAX_DISTANCE_SPACINGS = 1.0
@@ -38,7 +38,7 @@ _MAX_SCATTER_RATIO = 1.25
 """Maximum ratio of the common scatter of two facets to their separate scatter for a merge."""
 
 
-_PARALLEL_DEG = 2.0
+_MAX_PARALLEL_DEG = 2.0
 _MIN_TURN_SHARE = 0.125
 """Minimum rotation of normals in a piece of a bend, from its middle to its outer third.
 
@@ -47,8 +47,8 @@ between planes."""
 _PIECE_QUANTILES = (0.35, 0.65, 0.93)
 _MIN_MEAN_TURN_SHARE, _MIN_NEIGHBOURS = 0.06, 3
 """Minimum share for the mean over all neighbours, and minimum number of neighbours for it."""
-_MAX_SAMPLE, _MIN_TURNING_POINTS, _MAX_FACETS = 1500, 30, 500
-_MAX_LOOSENESS = 0.35
+_MAX_SAMPLE, _MIN_TURN_SAMPLE, _MAX_FACETS = 1500, 30, 500
+_MAX_LOOSE_SHARE = 0.35
 """Maximum share of the neighbours of a facet that do not belong to a facet.
 
 A slice through points that do not form a surface, such as clutter, has a larger share."""
@@ -66,7 +66,7 @@ class FacetPlanes:
     count : (f,) int array
     scatter : (f, 3, 3) array
         Area-weighted covariance of the positions.
-    squares : (f,) array
+    squared_tolerances : (f,) array
         Sum of the squared tolerances of the elements, if available.
     """
 
@@ -76,7 +76,7 @@ class FacetPlanes:
     area: FloatArray
     count: IntArray
     scatter: FloatArray
-    squares: FloatArray
+    squared_tolerances: FloatArray
 
 
 def element_tolerances(elements: Elements, max_distance: float | None) -> FloatArray:
@@ -105,7 +105,7 @@ def element_tolerances(elements: Elements, max_distance: float | None) -> FloatA
     tolerance = np.minimum(noise, 2.0 * typical_noise)
     tolerance *= _MAX_DISTANCE_NOISE
     np.maximum(tolerance, _MAX_DISTANCE_SPACINGS * elements.spacing, out=tolerance)
-    if elements.of == "face":
+    if elements.kind == "face":
         # Large and small faces of a mesh are equally accurate.
         tolerance = np.minimum(tolerance, max(float(np.median(tolerance)), 1e-300))
     return to_kernel_array(tolerance, np.float64)
@@ -157,13 +157,13 @@ def grow_facets(
         else to_kernel_array(known_labels, np.int32)
     )
     is_usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(max_distances)
-    labels[~is_usable] = OUTLIER
+    labels[~is_usable] = OUTLIER_LABEL
     rows, inner_sums = np.arange(n), None
     if known_labels is not None:
         is_listed = np.diff(elements.starts) > 0
         rows, closed_rows = np.flatnonzero(is_listed), np.flatnonzero(~is_listed)
         inner_sums = _sum_moments(
-            elements, labels, closed_rows, _count(labels), max_distances=max_distances
+            elements, labels, closed_rows, _count_facets(labels), max_distances=max_distances
         )
     free_rows = rows[labels[rows] == UNASSIGNED_LABEL]
     roughness = np.nan_to_num(elements.variation[free_rows], nan=1.0)
@@ -171,20 +171,20 @@ def grow_facets(
     queue, sums = np.empty(n, np.int32), np.zeros(10)
     cosine = float(np.cos(np.radians(angle_deg)))
     progress.stage(tr("Growing facets"), len(order))
-    label = _count(labels)
+    label = _count_facets(labels)
     for first in range(0, len(order), _SEEDS_PER_STEP):
-        last_seed = min(first + _SEEDS_PER_STEP, len(order))
+        seed_stop = min(first + _SEEDS_PER_STEP, len(order))
         label = grow_regions(
             order,
             first,
-            last_seed,
+            seed_stop,
             elements.places,
             elements.normals,
             elements.areas,
-            elements.inner,
+            elements.inner_moments,
             max_distances,
             elements.starts,
-            elements.near,
+            elements.neighbours,
             cosine,
             min_count,
             min_area,
@@ -193,18 +193,20 @@ def grow_facets(
             label,
             sums,
         )
-        progress.step(last_seed)
+        progress.step(seed_stop)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
-        labels = _reassign(
+        labels = _reassign_elements(
             elements, rows, inner_sums, max_distances, typical_tolerance, cosine, labels
         )
-        labels, inner_sums = _merge_coplanar(
+        labels, inner_sums = _merge_coplanar_facets(
             elements, rows, inner_sums, max_distances, angle_deg, labels
         )
         progress.step(0)
-    labels = _reassign(elements, rows, inner_sums, max_distances, typical_tolerance, cosine, labels)
-    return _remove_small(
+    labels = _reassign_elements(
+        elements, rows, inner_sums, max_distances, typical_tolerance, cosine, labels
+    )
+    return _remove_small_facets(
         elements,
         rows,
         facet_planes(elements, labels, rows, inner_sums),
@@ -218,29 +220,31 @@ def grow_facets(
 class _FacetSums:
     """Sums of f facets: weight, moments about known positions, and squared tolerances (f, 11)."""
 
-    about: FloatArray
-    known: BoolArray
+    reference_points: FloatArray
+    is_known: BoolArray
     sums: FloatArray
     count: IntArray
 
-    def extended(self, f: int) -> _FacetSums:
+    def extend_to(self, f: int) -> _FacetSums:
         """Return a copy extended to `f` facets."""
-        n_added = f - len(self.known)
+        n_added = f - len(self.is_known)
         return _FacetSums(
-            np.concatenate([self.about, np.zeros((n_added, 3))]),
-            np.concatenate([self.known, np.zeros(n_added, np.bool_)]),
+            np.concatenate([self.reference_points, np.zeros((n_added, 3))]),
+            np.concatenate([self.is_known, np.zeros(n_added, np.bool_)]),
             np.concatenate([self.sums, np.zeros((n_added, 11))]),
             np.concatenate([self.count, np.zeros(n_added, np.int64)]),
         )
 
-    def merged(self, number: IntArray) -> _FacetSums:
+    def merge_facets(self, number: IntArray) -> _FacetSums:
         """Return the sums after merging facets with equal numbers (f,)."""
-        new_zero_sums = _zero_sums(int(number.max(initial=-1)) + 1)
-        used_rows = np.flatnonzero(self.known)
-        new_zero_sums.known[number[used_rows]] = True
-        new_zero_sums.about[number[used_rows][::-1]] = self.about[used_rows][::-1]
+        merged_sums = _zero_sums(int(number.max(initial=-1)) + 1)
+        used_rows = np.flatnonzero(self.is_known)
+        merged_sums.is_known[number[used_rows]] = True
+        merged_sums.reference_points[number[used_rows][::-1]] = self.reference_points[used_rows][
+            ::-1
+        ]
         shift, sums = (
-            self.about[used_rows] - new_zero_sums.about[number[used_rows]],
+            self.reference_points[used_rows] - merged_sums.reference_points[number[used_rows]],
             self.sums[used_rows].copy(),
         )
         weight, first = sums[:, 0], sums[:, 1:4].copy()
@@ -251,9 +255,9 @@ class _FacetSums:
                 + weight * shift[:, i] * shift[:, j]
             )
         sums[:, 1:4] += weight[:, None] * shift
-        np.add.at(new_zero_sums.sums, number[used_rows], sums)
-        np.add.at(new_zero_sums.count, number[used_rows], self.count[used_rows])
-        return new_zero_sums
+        np.add.at(merged_sums.sums, number[used_rows], sums)
+        np.add.at(merged_sums.count, number[used_rows], self.count[used_rows])
+        return merged_sums
 
 
 def _zero_sums(f: int) -> _FacetSums:
@@ -270,17 +274,17 @@ def _sum_moments(
     inner_sums: _FacetSums | None = None,
     max_distances: FloatArray | None = None,
 ) -> _FacetSums:
-    sums = _zero_sums(f) if inner_sums is None else inner_sums.extended(f)
+    sums = _zero_sums(f) if inner_sums is None else inner_sums.extend_to(f)
     kernel_labels = to_kernel_array(labels, np.int32)
     add_moments(
         rows,
         elements.places,
         elements.areas,
-        elements.inner,
+        elements.inner_moments,
         np.zeros(1) if max_distances is None else max_distances,
         kernel_labels,
-        sums.about,
-        sums.known,
+        sums.reference_points,
+        sums.is_known,
         sums.sums,
         sums.count,
     )
@@ -305,10 +309,10 @@ def facet_planes(
     inner_sums : _Sums, optional
         Sums of all other elements.
     max_distances : (n,) array, optional
-        Tolerances of the elements, for `Planes.squares`.
+        Tolerances of the elements, for `Planes.squared_tolerances`.
     """
     rows = np.arange(len(labels)) if rows is None else rows
-    sums = _sum_moments(elements, labels, rows, _count(labels), inner_sums, max_distances)
+    sums = _sum_moments(elements, labels, rows, _count_facets(labels), inner_sums, max_distances)
     area = sums.sums[:, 0]
     means = sums.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
     mean = means[:, :3]
@@ -317,7 +321,7 @@ def facet_planes(
         scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + position] - mean[:, i] * mean[:, j]
     values, vectors = np.linalg.eigh(scatter)
     return FacetPlanes(
-        sums.about + mean,
+        sums.reference_points + mean,
         np.ascontiguousarray(vectors[:, :, 0]),
         np.sqrt(np.maximum(values[:, 0], 0.0)),
         area,
@@ -346,7 +350,7 @@ def facet_limits(planes: FacetPlanes, typical_tolerance: float) -> FloatArray:
     )
 
 
-def _reassign(
+def _reassign_elements(
     elements: Elements,
     rows: IntArray,
     inner_sums: _FacetSums | None,
@@ -360,13 +364,13 @@ def _reassign(
         if not len(planes.area):
             return labels
         out = np.empty(len(rows), np.int32)
-        changed_nearest_planes = assign_nearest_planes(
+        changed_count = assign_nearest_planes(
             rows,
             elements.places,
             elements.normals,
             max_distances,
             elements.starts,
-            elements.near,
+            elements.neighbours,
             cosine,
             to_kernel_array(planes.centre, np.float64),
             to_kernel_array(planes.normal, np.float64),
@@ -375,12 +379,12 @@ def _reassign(
             out,
         )
         labels[rows] = out
-        if changed_nearest_planes <= 1e-4 * len(labels):
+        if changed_count <= 1e-4 * len(labels):
             break
     return labels
 
 
-def _merge_coplanar(
+def _merge_coplanar_facets(
     elements: Elements,
     rows: IntArray,
     inner_sums: _FacetSums | None,
@@ -389,7 +393,7 @@ def _merge_coplanar(
     labels: Int32Array,
 ) -> tuple[Int32Array, _FacetSums | None]:
     """Merge neighbouring facets that form one plane; return the labels and the merged sums."""
-    f = _count(labels)
+    f = _count_facets(labels)
     if f < 2:
         return labels, inner_sums
     pairs = _adjacent_facets(elements, labels, f, rows)
@@ -398,26 +402,26 @@ def _merge_coplanar(
     weight = planes.area.copy()
     mean, normal, rms = planes.centre.copy(), planes.normal.copy(), planes.rms.copy()
     scatter = planes.scatter.copy()
-    limit = np.sqrt(planes.squares / np.maximum(planes.count, 1))
+    limit = np.sqrt(planes.squared_tolerances / np.maximum(planes.count, 1))
     cosine = np.abs((normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1))
     is_parallel = cosine >= np.cos(np.radians(angle_deg))
     pairs = pairs[is_parallel][np.argsort(-cosine[is_parallel], kind="stable")]
     for first, second in pairs.tolist():
-        a, b = _root(owner, first), _root(owner, second)
+        a, b = _find_root(owner, first), _find_root(owner, second)
         if a == b or weight[a] <= 0.0 or weight[b] <= 0.0:
             continue
         total = weight[a] + weight[b]
         centre_offset = mean[b] - mean[a]
-        joint_fit = (
+        joint_scatter = (
             weight[a] * scatter[a]
             + weight[b] * scatter[b]
             + weight[a] * weight[b] / total * np.outer(centre_offset, centre_offset)
         ) / total
-        values, vectors = np.linalg.eigh(joint_fit)
-        common_value = float(np.sqrt(max(values[0], 0.0)))
+        values, vectors = np.linalg.eigh(joint_scatter)
+        joint_rms = float(np.sqrt(max(values[0], 0.0)))
         separate_rms = np.sqrt((weight[a] * rms[a] ** 2 + weight[b] * rms[b] ** 2) / total)
         max_scatter = max(_MAX_SCATTER_RATIO * separate_rms, 0.1 * min(limit[a], limit[b]))
-        if common_value > max_scatter:
+        if joint_rms > max_scatter:
             continue
         # The common scatter is not a suitable test for a small facet beside a large one: the small
         # facet must lie in the plane of the large one.
@@ -432,16 +436,16 @@ def _merge_coplanar(
             continue
         owner[b] = a
         mean[a] = mean[a] + (weight[b] / total) * centre_offset
-        weight[a], scatter[a], normal[a], rms[a] = total, joint_fit, vectors[:, 0], common_value
-    roots = np.array([_root(owner, i) for i in range(f)])
+        weight[a], scatter[a], normal[a], rms[a] = total, joint_scatter, vectors[:, 0], joint_rms
+    roots = np.array([_find_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
     # The last two entries represent NONE and OUT, which index from the end.
     out = np.empty_like(labels)
-    map_labels(labels, np.append(number, [OUTLIER, UNASSIGNED_LABEL]).astype(np.int32), out)
-    return out, None if inner_sums is None else inner_sums.extended(f).merged(number)
+    map_labels(labels, np.append(number, [OUTLIER_LABEL, UNASSIGNED_LABEL]).astype(np.int32), out)
+    return out, None if inner_sums is None else inner_sums.extend_to(f).merge_facets(number)
 
 
-def _root(owner: IntArray, i: int) -> int:
+def _find_root(owner: IntArray, i: int) -> int:
     while owner[i] != i:
         owner[i] = owner[owner[i]]
         i = int(owner[i])
@@ -455,14 +459,14 @@ def _adjacent_facets(
     number = np.diff(elements.starts)
     labels_and_counts = (labels, number) if rows is None else (labels[rows], number[rows])
     source = np.repeat(*labels_and_counts)
-    target = labels[elements.near]
+    target = labels[elements.neighbours]
     border = (source != target) & (source >= 0) & (target >= 0)
     a, b = source[border].astype(np.int64), target[border].astype(np.int64)
     key = np.unique(np.minimum(a, b) * f + np.maximum(a, b))
     return np.stack([key // f, key % f], axis=1)
 
 
-def _remove_small(
+def _remove_small_facets(
     elements: Elements,
     rows: IntArray,
     planes: FacetPlanes,
@@ -472,7 +476,7 @@ def _remove_small(
 ) -> Int32Array:
     """Renumber facets by decreasing area; elements of facets that are too small become -1."""
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
-    is_kept &= _loose_shares(elements, rows, planes, labels) <= _MAX_LOOSENESS
+    is_kept &= _loose_shares(elements, rows, planes, labels) <= _MAX_LOOSE_SHARE
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")
     # The last two entries represent NONE and OUT.
     number = np.full(len(planes.area) + 2, UNASSIGNED_LABEL, np.int32)
@@ -487,20 +491,20 @@ def _loose_shares(
 ) -> FloatArray:
     """Return the share (f,) of the neighbours of each facet that do not belong to a facet."""
     f = len(planes.area)
-    if elements.of != "point":
+    if elements.kind != "point":
         return np.zeros(f)
     source = np.repeat(labels[rows], np.diff(elements.starts)[rows])
     is_inside = source >= 0
-    is_free = labels[elements.near[is_inside]] < 0
-    facet_of = source[is_inside]
+    is_free = labels[elements.neighbours[is_inside]] < 0
+    facet_labels = source[is_inside]
     listed_labels = labels[rows]
     # Points without a list of neighbours are in the interior of their facet.
-    interior_elements = planes.count - np.bincount(listed_labels[listed_labels >= 0], minlength=f)
-    total = np.bincount(facet_of, minlength=f) + N_NEIGHBOURS * interior_elements
-    return np.asarray(np.bincount(facet_of, is_free, f) / np.maximum(total, 1))
+    interior_counts = planes.count - np.bincount(listed_labels[listed_labels >= 0], minlength=f)
+    total = np.bincount(facet_labels, minlength=f) + N_NEIGHBOURS * interior_counts
+    return np.asarray(np.bincount(facet_labels, is_free, f) / np.maximum(total, 1))
 
 
-def _count(labels: Int32Array) -> int:
+def _count_facets(labels: Int32Array) -> int:
     return max(int(labels.max(initial=UNASSIGNED_LABEL)) + 1, 0)
 
 
@@ -523,14 +527,14 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     -------
     (f,) bool array
     """
-    f = _count(labels)
+    f = _count_facets(labels)
     is_bent = np.zeros(f, np.bool_)
     if f < 2:
         return is_bent
     planes = facet_planes(elements, labels)
     pairs = _adjacent_facets(elements, labels, f)
     angle = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
-    pairs = pairs[(angle > _PARALLEL_DEG) & (angle < angle_deg)]
+    pairs = pairs[(angle > _MAX_PARALLEL_DEG) & (angle < angle_deg)]
     pairs = pairs[(pairs < _MAX_FACETS).any(axis=1)]
     ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
     sort_by_label(labels, ends, rows)
@@ -541,10 +545,10 @@ def find_bent_facets(elements: Elements, labels: Int32Array, angle_deg: float) -
     for first, second in pairs.tolist():
         first_turn = _rotation_to_neighbour(elements, planes, samples[first], first, second)
         second_turn = _rotation_to_neighbour(elements, planes, samples[second], second, first)
-        for facet, (bent_share, error) in ((first, first_turn), (second, second_turn)):
-            is_bent[facet] |= bool(bent_share > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
+        for facet, (turn_share, error) in ((first, first_turn), (second, second_turn)):
+            is_bent[facet] |= bool(turn_share > _MIN_TURN_SHARE + 2.0 * np.sqrt(error))
             if 0.0 < error < np.inf:
-                sums[facet] += 1.0, 1.0 / error, bent_share / error
+                sums[facet] += 1.0, 1.0 / error, turn_share / error
     is_known = sums[:, 0] >= _MIN_NEIGHBOURS
     weight = np.where(is_known, sums[:, 1], 1.0)
     is_bent |= is_known & (sums[:, 2] / weight > _MIN_MEAN_TURN_SHARE + 3.0 / np.sqrt(weight))
@@ -564,31 +568,31 @@ def _rotation_to_neighbour(
     direction = other_normal - (other_normal @ normal) * normal
     if direction @ (planes.centre[second] - planes.centre[first]) < 0.0:
         direction = -direction
-    size, tan_between = float(np.linalg.norm(direction)), -float(other_normal @ direction)
-    if len(rows) < _MIN_TURNING_POINTS or size <= 0.0 or tan_between == 0.0:
+    size, angle_tangent = float(np.linalg.norm(direction)), -float(other_normal @ direction)
+    if len(rows) < _MIN_TURN_SAMPLE or size <= 0.0 or angle_tangent == 0.0:
         return np.zeros(2)
-    tan_between /= float(other_normal @ normal) * size
+    angle_tangent /= float(other_normal @ normal) * size
     offset = elements.places[rows] - planes.centre[first]
     positions, height = offset @ (direction / size), offset @ normal
-    inner, centre, outer = np.sort(positions)[
+    inner_limit, centre, outer_limit = np.sort(positions)[
         (np.array(_PIECE_QUANTILES) * len(positions)).astype(np.int64)
     ]
     slopes = [
-        _slope(positions[is_inside], height[is_inside])
+        _fit_slope(positions[is_inside], height[is_inside])
         for is_inside in (
-            (positions > centre) & (positions < outer),
-            (positions > inner) & (positions < centre),
+            (positions > centre) & (positions < outer_limit),
+            (positions > inner_limit) & (positions < centre),
         )
     ]
     return np.array(
         [
-            (slopes[0][0] - slopes[1][0]) / tan_between,
-            (slopes[0][1] + slopes[1][1]) / tan_between**2,
+            (slopes[0][0] - slopes[1][0]) / angle_tangent,
+            (slopes[0][1] + slopes[1][1]) / angle_tangent**2,
         ]
     )
 
 
-def _slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
+def _fit_slope(position: FloatArray, height: FloatArray) -> tuple[float, float]:
     """Fit a slope to heights as a function of position; return it and its variance."""
     centred_position = position - position.mean() if len(position) else position
     squared_length = float(centred_position @ centred_position)

@@ -92,23 +92,23 @@ def _clear_sums(sums):  # type: ignore[no-untyped-def]
 
 
 @part
-def _add(sums, w, x, y, z, inner, e):  # type: ignore[no-untyped-def]
+def _add_element(sums, w, x, y, z, inner_moments, e):  # type: ignore[no-untyped-def]
     """Add an element to the sums of weight, first moments and second moments."""
-    i = e if len(inner) > 1 else 0
+    i = e if len(inner_moments) > 1 else 0
     sums[0] += w
     sums[1] += w * x
     sums[2] += w * y
     sums[3] += w * z
-    sums[4] += w * (x * x + inner[i, 0])
-    sums[5] += w * (y * y + inner[i, 1])
-    sums[6] += w * (z * z + inner[i, 2])
-    sums[7] += w * (x * y + inner[i, 3])
-    sums[8] += w * (x * z + inner[i, 4])
-    sums[9] += w * (y * z + inner[i, 5])
+    sums[4] += w * (x * x + inner_moments[i, 0])
+    sums[5] += w * (y * y + inner_moments[i, 1])
+    sums[6] += w * (z * z + inner_moments[i, 2])
+    sums[7] += w * (x * y + inner_moments[i, 3])
+    sums[8] += w * (x * z + inner_moments[i, 4])
+    sums[9] += w * (y * z + inner_moments[i, 5])
 
 
 @part
-def _plane_of(sums):  # type: ignore[no-untyped-def]
+def _fit_plane(sums):  # type: ignore[no-untyped-def]
     """Return the normal, the mean and the two larger eigenvalues of the sums."""
     w = sums[0]
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
@@ -134,13 +134,13 @@ def grow_regions(  # type: ignore[no-untyped-def]
     positions,
     normals,
     areas,
-    inner,
+    inner_moments,
     max_distance,
     starts,
     neighbours,
-    least_cosine,
-    least_count,
-    least_area,
+    min_cosine,
+    min_count,
+    min_area,
     labels,
     queue,
     label,
@@ -150,8 +150,8 @@ def grow_regions(  # type: ignore[no-untyped-def]
 
     An element joins a region if its normal is within the angle of the plane of the region, and its
     position is within its `max_distance` of the plane. The plane is refitted whenever the region
-    has grown by a half. Regions with fewer elements than `least_count` are dissolved unless they
-    reach `least_area`. In `labels`, -1 marks free elements and -2 excluded elements.
+    has grown by a half. Regions with fewer elements than `min_count` are dissolved unless they
+    reach `min_area`. In `labels`, -1 marks free elements and -2 excluded elements.
     """
     for seed in range(first, last):
         s = order[seed]
@@ -161,7 +161,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
         nx, ny, nz = normals[s, 0], normals[s, 1], normals[s, 2]
         cx, cy, cz = 0.0, 0.0, 0.0
         _clear_sums(sums)
-        _add(sums, areas[s], 0.0, 0.0, 0.0, inner, s)
+        _add_element(sums, areas[s], 0.0, 0.0, 0.0, inner_moments, s)
         labels[s] = label
         queue[0] = s
         head, tail, refit_size = 0, 1, 8
@@ -173,7 +173,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
                 if labels[o] != -1:
                     continue
                 c = nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2]
-                if not abs(c) >= least_cosine:
+                if not abs(c) >= min_cosine:
                     continue
                 x, y, z = positions[o, 0] - ox, positions[o, 1] - oy, positions[o, 2] - oz
                 offset = (x - cx) * nx + (y - cy) * ny + (z - cz) * nz
@@ -182,14 +182,14 @@ def grow_regions(  # type: ignore[no-untyped-def]
                 labels[o] = label
                 queue[tail] = o
                 tail += 1
-                _add(sums, areas[o], x, y, z, inner, o)
+                _add_element(sums, areas[o], x, y, z, inner_moments, o)
                 if tail >= refit_size:
                     refit_size = tail + tail // 2
-                    plane = _plane_of(sums)
+                    plane = _fit_plane(sums)
                     if plane[6] > 1e-6 * plane[7]:
                         nx, ny, nz = plane[0], plane[1], plane[2]
                         cx, cy, cz = plane[3], plane[4], plane[5]
-        if tail < least_count and sums[0] < least_area:
+        if tail < min_count and sums[0] < min_area:
             for k in range(tail):
                 labels[queue[k]] = -1
         else:
@@ -208,9 +208,9 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     max_distance,
     starts,
     neighbours,
-    least_cosine,
+    min_cosine,
     centres,
-    facing_normals,
+    plane_normals,
     limits,
     labels,
     out,
@@ -225,7 +225,7 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     changed_count = 0
     for i in range(len(rows)):
         e = rows[i]
-        best_plane, min_value = -1, math.inf
+        best_plane, min_distance = -1, math.inf
         if labels[e] == -2:
             out[i] = -2
             continue
@@ -234,22 +234,22 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
             if f < 0 or f == best_plane:
                 continue
             distance = abs(
-                (positions[e, 0] - centres[f, 0]) * facing_normals[f, 0]
-                + (positions[e, 1] - centres[f, 1]) * facing_normals[f, 1]
-                + (positions[e, 2] - centres[f, 2]) * facing_normals[f, 2]
+                (positions[e, 0] - centres[f, 0]) * plane_normals[f, 0]
+                + (positions[e, 1] - centres[f, 1]) * plane_normals[f, 1]
+                + (positions[e, 2] - centres[f, 2]) * plane_normals[f, 2]
             )
             limit = min(max_distance[e], limits[f])
             c = abs(
-                normals[e, 0] * facing_normals[f, 0]
-                + normals[e, 1] * facing_normals[f, 1]
-                + normals[e, 2] * facing_normals[f, 2]
+                normals[e, 0] * plane_normals[f, 0]
+                + normals[e, 1] * plane_normals[f, 1]
+                + normals[e, 2] * plane_normals[f, 2]
             )
-            if not c >= least_cosine:
+            if not c >= min_cosine:
                 limit *= 0.5
                 if not c >= 0.5:
                     continue
-            if distance <= limit and distance < min_value:
-                best_plane, min_value = f, distance
+            if distance <= limit and distance < min_distance:
+                best_plane, min_distance = f, distance
         out[i] = best_plane
         if best_plane != labels[e]:
             changed_count += 1
@@ -261,13 +261,22 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
     "i8[::1])"
 )
 def add_moments(  # type: ignore[no-untyped-def]
-    rows, positions, areas, inner, max_distance, labels, about, known, sums, count
+    rows,
+    positions,
+    areas,
+    inner_moments,
+    max_distance,
+    labels,
+    reference_points,
+    is_known,
+    sums,
+    count,
 ):
     """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
 
     `sums` has the shape (f, 11), `count` the shape (f,).
 
-    The columns are the weight, the first and second moments about a position (the `known` one,
+    The columns are the weight, the first and second moments about a position (the `is_known` one,
     otherwise that of the first element), and the squares of `max_distance` if it has one value per
     element.
     """
@@ -275,9 +284,9 @@ def add_moments(  # type: ignore[no-untyped-def]
         f = labels[e]
         if f < 0:
             continue
-        if not known[f]:
-            known[f] = True
-            about[f, 0], about[f, 1], about[f, 2] = (
+        if not is_known[f]:
+            is_known[f] = True
+            reference_points[f, 0], reference_points[f, 1], reference_points[f, 2] = (
                 positions[e, 0],
                 positions[e, 1],
                 positions[e, 2],
@@ -285,13 +294,13 @@ def add_moments(  # type: ignore[no-untyped-def]
         count[f] += 1
         if len(max_distance) > 1:
             sums[f, 10] += max_distance[e] * max_distance[e]
-        _add(
+        _add_element(
             sums[f],
             areas[e],
-            positions[e, 0] - about[f, 0],
-            positions[e, 1] - about[f, 1],
-            positions[e, 2] - about[f, 2],
-            inner,
+            positions[e, 0] - reference_points[f, 0],
+            positions[e, 1] - reference_points[f, 1],
+            positions[e, 2] - reference_points[f, 2],
+            inner_moments,
             e,
         )
 
@@ -321,7 +330,7 @@ def add_to_cells(positions, normals, areas, cells_per_unit, names, ends, sums): 
             positions[e, 2] * cells_per_unit,
         )
         i, j, k = int(x), int(y), int(z)
-        slot = find_slot(names, cell_name(i, j, k))
+        slot = find_slot(names, cell_key(i, j, k))
         u, v, w = normals[e, 0], normals[e, 1], normals[e, 2]
         if names[slot] == -1 or u != u:
             continue
@@ -346,7 +355,7 @@ def add_to_cells(positions, normals, areas, cells_per_unit, names, ends, sums): 
 
 
 @part
-def cell_name(i, j, k):  # type: ignore[no-untyped-def]
+def cell_key(i, j, k):  # type: ignore[no-untyped-def]
     """Combine three cell indices into one key, which repeats after 2 million cells."""
     return ((i & 0x1FFFFF) << 42) | ((j & 0x1FFFFF) << 21) | (k & 0x1FFFFF)
 

@@ -56,7 +56,7 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 QUALITY_CLASSES = ("none", "poor", "doubtful", "good")
 """Classes of the expected error, worst first; "none" means that the plane is undetermined."""
-GOOD_DEG, POOR_DEG = 5.0, 15.0
+MAX_GOOD_DEG, MAX_POOR_DEG = 5.0, 15.0
 MIN_EXTENT_RESOLUTIONS = 10.0
 MIN_LENGTH_RESOLUTIONS = 4.0
 """Minimum length of a trace, in model resolutions."""
@@ -124,7 +124,7 @@ class Measurable:
     @property
     def trace_classes(self) -> Int8Array:
         """Index (n,) into `QUALITY_CLASSES` for traces only."""
-        return _classes(self.trace_deg, self.extent, self.resolutions)
+        return _classify_errors(self.trace_deg, self.extent, self.resolutions)
 
     @property
     def best_deg(self) -> FloatArray:
@@ -197,10 +197,10 @@ def map_measurability(
     assert options.length_m is not None
     length = options.length_m
     progress = progress or SilentProgress()
-    surface = _surface(data, length, options.resolution_m, progress)
+    surface = _prepare_surface(data, length, options.resolution_m, progress)
     elements = surface.elements
     if options.resolution_m is None:
-        resolution = _resolutions(resolving_points(data), elements)
+        resolution = _estimate_resolutions(resolving_points(data), elements)
     else:
         resolution = np.full(len(elements), options.resolution_m)
     return _map_elements(
@@ -213,16 +213,16 @@ def map_measurability(
 class _ShortPieces:
     """Pieces of a surface that are all short compared with a trace.
 
-    `of` (n,) is the face or point of the model that each piece belongs to. See `Measurable` for
-    `nodes`.
+    `source_rows` (n,) is the face or point of the model that each piece belongs to. See
+    `Measurable` for `nodes`.
     """
 
     elements: Elements
-    of: IntArray
+    source_rows: IntArray
     nodes: IntArray | None = None
 
 
-def _surface(
+def _prepare_surface(
     data: Mesh | PointCloud, length: float, resolution: float | None, progress: Progress
 ) -> _ShortPieces:
     progress.stage(tr("Analysing the surface"), None)
@@ -257,21 +257,21 @@ def _surface(
     if not is_fine and float(squared_lengths.max()) <= max_side**2:
         elements = build_elements(data, _NORMAL_ANGLE_DEG, progress)
         return _ShortPieces(elements, np.asarray(elements.rows))
-    node_of = weld_points(vertices)
-    places = np.zeros((int(node_of.max()) + 1, 3))
+    node_indices = weld_points(vertices)
+    places = np.zeros((int(node_indices.max()) + 1, 3))
     origin = vertices[is_finite_vertex].min(axis=0)
-    places[node_of] = np.where(is_finite_vertex[:, None], vertices, origin) - origin
-    used_faces, nodes, areas = node_of[used_faces], None, None
+    places[node_indices] = np.where(is_finite_vertex[:, None], vertices, origin) - origin
+    used_faces, nodes, areas = node_indices[used_faces], None, None
     if is_fine:
-        thinned_thin_mesh = thin_mesh(places, used_faces, CELL_STRIPS * step)
+        thinned_mesh = thin_mesh(places, used_faces, CELL_STRIPS * step)
         places, used_faces, areas = (
-            thinned_thin_mesh.vertices,
-            thinned_thin_mesh.faces,
-            thinned_thin_mesh.areas,
+            thinned_mesh.vertices,
+            thinned_mesh.faces,
+            thinned_mesh.areas,
         )
-        rows, nodes = rows[thinned_thin_mesh.rows], thinned_thin_mesh.nodes[node_of]
-    places, cut, source = subdivide_mesh(places, used_faces, max_side)
-    mesh = Mesh(places + origin, cut.astype(np.int32))
+        rows, nodes = rows[thinned_mesh.rows], thinned_mesh.nodes[node_indices]
+    places, divided_faces, source = subdivide_mesh(places, used_faces, max_side)
+    mesh = Mesh(places + origin, divided_faces.astype(np.int32))
     elements = build_elements(mesh, _NORMAL_ANGLE_DEG, progress)
     source = source[elements.rows]
     if areas is not None:
@@ -281,7 +281,7 @@ def _surface(
     return _ShortPieces(elements, rows[source], nodes)
 
 
-def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
+def _estimate_resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     """Estimate the effective resolution (n,) of the model around each piece, m.
 
     It is derived from the spacing and noise of the nearest vertices or points, as around a picked
@@ -327,27 +327,27 @@ def _map_elements(
 ) -> Measurable:
     elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    typical_extent = _weighted_median(resolution, weight)
-    _require_min_length(length, typical_extent)
+    median_resolution = _weighted_median(resolution, weight)
+    _require_min_length(length, median_resolution)
     noise = options.noise_m
     if noise is None:
-        noise = typical_extent * NOISE_PIXELS / PIXELS_PER_RESOLUTION
+        noise = median_resolution * NOISE_PIXELS / PIXELS_PER_RESOLUTION
     normal = normal / np.linalg.norm(normal)
     has_normal = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
     is_exposed = has_normal & (cosine >= np.cos(np.radians(options.angle_deg)))
     progress.stage(tr("Selecting patches"), None)
-    patches, patch_deg, patch_extent = _patches(
+    patches, patch_deg, patch_extent = _find_patches(
         elements, is_exposed, resolution, noise, options, weight
     )
     moments = intersection_moments(
         elements, normal, has_normal & ~is_exposed, is_exposed, resolution, length, progress
     )
-    trace_deg, extent, relief = _errors(moments, noise, options)
-    trace_classes = _classes(trace_deg, extent, resolution)
-    patch_classes = _classes(patch_deg, patch_extent, resolution)
+    trace_deg, extent, relief = _expected_errors(moments, noise, options)
+    trace_classes = _classify_errors(trace_deg, extent, resolution)
+    patch_classes = _classify_errors(patch_deg, patch_extent, resolution)
     return Measurable(
-        replace(elements, rows=surface.of),
+        replace(elements, rows=surface.source_rows),
         trace_deg,
         patch_deg,
         extent,
@@ -357,7 +357,7 @@ def _map_elements(
         weight,
         resolution,
         length,
-        typical_extent,
+        median_resolution,
         noise,
         elements.warnings,
         surface.nodes,
@@ -375,8 +375,8 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order[min(np.searchsorted(total, 0.5 * total[-1]), len(order) - 1)]])
 
 
-def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> Int8Array:
-    classes = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
+def _classify_errors(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> Int8Array:
+    classes = np.where(error <= MAX_GOOD_DEG, 3, np.where(error <= MAX_POOR_DEG, 2, 1))
     # Below ten resolutions, an error estimate is not reliable.
     with np.errstate(invalid="ignore"):
         is_small = extent < MIN_EXTENT_RESOLUTIONS * resolution
@@ -386,7 +386,7 @@ def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> I
 
 
 # --- patches ----------------------------------------------------------------------------------
-def _patches(
+def _find_patches(
     elements: Elements,
     is_exposed: BoolArray,
     resolution: FloatArray,
@@ -399,10 +399,10 @@ def _patches(
     label = connected_pieces(elements, np.where(is_exposed, 0, -1))
     if not is_exposed.any():
         return patches, np.full(len(patches), np.nan), np.full(len(patches), np.nan)
-    _, patch_of = np.unique(label[is_exposed], return_inverse=True)
-    patches[is_exposed] = patch_of
-    area = np.bincount(patch_of, weight[is_exposed])
-    mean_resolution = np.bincount(patch_of, (weight * resolution)[is_exposed]) / np.maximum(
+    _, patch_rows = np.unique(label[is_exposed], return_inverse=True)
+    patches[is_exposed] = patch_rows
+    area = np.bincount(patch_rows, weight[is_exposed])
+    mean_resolution = np.bincount(patch_rows, (weight * resolution)[is_exposed]) / np.maximum(
         area, 1e-300
     )
     size = 2.0 * np.sqrt(area / np.pi)
@@ -413,30 +413,37 @@ def _patches(
             float(mean_resolution[row]), noise, options.used_registration_error_deg
         ).error_deg(float(size[row]))
         error[row] = np.nan if error_deg is None else error_deg
-    error_in_deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
-    error_in_deg[is_exposed], extent[is_exposed] = error[patch_of], size[patch_of]
-    return patches, error_in_deg, extent
+    piece_error_deg, extent = np.full(len(patches), np.nan), np.full(len(patches), np.nan)
+    piece_error_deg[is_exposed], extent[is_exposed] = error[patch_rows], size[patch_rows]
+    return patches, piece_error_deg, extent
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _errors(
+def _expected_errors(
     moments: FloatArray, noise: float, options: MeasurableOptions
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the expected 95 % errors of the traces (degrees) and their axes (m).
 
     The longest axis is followed by the shorter one.
     """
-    length, resolution, larger, smaller, count = moments.T
-    relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
+    length, resolution, larger_eigenvalue, smaller_eigenvalue, count = moments.T
+    relief, extent = np.sqrt(12.0 * smaller_eigenvalue), np.sqrt(12.0 * larger_eigenvalue)
     degrees_of_freedom = length / resolution - 3.0
     if options.points is not None:
         degrees_of_freedom = np.minimum(degrees_of_freedom, options.points - 3.0)
     variance = noise**2
     values = np.stack(
-        [larger + variance, smaller + variance, np.full(len(larger), variance)], axis=1
+        [
+            larger_eigenvalue + variance,
+            smaller_eigenvalue + variance,
+            np.full(len(larger_eigenvalue), variance),
+        ],
+        axis=1,
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        is_determined = (degrees_of_freedom > 0.0) & (count >= _MIN_PIECES) & (smaller > 0.0)
+        is_determined = (
+            (degrees_of_freedom > 0.0) & (count >= _MIN_PIECES) & (smaller_eigenvalue > 0.0)
+        )
         quantile = joint_quantile(np.where(is_determined, degrees_of_freedom, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
         # As for a trace, see quality.resolution_tilt_deg.
@@ -448,4 +455,4 @@ def _errors(
             np.hypot(np.maximum(fit, tilt), options.used_registration_error_deg), 90.0
         )
     error = np.where(is_determined, error, 90.0)
-    return np.where(np.isfinite(larger), error, np.nan), extent, relief
+    return np.where(np.isfinite(larger_eigenvalue), error, np.nan), extent, relief

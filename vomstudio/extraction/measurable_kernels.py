@@ -41,7 +41,7 @@ def line_moments(  # type: ignore[no-untyped-def]
         s, u, v, t = coordinates[i, 0], coordinates[i, 1], coordinates[i, 2], coordinates[i, 3]
         w, wl, wu, wv = 0.0, 0.0, 0.0, 0.0
         uu, vv, uv = 0.0, 0.0, 0.0
-        number, largest_projection = 0.0, 0.0
+        number, largest_area = 0.0, 0.0
         for side in range(2):
             step = 1 if side == 0 else -1
             j = i if side == 0 else i - 1
@@ -62,7 +62,7 @@ def line_moments(  # type: ignore[no-untyped-def]
                         vv += a * y * y
                         uv += a * x * y
                         number += 1.0
-                        largest_projection = max(largest_projection, a)
+                        largest_area = max(largest_area, a)
                 j += step
         out[k, 0] = w
         if w > 0.0:
@@ -70,7 +70,7 @@ def line_moments(  # type: ignore[no-untyped-def]
             out[k, 1] = wl / w
             out[k, 2], out[k, 3] = x, y
             out[k, 4], out[k, 5], out[k, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
-            out[k, 7], out[k, 8] = number, largest_projection / w
+            out[k, 7], out[k, 8] = number, largest_area / w
 
 
 @kernel("void(f8[:,::1], i8[:,::1], f8[::1])")
@@ -117,7 +117,7 @@ def cluster_vertices(cells, faces, root):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i8[:,::1], i8[::1], f8[::1], f8[::1])")
-def accumulate_areas(vertices, faces, nodes, out, around):  # type: ignore[no-untyped-def]
+def accumulate_areas(vertices, faces, nodes, out, node_areas):  # type: ignore[no-untyped-def]
     """Write the area of each face (k, 3), and add a third of it to the node of each corner."""
     for i in range(len(faces)):
         a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
@@ -135,4 +135,4 @@ def accumulate_areas(vertices, faces, nodes, out, around):  # type: ignore[no-un
         area = 0.5 * (x * x + y * y + z * z) ** 0.5
         out[i] = area
         for k in range(3):
-            around[nodes[faces[i, k]]] += area / 3.0
+            node_areas[nodes[faces[i, k]]] += area / 3.0

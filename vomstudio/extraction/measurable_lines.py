@@ -14,10 +14,10 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 # Width of the strip on either side of the line, as a fraction of the length: the finest, the
 # coarsest for the mesh as it is, and that for a mesh that must be subdivided.
-_N_STRIPS, _MIN_N_STRIPS, _N_STRIPS_OF_COARSE_MODEL = 40.0, 12.0, 40.0
+_N_STRIPS, _MIN_N_STRIPS, _N_COARSE_STRIPS = 40.0, 12.0, 40.0
 # Side length of the cells in which one piece represents all others, in half strip widths.
 CELL_STRIPS = 0.75
-_BLOCK_PIECES = 20_000
+_PIECES_PER_BLOCK = 20_000
 
 
 def strip_half_width(spacing: float, length: float) -> float:
@@ -37,7 +37,7 @@ def strip_half_width(spacing: float, length: float) -> float:
     """
     if spacing <= length / _MIN_N_STRIPS:
         return max(spacing, length / _N_STRIPS)
-    return length / _N_STRIPS_OF_COARSE_MODEL
+    return length / _N_COARSE_STRIPS
 
 
 def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
@@ -59,8 +59,8 @@ def connected_pieces(elements: Elements, band: IntArray) -> IntArray:
 
     n = len(band)
     source = np.repeat(np.arange(n, dtype=np.int32), np.diff(elements.starts))
-    is_same = (band[source] == band[elements.near]) & (band[source] >= 0)
-    source, neighbours = source[is_same], elements.near[is_same]
+    is_same_band = (band[source] == band[elements.neighbours]) & (band[source] >= 0)
+    source, neighbours = source[is_same_band], elements.neighbours[is_same_band]
     graph = coo_matrix((np.ones(len(source), np.int8), (source, neighbours)), shape=(n, n)).tocsr()
     components = np.asarray(connected_components(graph, directed=False)[1], np.int64)
     return np.where(band < 0, -1, components)
@@ -105,11 +105,11 @@ def intersection_moments(
     positions = elements.places
     offset = positions @ normal
     offset = offset - offset[is_cut].min()
-    spread = np.sqrt(
-        np.percentile(elements.areas[is_cut], 75.0) * (2 if elements.of == "face" else 1)
+    typical_side = np.sqrt(
+        np.percentile(elements.areas[is_cut], 75.0) * (2 if elements.kind == "face" else 1)
     )
-    width = strip_half_width(float(spread), length)
-    representatives, representative_of, weight = _select_representatives(
+    width = strip_half_width(float(typical_side), length)
+    representatives, representative_rows, weight = _select_representatives(
         elements, is_cut, normal, width
     )
     first_axis, second_axis = _plane_axes(normal)
@@ -132,19 +132,19 @@ def intersection_moments(
         axis=1,
     )
     sums = np.full((len(representatives), 9), np.nan)
-    quarter_turns = offset / (4.0 * width)
-    shifted_angle = quarter_turns + 0.5
-    fraction = quarter_turns[representatives] - np.floor(quarter_turns[representatives])
+    band_positions = offset / (4.0 * width)
+    shifted_positions = band_positions + 0.5
+    fraction = band_positions[representatives] - np.floor(band_positions[representatives])
     # Use two overlapping sets of bands, so that every piece is well inside one of them.
     is_middle = (fraction >= 0.25) & (fraction < 0.75)
     progress.stage(tr("Measuring patches"), len(representatives))
     processed_count = 0
-    for bands, is_inside in ((quarter_turns, is_middle), (shifted_angle, ~is_middle)):
+    for bands, is_inside in ((band_positions, is_middle), (shifted_positions, ~is_middle)):
         band = np.where(is_cut | is_exposed, np.floor(bands).astype(np.int64), -1)
         label = connected_pieces(elements, np.where(band < 0, -1, band))[representatives]
         rows = np.flatnonzero(is_inside)
         if len(rows):
-            sums[rows] = _moments(
+            sums[rows] = _compute_moments(
                 label,
                 rows,
                 coordinates,
@@ -170,7 +170,7 @@ def intersection_moments(
         ],
         axis=1,
     )
-    moments[is_cut] = results[representative_of]
+    moments[is_cut] = results[representative_rows]
     return moments
 
 
@@ -204,17 +204,17 @@ def _select_representatives(
     first_axis, second_axis = _plane_axes(normal)
     angles = np.arctan2(normals @ second_axis, normals @ first_axis)
     key = key * 4 + np.floor((angles + np.pi) / (np.pi / 2.0)).astype(np.int64) % 4
-    _, cell_of = np.unique(key, return_inverse=True)
-    order = np.lexsort((areas, cell_of))
-    last_in_cell = np.flatnonzero(np.append(np.diff(cell_of[order]) != 0, True))
+    _, cell_rows = np.unique(key, return_inverse=True)
+    order = np.lexsort((areas, cell_rows))
+    last_in_cell = np.flatnonzero(np.append(np.diff(cell_rows[order]) != 0, True))
     return (
         np.asarray(rows[order[last_in_cell]], np.int64),
-        np.asarray(cell_of, np.int64),
-        np.array(np.bincount(cell_of, areas), np.float64),
+        np.asarray(cell_rows, np.int64),
+        np.array(np.bincount(cell_rows, areas), np.float64),
     )
 
 
-def _moments(
+def _compute_moments(
     label: IntArray,
     rows: IntArray,
     coordinates: FloatArray,
@@ -225,7 +225,7 @@ def _moments(
     half_length: float,
     width: float,
     progress: Progress,
-    before: int,
+    previous_count: int,
 ) -> FloatArray:
     """Return the `line_moments` (len(rows), 9); `label` (k,) is the component of each piece."""
     count = int(label.max()) + 1
@@ -254,7 +254,7 @@ def _moments(
     ]
     moments = np.empty((len(rows), 9))
 
-    def work(block: slice) -> None:
+    def compute_block(block: slice) -> None:
         out = np.full((len(rows[block]), 9), np.nan)
         position = to_kernel_array(place[rows[block]], np.int64)
         line_moments(
@@ -262,7 +262,9 @@ def _moments(
         )
         moments[block] = out
 
-    run_in_blocks(work, len(rows), _OffsetProgress(progress, before), _BLOCK_PIECES)
+    run_in_blocks(
+        compute_block, len(rows), _OffsetProgress(progress, previous_count), _PIECES_PER_BLOCK
+    )
     return moments
 
 

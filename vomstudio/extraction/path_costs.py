@@ -24,11 +24,11 @@ _MIN_COST = 0.02
 # bed covers only a small part of the corridor.
 _LOW_PERCENTILE, _HIGH_PERCENTILE = 0.2, 98.0
 # Numbers of smoothing passes: a bed about ten nodes wide still has a distinct middle.
-_VALLEY_SMOOTHINGS = (2, 4, 8)
+_VALLEY_SMOOTHING_PASSES = (2, 4, 8)
 # Weight of the chroma relative to the lightness.
 _CHROMA_WEIGHT = 1.5
 # Number of smoothing passes of the lightness before its gradient is computed.
-_GRADIENT_SMOOTHINGS = 3
+_N_GRADIENT_PASSES = 3
 _LIGHTNESS_WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
@@ -45,11 +45,11 @@ def node_colour(graph: Graph, node: int) -> FloatArray:
     (3,) ndarray
     """
     assert graph.colours is not None
-    rows = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
+    rows = np.append(graph.neighbours[graph.starts[node] : graph.starts[node + 1]], node)
     return np.asarray(opponent_colours(graph.colours[rows].mean(axis=0)[None])[0])
 
 
-def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
+def node_costs(graph: Graph, cost: str, target_colours: FloatArray | None = None) -> FloatArray:
     """Compute the cost per metre at each node of a graph.
 
     Parameters
@@ -57,7 +57,7 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
     graph : Graph
     cost : str
         One of `COST_NAMES`, or the name of a field whose low values are followed.
-    tints : (w, 3) array, optional
+    target_colours : (w, 3) array, optional
         Opponent colours to follow; required for the cost "colour".
 
     Returns
@@ -67,10 +67,10 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
     """
     if cost == "colour":
         assert graph.colours is not None
-        assert tints is not None
+        assert target_colours is not None
         colours = smooth_opponent_colours(graph)
         squared_distances = np.full(len(graph.places), np.inf)
-        for target in np.unique(tints, axis=0):
+        for target in np.unique(target_colours, axis=0):
             # Column by column: a sum over rows of three is many times slower.
             deviation = (colours[0] - target[0]) ** 2
             for axis in (1, 2):
@@ -91,7 +91,7 @@ def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> Floa
         value = (value - low) / max(high - low, 1e-12)
         if not is_complete:
             value[~is_finite] = 1.0
-    valley = _smoothed_lows(graph, np.clip(value, 0.0, 1.0))
+    valley = _deepen_valleys(graph, np.clip(value, 0.0, 1.0))
     return np.asarray(_MIN_COST + (1.0 - _MIN_COST) * valley**2)
 
 
@@ -106,11 +106,11 @@ def smooth_opponent_colours(graph: Graph) -> FloatArray:
         Graph whose nodes have colours.
     """
     name = "smooth opponent colours"
-    if name not in graph.cached:
+    if name not in graph.cache:
         assert graph.colours is not None
         smooth_colours = np.stack([smooth_values(graph, c) for c in graph.colours.T], axis=1)
-        graph.cached[name] = np.ascontiguousarray(opponent_colours(smooth_colours).T)
-    return graph.cached[name]
+        graph.cache[name] = np.ascontiguousarray(opponent_colours(smooth_colours).T)
+    return graph.cache[name]
 
 
 def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatArray:
@@ -129,12 +129,20 @@ def smooth_values(graph: Graph, values: FloatArray, n_passes: int = 1) -> FloatA
     """
     from vomstudio.extraction.path_kernels import average_neighbours
 
-    current, smoothed = np.array(values, np.float64), np.empty(len(values))
+    current_values, smoothed_values = np.array(values, np.float64), np.empty(len(values))
     with split_work(len(values)) as run:
         for _ in range(n_passes):
-            run(partial(average_neighbours, graph.starts, graph.near, current, smoothed))
-            current, smoothed = smoothed, current
-    return current
+            run(
+                partial(
+                    average_neighbours,
+                    graph.starts,
+                    graph.neighbours,
+                    current_values,
+                    smoothed_values,
+                )
+            )
+            current_values, smoothed_values = smoothed_values, current_values
+    return current_values
 
 
 def contact_values(graph: Graph, cost: str) -> FloatArray:
@@ -158,28 +166,28 @@ def contact_values(graph: Graph, cost: str) -> FloatArray:
         return np.array(graph.fields[cost], np.float64)
     assert graph.colours is not None
     lightness = smooth_values(
-        graph, graph.colours @ _LIGHTNESS_WEIGHTS, _GRADIENT_SMOOTHINGS if cost == "gradient" else 1
+        graph, graph.colours @ _LIGHTNESS_WEIGHTS, _N_GRADIENT_PASSES if cost == "gradient" else 1
     )
     if cost == "dark":
         return lightness
     if cost == "light":
         return -lightness
     gradients = np.empty((len(lightness), 3))
-    compute_gradients(graph.places, graph.starts, graph.near, lightness, gradients)
+    compute_gradients(graph.places, graph.starts, graph.neighbours, lightness, gradients)
     return np.asarray(-np.linalg.norm(gradients, axis=1))
 
 
-def _smoothed_lows(graph: Graph, value: FloatArray) -> FloatArray:
+def _deepen_valleys(graph: Graph, value: FloatArray) -> FloatArray:
     """Average values (n,) with smoothed versions, so that the middle of a bed is lowest.
 
     Within a bed of uniform colour, the shortest path cuts corners from side to side. This tilts the
     plane systematically without being visible in the residuals.
     """
     total, previous_values = value.copy(), value
-    for pass_count in _VALLEY_SMOOTHINGS:
+    for pass_count in _VALLEY_SMOOTHING_PASSES:
         previous_values = smooth_values(graph, previous_values, pass_count)
         total += previous_values
-    total /= len(_VALLEY_SMOOTHINGS) + 1
+    total /= len(_VALLEY_SMOOTHING_PASSES) + 1
     return total
 
 

@@ -16,19 +16,19 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
-from vomstudio.geology.doubtful_stretches import MARGIN, MIN_POINTS, Range, offset
+from vomstudio.geology.doubtful_stretches import MARGIN_VERTICES, MIN_POINTS, VertexRange, offset
 from vomstudio.geometry.planes import FittedPlane, fit_planes
 
 CONTACT_QUANTILE = 0.25
 """Quantile of the costs along a path that represents its contact."""
-MIN_PEAK = 0.1
+MIN_PEAK_HEIGHT = 0.1
 """Minimum height of a crossing, as a share between the costs of the contact and typical rock."""
 MAX_PEAKS = 7
 MAX_VERTICES = 500
 MIN_VERTICES = 3
-MIN_LENGTH = 4.0
+MIN_LENGTH_RESOLUTIONS = 4.0
 """Minimum length of a stretch, in model resolutions."""
-MIN_RATIO = 1.3
+MIN_OFFSET_RATIO = 1.3
 """Minimum ratio of the offset to the error and the scatter, both at 95 %.
 
 Up to 2 % of single contacts then have a doubtful stretch, in most cases because the path has
@@ -37,7 +37,7 @@ actually left the contact (docs/plane_errors.md)."""
 
 def find_jumps(
     points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
-) -> tuple[Range, ...]:
+) -> tuple[VertexRange, ...]:
     """Find the stretches of a path that are offset from the plane of the remaining points.
 
     Parameters
@@ -65,7 +65,7 @@ def find_jumps(
         return tuple((a * step, min((b + 1) * step, len(points)) - 1) for a, b in coarse_jumps)
     legs = _jump_candidates(points, costs, index, resolution)
     is_used = np.ones(len(points), np.bool_)
-    excluded_ranges: list[Range] = []
+    excluded_ranges: list[VertexRange] = []
     while (best_stretch := _find_best_stretch(points, is_used, legs)) is not None:
         leg, stretch = best_stretch
         excluded_ranges.append(stretch)
@@ -74,31 +74,31 @@ def find_jumps(
     while excluded_ranges:
         fit = _fit_masked(points, [is_used])[0]
         ratios = [
-            0.0 if fit is None else _ratio(points, item, fit, resolution)
+            0.0 if fit is None else _offset_ratio(points, item, fit, resolution)
             for item in excluded_ranges
         ]
-        weakest = int(np.argmin(ratios))
-        if ratios[weakest] >= MIN_RATIO:
+        weakest_row = int(np.argmin(ratios))
+        if ratios[weakest_row] >= MIN_OFFSET_RATIO:
             break
-        is_used[_row_slice(excluded_ranges.pop(weakest))] = True
+        is_used[_row_slice(excluded_ranges.pop(weakest_row))] = True
         for stretch in excluded_ranges:
             is_used[_row_slice(stretch)] = False
     return tuple(sorted(excluded_ranges))
 
 
-def _row_slice(stretch: Range) -> slice:
-    return slice(max(stretch[0] - MARGIN, 0), stretch[1] + 1 + MARGIN)
+def _row_slice(stretch: VertexRange) -> slice:
+    return slice(max(stretch[0] - MARGIN_VERTICES, 0), stretch[1] + 1 + MARGIN_VERTICES)
 
 
 def _jump_candidates(
     points: FloatArray, costs: FloatArray, index: IntArray, resolution: float
-) -> list[list[Range]]:
+) -> list[list[VertexRange]]:
     """Return the stretches between any two crossings of each leg."""
     from scipy.ndimage import uniform_filter1d
     from scipy.signal import find_peaks
 
     level = float(np.quantile(costs, CONTACT_QUANTILE))
-    min_height = level + MIN_PEAK * max(1.0 - level, 0.0)
+    min_height = level + MIN_PEAK_HEIGHT * max(1.0 - level, 0.0)
     smoothed_costs = uniform_filter1d(costs, 3, mode="nearest")
     distances = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     legs = []
@@ -107,23 +107,21 @@ def _jump_candidates(
         peaks, properties = find_peaks(
             np.pad(smoothed_costs[first : last + 1], 1), height=min_height
         )
-        highest_costs = (
-            np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
-        )
+        peak_rows = np.sort(peaks[np.argsort(properties["peak_heights"])[-MAX_PEAKS:]]) + first - 1
         legs.append(
             [
                 (a + 1, b - 1)
-                for a, b in combinations(highest_costs.tolist(), 2)
+                for a, b in combinations(peak_rows.tolist(), 2)
                 if b - a > MIN_VERTICES
-                and distances[b - 1] - distances[a + 1] >= MIN_LENGTH * resolution
+                and distances[b - 1] - distances[a + 1] >= MIN_LENGTH_RESOLUTIONS * resolution
             ]
         )
     return legs
 
 
 def _find_best_stretch(
-    points: FloatArray, is_used: BoolArray, legs: Sequence[Sequence[Range]]
-) -> tuple[int, Range] | None:
+    points: FloatArray, is_used: BoolArray, legs: Sequence[Sequence[VertexRange]]
+) -> tuple[int, VertexRange] | None:
     """Return the leg and the stretch whose exclusion leaves the points closest to one plane.
 
     The points of the stretch may lie in a parallel plane.
@@ -134,32 +132,34 @@ def _find_best_stretch(
         mask = is_used.copy()
         mask[_row_slice(stretch)] = False
         masks.append(mask)
-    best_stretch, lowest_ratio = None, np.inf
+    best_stretch, lowest_score = None, np.inf
     for choice, fit in zip(choices, _fit_masked(points, masks), strict=True):
         if fit is None or fit.rms is None:
             continue
         (a, b) = choice[1]
         offsets = (points[a : b + 1] - fit.centroid) @ fit.normal
         total = fit.n * fit.rms**2 + float(((offsets - offsets.mean()) ** 2).sum())
-        if (score := total / (fit.n + len(offsets))) < lowest_ratio:
-            best_stretch, lowest_ratio = choice, score
+        if (score := total / (fit.n + len(offsets))) < lowest_score:
+            best_stretch, lowest_score = choice, score
     return best_stretch
 
 
 def _fit_masked(points: FloatArray, masks: Sequence[BoolArray]) -> list[FittedPlane | None]:
     """Fit a plane to the points of each mask (n,); None if there are too few points."""
-    usable_masks = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
+    usable_rows = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
     fits: list[FittedPlane | None] = [None] * len(masks)
-    if not usable_masks:
+    if not usable_rows:
         return fits
-    groups = [points[masks[i]] for i in usable_masks]
+    groups = [points[masks[i]] for i in usable_rows]
     batch = fit_planes(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
-    for i, fit in zip(usable_masks, batch.rows(), strict=True):
+    for i, fit in zip(usable_rows, batch.rows(), strict=True):
         fits[i] = None if fit.error is not None else fit
     return fits
 
 
-def _ratio(points: FloatArray, stretch: Range, fit: FittedPlane, resolution: float) -> float:
+def _offset_ratio(
+    points: FloatArray, stretch: VertexRange, fit: FittedPlane, resolution: float
+) -> float:
     """Return the offset of a stretch from a plane, in multiples of the allowed offset."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0

@@ -57,7 +57,7 @@ def remove_duplicates(starts, neighbours):  # type: ignore[no-untyped-def]
 
 
 @part
-def _detour(positions, node, start, end):  # type: ignore[no-untyped-def]
+def _detour_length(positions, node, start, end):  # type: ignore[no-untyped-def]
     """Return the distance from one position to another through a node."""
     x, y, z = positions[node, 0], positions[node, 1], positions[node, 2]
     distance = math.sqrt((x - start[0]) ** 2 + (y - start[1]) ** 2 + (z - start[2]) ** 2)
@@ -84,7 +84,10 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
         done_count += 1
         for k in range(starts[node], starts[node + 1]):
             neighbour = neighbours[k]
-            if mark[neighbour] >= 0 or _detour(positions, neighbour, start, end) > max_length:
+            if (
+                mark[neighbour] >= 0
+                or _detour_length(positions, neighbour, start, end) > max_length
+            ):
                 continue
             if count == len(rows):
                 done_count = -1
@@ -106,12 +109,12 @@ def list_nodes_in_ellipsoid(positions, start, end, max_length, rows):  # type: i
     count = 0
     x, y, z = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * (start[2] + end[2])
     # The enclosing sphere, slightly enlarged for rounding, excludes most nodes without a root.
-    max_square = 0.25 * max_length * max_length * (1.0 + 1e-9)
+    max_squared_radius = 0.25 * max_length * max_length * (1.0 + 1e-9)
     for node in range(len(positions)):
         right, up, forward = positions[node, 0] - x, positions[node, 1] - y, positions[node, 2] - z
-        if right * right + up * up + forward * forward > max_square:
+        if right * right + up * up + forward * forward > max_squared_radius:
             continue
-        if _detour(positions, node, start, end) <= max_length:
+        if _detour_length(positions, node, start, end) <= max_length:
             rows[count] = node
             count += 1
     return count
@@ -192,7 +195,7 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
 
 # --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
 @part
-def _raise_node(keys, heap, heap_position, position):  # type: ignore[no-untyped-def]
+def _sift_up(keys, heap, heap_position, position):  # type: ignore[no-untyped-def]
     """Move an entry of the heap toward its root."""
     node, key = heap[position], keys[position]
     while position > 0:
@@ -237,7 +240,7 @@ def _insert_node(keys, heap, heap_position, size, node, key):  # type: ignore[no
         position, size = size, size + 1
         heap[position], heap_position[node] = node, position
     keys[position] = key
-    _raise_node(keys, heap, heap_position, position)
+    _sift_up(keys, heap, heap_position, position)
     return size
 
 
@@ -295,7 +298,7 @@ def search_least_cost(  # type: ignore[no-untyped-def]
 
 
 @part
-def _slot_of(node, slots, nodes, count, headings, distance, heap_position):  # type: ignore[no-untyped-def]
+def _find_slot(node, slots, nodes, count, headings, distance, heap_position):  # type: ignore[no-untyped-def]
     """Return the slot of a node, initialised on first use; -1 if `nodes` is full."""
     slot = slots[node]
     if slot >= 0 or count == len(nodes):
@@ -312,13 +315,13 @@ def _slot_of(node, slots, nodes, count, headings, distance, heap_position):  # t
 )
 def search_least_turning(  # type: ignore[no-untyped-def]
     positions,
-    flat,
+    plane_coordinates,
     starts,
     neighbours,
     costs,
     start,
-    other,
-    remaining,
+    target,
+    remaining_costs,
     turn_cost,
     headings,
     min_cosine,
@@ -336,19 +339,20 @@ def search_least_turning(  # type: ignore[no-untyped-def]
     same heading at another node. Changing to the next heading on either side costs `turn_cost`.
     Returns the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
 
-    `remaining` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,) must be
+    `remaining_costs` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,)
+    must be
     -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.
     """
-    count = _slot_of(start, slots, nodes, 0, headings, distance, heap_position) + 1
+    count = _find_slot(start, slots, nodes, 0, headings, distance, heap_position) + 1
     size = 0
     for state in range(headings):
         distance[state], predecessor[state] = 0.0, -1
-        size = _insert_node(keys, heap, heap_position, size, state, remaining[start])
+        size = _insert_node(keys, heap, heap_position, size, state, remaining_costs[start])
     while size > 0:
         state = heap[0]
         slot, h = state // headings, state % headings
         node = nodes[slot]
-        if node == other:
+        if node == target:
             return state
         size = _remove_root(keys, heap, heap_position, size)
         base = distance[state]
@@ -358,18 +362,26 @@ def search_least_turning(  # type: ignore[no-untyped-def]
                 distance[next_state] = base + turn_cost
                 predecessor[next_state] = state
                 size = _insert_node(
-                    keys, heap, heap_position, size, next_state, base + turn_cost + remaining[node]
+                    keys,
+                    heap,
+                    heap_position,
+                    size,
+                    next_state,
+                    base + turn_cost + remaining_costs[node],
                 )
         angle = 2.0 * math.pi * h / headings
         x, y = math.cos(angle), math.sin(angle)
         for k in range(starts[node], starts[node + 1]):
             end = neighbours[k]
-            right, up = flat[end, 0] - flat[node, 0], flat[end, 1] - flat[node, 1]
+            right, up = (
+                plane_coordinates[end, 0] - plane_coordinates[node, 0],
+                plane_coordinates[end, 1] - plane_coordinates[node, 1],
+            )
             # An arc perpendicular to the plane has no direction within it.
             if right * x + up * y < min_cosine * math.sqrt(right * right + up * up):
                 continue
             step = max(_distance(positions, node, end) * 0.5 * (costs[node] + costs[end]), 1e-15)
-            end_slot = _slot_of(end, slots, nodes, count, headings, distance, heap_position)
+            end_slot = _find_slot(end, slots, nodes, count, headings, distance, heap_position)
             if end_slot < 0:
                 return -2
             count = max(count, end_slot + 1)
@@ -378,6 +390,6 @@ def search_least_turning(  # type: ignore[no-untyped-def]
                 distance[next_state] = base + step
                 predecessor[next_state] = state
                 size = _insert_node(
-                    keys, heap, heap_position, size, next_state, base + step + remaining[end]
+                    keys, heap, heap_position, size, next_state, base + step + remaining_costs[end]
                 )
     return -1

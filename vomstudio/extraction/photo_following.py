@@ -17,7 +17,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import COLOUR_COSTS, node_costs, opponent_colours
 from vomstudio.extraction.photo_votes import Voter, count_agreeing_photos
@@ -29,12 +29,12 @@ from vomstudio.extraction.pixel_graph import (
 from vomstudio.extraction.shortest_paths import straightest_path
 from vomstudio.extraction.surface_graph import Graph
 
-_CORRIDOR_STRETCH = 1.4
+_CORRIDOR_STRETCH_FACTOR = 1.4
 _MARGIN_PX = 16.0
 # Maximum number of pixels searched at once, and half-width of the corridor around the line that was
 # found in the coarser picture, pixels.
 _MAX_NODES = 120_000
-_CORRIDOR_PX = 12.0
+_CORRIDOR_HALF_WIDTH_PX = 12.0
 _MAX_VOTERS = 5
 # Maximum error of the end point of a line of sight, in model resolutions.
 _SIGHT_ERROR_RESOLUTIONS = 0.25
@@ -51,11 +51,11 @@ class PhotoPath:
         Columns and rows of the path in the photo.
     points : (n, 3) array
         Points of the model under these pixels, in the World frame, m.
-    at : (w,) int array
+    way_point_rows : (w,) int array
         Rows of the way-points in the path.
     costs : (n,) array
         Cost per metre at each pixel, relative to the median of the photo around the path.
-    missed : int
+    missed_count : int
         Number of pixels of the path that miss the model.
     seen, agreeing : (n,) int arrays
         Number of other photos that show each point, and number of those that confirm it.
@@ -66,21 +66,21 @@ class PhotoPath:
 
     pixels: FloatArray
     points: FloatArray
-    at: IntArray
+    way_point_rows: IntArray
     costs: FloatArray
-    missed: int
+    missed_count: int
     seen: IntArray
     agreeing: IntArray
     voters: tuple[str, ...]
     warnings: tuple[Finding, ...] = ()
 
     @property
-    def judged(self) -> int:
+    def judged_count(self) -> int:
         """Number of points that are visible in other photos."""
         return int((self.seen > 0).sum())
 
     @property
-    def confirmed(self) -> int:
+    def confirmed_count(self) -> int:
         """Number of points confirmed by at least half of the other photos that show them."""
         return int(((self.seen > 0) & (2 * self.agreeing >= self.seen)).sum())
 
@@ -153,8 +153,8 @@ class PhotoFollower:
             If all way-points are in the same pixel, or if one is outside the photo or the model.
         """
         marks = np.asarray(way_points, np.float64).reshape(-1, 2)
-        self._require(marks)
-        voters, warnings = ([], list[Finding]()) if is_alone else self._voters(marks)
+        self._require_way_points(marks)
+        voters, warnings = ([], list[Finding]()) if is_alone else self._find_voters(marks)
         paths = [self._find_leg(a, b, marks, voters) for a, b in pairwise(marks)]
         legs = [leg for leg, _ in paths]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
@@ -191,9 +191,9 @@ class PhotoFollower:
         (n, 3) array
             In the World frame, m; NaN if a line of sight misses the model.
         """
-        return self.photos.views.places_under(self.photos.view_row, pixels)
+        return self.photos.views.intersect_model(self.photos.view_row, pixels)
 
-    def _require(self, marks: FloatArray) -> None:
+    def _require_way_points(self, marks: FloatArray) -> None:
         if len(marks) < 2:
             raise GeometryError(Finding("feature.too-few-points", count=2 - len(marks), minimum=2))
         is_inside = self.view.contains(marks) & np.isfinite(marks).all(axis=1)
@@ -204,7 +204,7 @@ class PhotoFollower:
                 Finding("path.point-beside-model", number=row + 1, photo=self.view.name)
             )
 
-    def _voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
+    def _find_voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
         """Return the other photos that show the way-points best, and warnings about them."""
         if not self._uses_votes:
             return [], []
@@ -226,7 +226,7 @@ class PhotoFollower:
                 voters_by_photo[sighting.view] = voter
                 voters.append(voter)
             except InputError as error:
-                warnings.append(finding_of(error))
+                warnings.append(to_finding(error))
             if len(voters) == _MAX_VOTERS:
                 break
         self._cached_voters.clear()
@@ -241,7 +241,7 @@ class PhotoFollower:
     ) -> tuple[FloatArray, FloatArray]:
         """Return the pixels (k, 2) from one way-point to the next, and their costs (k,)."""
         distance = float(np.hypot(*(goal - start)))
-        span = _CORRIDOR_STRETCH * distance + _MARGIN_PX
+        span = _CORRIDOR_STRETCH_FACTOR * distance + _MARGIN_PX
         area = 0.25 * np.pi * span * np.sqrt(max(span**2 - distance**2, 1.0))
         level = max(0, int(np.ceil(np.log2(max(area / _MAX_NODES, 1.0)) / 2.0)))
         line = np.zeros((0, 2))
@@ -252,10 +252,12 @@ class PhotoFollower:
                 box, mask = select_pixels_in_ellipse(*ends, span / size + _MARGIN_PX, picture.shape)
             else:
                 box, mask = select_pixels_along_line(
-                    np.vstack([ends[0], 2.0 * line, ends[1]]), _CORRIDOR_PX, picture.shape
+                    np.vstack([ends[0], 2.0 * line, ends[1]]),
+                    _CORRIDOR_HALF_WIDTH_PX,
+                    picture.shape,
                 )
             graph = pixel_graph(picture, box, mask)
-            costs = node_costs(graph, self.cost, self._tints(picture, marks / size))
+            costs = node_costs(graph, self.cost, self._way_point_colours(picture, marks / size))
             if current == level:
                 # At later levels, the graph only contains a narrow corridor around the line.
                 typical_cost = float(np.median(costs))
@@ -275,13 +277,15 @@ class PhotoFollower:
         while len(self._pyramid) <= level:
             previous = self._pyramid[-1]
             height, width = (max(size // 2, 1) for size in previous.shape[:2])
-            even_picture = previous[: 2 * height, : 2 * width]
+            cropped_picture = previous[: 2 * height, : 2 * width]
             self._pyramid.append(
-                np.asarray(cv2.resize(even_picture, (width, height), interpolation=cv2.INTER_AREA))
+                np.asarray(
+                    cv2.resize(cropped_picture, (width, height), interpolation=cv2.INTER_AREA)
+                )
             )
         return self._pyramid[level]
 
-    def _tints(self, picture: ByteArray, pixels: FloatArray) -> FloatArray:
+    def _way_point_colours(self, picture: ByteArray, pixels: FloatArray) -> FloatArray:
         """Return the opponent colours (w, 3) at pixels, averaged over nine pixels each."""
         colours = []
         for x, y in np.floor(pixels).astype(int).tolist():
@@ -315,10 +319,10 @@ class PhotoFollower:
                 Graph(
                     graph.places,
                     graph.starts,
-                    graph.near,
+                    graph.neighbours,
                     blended_colours,
                     {},
-                    graph.rough,
+                    graph.compute_roughness,
                     graph.row,
                 ),
                 self.cost,
@@ -327,7 +331,8 @@ class PhotoFollower:
             voter_costs[~is_visible] = np.inf
             for _ in range(error_px):
                 voter_costs = np.minimum(
-                    voter_costs, np.minimum.reduceat(voter_costs[graph.near], graph.starts[:-1])
+                    voter_costs,
+                    np.minimum.reduceat(voter_costs[graph.neighbours], graph.starts[:-1]),
                 )
             is_finite = np.isfinite(voter_costs)
             total[is_finite] += voter_costs[is_finite]

@@ -30,7 +30,7 @@ from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 
 # If fewer vertices are confirmed, the line is reported as doubtful.
-_MIN_AGREEING_SHARE = 0.8
+_MIN_CONFIRMED_SHARE = 0.8
 # A step that exceeds both limits (in median steps and in resolutions) crosses a gap that is not
 # visible in the photo.
 _MAX_STEP_RATIO, _MIN_GAP_RESOLUTIONS = 10.0, 2.0
@@ -110,8 +110,8 @@ def photo_trace(
     """
     marks = np.asarray(way_points, np.float64)
     follower = PhotoFollower(photos, COLOUR_COSTS[0] if cost == AUTO else cost)
-    is_world = marks.shape[1] == 3
-    if is_world:
+    has_world_points = marks.shape[1] == 3
+    if has_world_points:
         require_on_model(surface, marks, resolution)
         pixels = _project_way_points(photos, marks, resolution)
     else:
@@ -122,25 +122,28 @@ def photo_trace(
         path, cost, trials = select_best_path(
             COLOUR_COSTS,
             lambda one: follower.with_cost(one).follow(pixels),
-            vertices.resolution_near,
+            vertices.local_resolution,
             vertices.outcrop_normal,
             lambda one: find_jumps(
-                one.points, one.costs, one.at, vertices.resolution_near(one.points) or 0.0
+                one.points,
+                one.costs,
+                one.way_point_rows,
+                vertices.local_resolution(one.points) or 0.0,
             ),
         )
     else:
         path = follower.follow(pixels)
     cost = name or cost
-    snap_targets = marks if is_world else follower.project(pixels)
+    snap_targets = marks if has_world_points else follower.project(pixels)
     notes = tr(
         "followed through {count} way-points by {cost} in the photo {photo}",
         count=len(marks),
         cost=cost,
         photo=photos.name,
     )
-    local_resolution = vertices.resolution_near(path.points) or 0.0
-    reliable_remaining_plane = fit_remaining_plane(
-        path.points, find_jumps(path.points, path.costs, path.at, local_resolution)
+    local_resolution = vertices.local_resolution(path.points) or 0.0
+    remaining_trace = fit_remaining_plane(
+        path.points, find_jumps(path.points, path.costs, path.way_point_rows, local_resolution)
     )
     plane, band, plane_warnings = fit_trace_plane(
         path.points,
@@ -150,7 +153,7 @@ def photo_trace(
         thresholds=thresholds,
         notes=notes,
         priors=priors,
-        reliable_trace=reliable_remaining_plane,
+        remaining_trace=remaining_trace,
     )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     confirmed_share = _confirmed_share(path)
@@ -158,7 +161,7 @@ def photo_trace(
     return PhotoTrace(
         points=path.points,
         length_m=float(steps.sum()),
-        snap_m=float(np.linalg.norm(path.points[path.at] - snap_targets, axis=1).max()),
+        snap_m=float(np.linalg.norm(path.points[path.way_point_rows] - snap_targets, axis=1).max()),
         plane=plane,
         band=band,
         way_points=len(marks),
@@ -177,7 +180,7 @@ def photo_trace(
         seen=path.seen,
         agreeing=path.agreeing,
         tried=trials,
-        doubtful=() if reliable_remaining_plane is None else reliable_remaining_plane.stretches,
+        doubtful=() if remaining_trace is None else remaining_trace.stretches,
     )
 
 
@@ -199,18 +202,18 @@ def _project_way_points(
 
 
 def _confirmed_share(path: PhotoPath) -> float | None:
-    return path.confirmed / path.judged if path.judged else None
+    return path.confirmed_count / path.judged_count if path.judged_count else None
 
 
 def _path_warnings(
     path: PhotoPath, steps: FloatArray, confirmed_share: float | None, resolution: float
 ) -> list[Finding]:
     warnings = []
-    if path.missed:
-        warnings.append(Finding("path.pixels-beside-model", count=path.missed))
+    if path.missed_count:
+        warnings.append(Finding("path.pixels-beside-model", count=path.missed_count))
     min_gap_m = max(_MAX_STEP_RATIO * float(np.median(steps)), _MIN_GAP_RESOLUTIONS * resolution)
-    if jumps := int((steps > min_gap_m).sum()):
-        warnings.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
-    if confirmed_share is not None and confirmed_share < _MIN_AGREEING_SHARE:
+    if gap_count := int((steps > min_gap_m).sum()):
+        warnings.append(Finding("path.hidden-rock", count=gap_count, gap_m=float(steps.max())))
+    if confirmed_share is not None and confirmed_share < _MIN_CONFIRMED_SHARE:
         warnings.append(Finding("path.unconfirmed", share_percent=100.0 * confirmed_share))
     return warnings

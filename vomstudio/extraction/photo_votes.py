@@ -29,7 +29,7 @@ _POINT_STEP = 4
 # levels.
 _MIN_CORRELATION = 0.5
 _MIN_CONTRAST = 2.0
-_BLUR_PX = 1.0
+_BLUR_SIGMA_PX = 1.0
 
 
 class Voter:
@@ -71,7 +71,7 @@ class Voter:
             colours[is_visible, c] = interpolate_pixels(self._picture[..., c], pixels[is_visible])
         return colours, is_visible
 
-    def greys(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def sample_lightness(self, positions: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Sample the blurred lightness (n,) at points (n, 3), and return which are visible."""
         pixels, is_visible = self._project(positions)
         values = np.zeros(len(positions))
@@ -104,7 +104,7 @@ def blur_lightness(picture: ByteArray) -> Float32Array:
     import cv2
 
     lightness = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(lightness, (0, 0), _BLUR_PX), np.float32)
+    return np.asarray(cv2.GaussianBlur(lightness, (0, 0), _BLUR_SIGMA_PX), np.float32)
 
 
 def interpolate_pixels(values: GenericArray, pixels: FloatArray) -> FloatArray:
@@ -153,31 +153,31 @@ def count_agreeing_photos(
     seen, agreeing : (n,) int arrays
     """
     n = len(pixels)
-    visible_count, is_same = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    visible_count, agreement_count = np.zeros(n, np.int64), np.zeros(n, np.int64)
     if not voters:
-        return visible_count, is_same
-    tested_offsets = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
+        return visible_count, agreement_count
+    tested_rows = np.unique(np.append(np.arange(0, n, _POINT_STEP), n - 1))
     step = _SAMPLE_STEP_PX * (np.arange(_PATCH_SAMPLES) - 0.5 * (_PATCH_SAMPLES - 1))
     offsets = np.stack(np.meshgrid(step, step), axis=-1).reshape(-1, 2)
-    patches = (pixels[tested_offsets][:, None] + offsets).reshape(-1, 2)
+    patches = (pixels[tested_rows][:, None] + offsets).reshape(-1, 2)
     height, width = picture.shape[:2]
     patches = np.clip(patches, 0.5, [width - 0.5, height - 0.5])
     positions = project(patches)
     patch_lightness = interpolate_pixels(blur_lightness(picture), patches).reshape(
-        len(tested_offsets), -1
+        len(tested_rows), -1
     )
     judged_count, agreeing_count = (
-        np.zeros(len(tested_offsets), np.int64),
-        np.zeros(len(tested_offsets), np.int64),
+        np.zeros(len(tested_rows), np.int64),
+        np.zeros(len(tested_rows), np.int64),
     )
     for voter in voters:
-        values, is_visible = voter.greys(positions)
+        values, is_visible = voter.sample_lightness(positions)
         is_complete = is_visible.reshape(patch_lightness.shape).all(axis=1)
         correlation = _correlation(patch_lightness, values.reshape(patch_lightness.shape))
         is_judged = is_complete & np.isfinite(correlation)
         judged_count += is_judged
         agreeing_count += is_judged & (correlation >= _MIN_CORRELATION)
-    nearest_rows = np.searchsorted(0.5 * (tested_offsets[1:] + tested_offsets[:-1]), np.arange(n))
+    nearest_rows = np.searchsorted(0.5 * (tested_rows[1:] + tested_rows[:-1]), np.arange(n))
     return judged_count[nearest_rows], agreeing_count[nearest_rows]
 
 

@@ -18,14 +18,14 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 
 N_NEIGHBOURS = 12
 """Number of neighbours to which a facet can grow from a point."""
-NORMAL_COUNTS = (16, 32, 64, 96)
+NORMAL_POINT_COUNTS = (16, 32, 64, 96)
 """Numbers of points for a normal; more are used if noise makes neighbouring normals differ."""
 MAX_ANGLE_SHARE = 0.25
 """Maximum median angle between neighbouring normals, as a fraction of the threshold angle."""
-MIN_CELL_CLOUD = 50_000
+MIN_CELL_CLOUD_POINTS = 50_000
 """Minimum size of a cloud that is first analysed on cells."""
-_SAMPLE_POINTS = 4_000
-_BLOCK_POINTS = 20_000
+_N_SAMPLE_POINTS = 4_000
+_POINTS_PER_BLOCK = 20_000
 # Minimum variation of points whose noise exceeds their spacing, and quantile at which it is tested.
 # The variation is about 0 for a plane, 0.1 at an edge of 90 degrees, and above this value for the
 # largest neighbourhoods if the noise is 1.7 spacings.
@@ -44,21 +44,21 @@ class PointNeighbourhoods:
 
     Parameters
     ----------
-    near : (k, m) int32 array
+    neighbours : (k, m) int32 array
         Nearest points of each point.
-    far : (k,) array
+    farthest_distances : (k,) array
         Distance of the last of the nearest points.
     normals : (k, 3) array
     variation : (k,) array
-    around : (k,) int array
+    point_counts : (k,) int array
         Number of points used for the normal and the variation.
     """
 
-    near: Int32Array
-    far: FloatArray
+    neighbours: Int32Array
+    farthest_distances: FloatArray
     normals: FloatArray
     variation: FloatArray
-    around: IntArray
+    point_counts: IntArray
 
 
 def is_noise_dominated(positions: FloatArray) -> bool:
@@ -75,19 +75,19 @@ def is_noise_dominated(positions: FloatArray) -> bool:
     -------
     bool
     """
-    max_count = NORMAL_COUNTS[-1]
+    max_count = NORMAL_POINT_COUNTS[-1]
     if len(positions) < 4 * max_count:
         return False
-    sample = np.arange(0, len(positions), max(1, len(positions) // _SAMPLE_POINTS))
+    sample = np.arange(0, len(positions), max(1, len(positions) // _N_SAMPLE_POINTS))
     neighbours = np.ascontiguousarray(
-        _tree(positions).query(positions[sample], k=max_count)[1], np.int32
+        _build_tree(positions).query(positions[sample], k=max_count)[1], np.int32
     )
     # The smallest neighbourhoods are tested as well: two sheets close together are each quiet.
     return all(
         float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
             _fit_planes(positions, sample, np.ascontiguousarray(neighbours[:, :count]))
-            for count in (NORMAL_COUNTS[0], max_count)
+            for count in (NORMAL_POINT_COUNTS[0], max_count)
         )
     )
 
@@ -107,17 +107,19 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
     """
     low = positions.min(axis=0)
     grid = create_cell_grid(positions - low, _POINTS_PER_CELL)
-    starts, neighbours = grid.around()
+    starts, neighbours = grid.neighbouring_cells()
     m = len(grid.keys)
     means, covariances = np.empty((m, 3)), np.empty((m, 6))
     cell_moments(grid.places, grid.starts, means, covariances)
-    count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
-    block_planes(0, m, grid.starts, means, covariances, starts, neighbours, count, normals, spreads)
+    count, normals, eigenvalues = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
+    block_planes(
+        0, m, grid.starts, means, covariances, starts, neighbours, count, normals, eigenvalues
+    )
     is_filled = (count >= _MIN_BLOCK_POINTS) & (
-        spreads[:, 0] > _MIN_SCATTERED_VARIATION * spreads.sum(axis=1)
+        eigenvalues[:, 0] > _MIN_SCATTERED_VARIATION * eigenvalues.sum(axis=1)
     )
     area = grid.cell_size**2 / _POINTS_PER_CELL ** (2.0 / 3.0)
-    return np.repeat(is_filled, np.diff(grid.starts))[grid.row_of], area
+    return np.repeat(is_filled, np.diff(grid.starts))[grid.inverse_rows], area
 
 
 def estimate_normals(
@@ -137,22 +139,22 @@ def estimate_normals(
     (n, 3) ndarray or None
         Unit normals; None if the neighbourhoods are not flat.
     """
-    tree = _tree(positions)
-    neighbour_count = _required_neighbours(tree, positions, angle_deg, 0.5)
+    tree = _build_tree(positions)
+    neighbour_count = _required_neighbour_count(tree, positions, angle_deg, 0.5)
     normals, variation = np.empty((len(positions), 3)), np.empty(len(positions))
 
-    def work(block: slice) -> None:
+    def process_block(block: slice) -> None:
         rows = np.arange(block.start, block.stop)
         neighbours = np.ascontiguousarray(
             tree.query(positions[rows], k=neighbour_count)[1], np.int32
         )
         normals[block], variation[block] = _fit_planes(positions, rows, neighbours)
 
-    run_in_blocks(work, len(positions), progress, _BLOCK_POINTS)
+    run_in_blocks(process_block, len(positions), progress, _POINTS_PER_BLOCK)
     return normals if float(np.nanmedian(variation)) < _MAX_FLAT_VARIATION else None
 
 
-def find_surroundings(
+def find_neighbourhoods(
     grid: CellGrid,
     rows: IntArray,
     is_sparse: BoolArray | None,
@@ -177,7 +179,7 @@ def find_surroundings(
 
     Returns
     -------
-    around : int
+    point_counts : int
         Number of points used for a normal.
     seen : PointNeighbourhoods
     """
@@ -185,16 +187,16 @@ def find_surroundings(
     positions = grid.places
     tree = (
         None
-        if known_count and is_sparse is not None and len(positions) >= MIN_CELL_CLOUD
-        else _tree(positions)
+        if known_count and is_sparse is not None and len(positions) >= MIN_CELL_CLOUD_POINTS
+        else _build_tree(positions)
     )
     # Points within planes are quiet.
     share = 1.0 - 0.5 * len(positions) / len(rows) if 2 * len(rows) > len(positions) else 0.0
-    known_count = known_count if len(rows) else NORMAL_COUNTS[0]
+    known_count = known_count if len(rows) else NORMAL_POINT_COUNTS[0]
     required_count = (
         min(known_count, len(positions))
         if known_count
-        else _required_neighbours(tree, positions, angle_deg, share)
+        else _required_neighbour_count(tree, positions, angle_deg, share)
     )
     k, neighbour_count = len(rows), min(N_NEIGHBOURS, len(positions) - 1)
     surroundings = PointNeighbourhoods(
@@ -205,36 +207,43 @@ def find_surroundings(
         np.full(k, required_count),
     )
     progress.stage(tr("Computing normals"), k)
-    if is_sparse is None or len(positions) < MIN_CELL_CLOUD:
+    if is_sparse is None or len(positions) < MIN_CELL_CLOUD_POINTS:
         _search_tree(tree, positions, None, rows, np.arange(k), surroundings, progress)
         return required_count, surroundings
     cells = grid.cells_of(rows)
-    is_thin = is_sparse[cells]
-    surroundings.around[is_thin] = min(NORMAL_COUNTS[0], required_count)
+    is_in_sparse_cell = is_sparse[cells]
+    surroundings.point_counts[is_in_sparse_cell] = min(NORMAL_POINT_COUNTS[0], required_count)
     is_open = np.ones(k, np.bool_)
-    _search_cells(grid, rows, cells, np.flatnonzero(~is_thin), surroundings, is_open, progress)
+    _search_cells(
+        grid, rows, cells, np.flatnonzero(~is_in_sparse_cell), surroundings, is_open, progress
+    )
     open_indices = np.flatnonzero(is_open)
     if not len(open_indices):
         return required_count, surroundings
     subset = None
     if tree is None:
-        subset = _select_surroundings(grid, is_sparse, np.unique(cells[is_open & ~is_thin]))
-        subset = None if len(subset) < 2 * NORMAL_COUNTS[-1] else subset
-        tree = _tree(
+        subset = _select_neighbourhoods(
+            grid, is_sparse, np.unique(cells[is_open & ~is_in_sparse_cell])
+        )
+        subset = None if len(subset) < 2 * NORMAL_POINT_COUNTS[-1] else subset
+        tree = _build_tree(
             positions if subset is None else to_kernel_array(positions[subset], np.float64)
         )
-    for group in (open_indices[~is_thin[open_indices]], open_indices[is_thin[open_indices]]):
+    for group in (
+        open_indices[~is_in_sparse_cell[open_indices]],
+        open_indices[is_in_sparse_cell[open_indices]],
+    ):
         _search_tree(tree, positions, subset, rows, group, surroundings, progress)
     return required_count, surroundings
 
 
-def _select_surroundings(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
+def _select_neighbourhoods(grid: CellGrid, is_sparse: BoolArray, cells: IntArray) -> IntArray:
     """Select the points that describe the neighbourhoods in given cells and in sparse cells.
 
     These are all points in sparse cells and in the neighbours of `cells`, and one point of each
     other cell.
     """
-    starts, neighbours = grid.around()
+    starts, neighbours = grid.neighbouring_cells()
     is_used = is_sparse.copy()
     is_used[cells] = True
     is_selected = np.zeros(len(is_used), np.bool_)
@@ -260,17 +269,17 @@ def _search_cells(
     """
     if not len(selected_indices):
         return
-    starts, near_cells = grid.around()
-    around, neighbour_count = (
-        int(surroundings.around[selected_indices[0]]),
-        surroundings.near.shape[1],
+    starts, neighbouring_cells = grid.neighbouring_cells()
+    point_counts, neighbour_count = (
+        int(surroundings.point_counts[selected_indices[0]]),
+        surroundings.neighbours.shape[1],
     )
 
-    def work(block: slice) -> None:
+    def process_block(block: slice) -> None:
         position = selected_indices[block]
-        neighbours = np.empty((len(position), around), np.int32)
+        neighbours = np.empty((len(position), point_counts), np.int32)
         squared_distances, is_known = (
-            np.empty((len(position), around)),
+            np.empty((len(position), point_counts)),
             np.empty(len(position), np.bool_),
         )
         centres = to_kernel_array(rows[position], np.int64)
@@ -278,7 +287,7 @@ def _search_cells(
             grid.places,
             grid.starts,
             starts,
-            near_cells,
+            neighbouring_cells,
             grid.keys,
             grid.row,
             grid.layer,
@@ -293,13 +302,13 @@ def _search_cells(
         surroundings.normals[position], surroundings.variation[position] = _fit_planes(
             grid.places, rows[position], neighbours
         )
-        surroundings.near[position], surroundings.far[position] = (
+        surroundings.neighbours[position], surroundings.farthest_distances[position] = (
             neighbours[:, 1 : neighbour_count + 1],
             np.sqrt(squared_distances[is_known, neighbour_count]),
         )
         is_open[position] = False
 
-    run_in_blocks(work, len(selected_indices), progress, _BLOCK_POINTS)
+    run_in_blocks(process_block, len(selected_indices), progress, _POINTS_PER_BLOCK)
 
 
 def _search_tree(
@@ -314,44 +323,46 @@ def _search_tree(
     """Describe the neighbourhoods of selected points with a tree of all or some points."""
     if not len(selected_indices):
         return
-    around, neighbour_count = (
-        int(surroundings.around[selected_indices[0]]),
-        surroundings.near.shape[1],
+    point_counts, neighbour_count = (
+        int(surroundings.point_counts[selected_indices[0]]),
+        surroundings.neighbours.shape[1],
     )
 
-    def work(block: slice) -> None:
+    def process_block(block: slice) -> None:
         position = selected_indices[block]
-        distance, neighbours = tree.query(positions[rows[position]], k=around)
+        distance, neighbours = tree.query(positions[rows[position]], k=point_counts)
         neighbours = np.ascontiguousarray(
             neighbours if subset is None else subset[neighbours], np.int32
         )
         surroundings.normals[position], surroundings.variation[position] = _fit_planes(
             positions, rows[position], neighbours
         )
-        surroundings.near[position], surroundings.far[position] = (
+        surroundings.neighbours[position], surroundings.farthest_distances[position] = (
             neighbours[:, 1 : neighbour_count + 1],
             distance[:, neighbour_count],
         )
 
-    run_in_blocks(work, len(selected_indices), progress, _BLOCK_POINTS)
+    run_in_blocks(process_block, len(selected_indices), progress, _POINTS_PER_BLOCK)
 
 
-def _tree(positions: FloatArray) -> Any:
+def _build_tree(positions: FloatArray) -> Any:
     from scipy.spatial import cKDTree
 
     return cKDTree(positions, leafsize=16, compact_nodes=False, balanced_tree=False)
 
 
 def _fit_planes(
-    positions: FloatArray, rows: IntArray, near: Int32Array
+    positions: FloatArray, rows: IntArray, neighbours: Int32Array
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the normals and variations of the points `near` (k, m) around each row (k,)."""
+    """Return the normals and variations of the points `neighbours` (k, m) around each row (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
-    fit_local_planes(positions, to_kernel_array(positions[rows], np.float64), near, *results)
+    fit_local_planes(positions, to_kernel_array(positions[rows], np.float64), neighbours, *results)
     return results
 
 
-def _required_neighbours(tree: Any, positions: FloatArray, angle_deg: float, share: float) -> int:
+def _required_neighbour_count(
+    tree: Any, positions: FloatArray, angle_deg: float, share: float
+) -> int:
     """Return the number of neighbours at which adjacent normals agree.
 
     The number is determined from a sample.
@@ -359,17 +370,17 @@ def _required_neighbours(tree: Any, positions: FloatArray, angle_deg: float, sha
     `share` is the fraction of the points whose normals must agree.
     """
     n = len(positions)
-    sample = np.arange(0, n, max(1, n // _SAMPLE_POINTS))
-    used_count = min(NORMAL_COUNTS[0], n)
-    for count in NORMAL_COUNTS:
+    sample = np.arange(0, n, max(1, n // _N_SAMPLE_POINTS))
+    used_count = min(NORMAL_POINT_COUNTS[0], n)
+    for count in NORMAL_POINT_COUNTS:
         used_count = min(count, n)
         _, rows = tree.query(positions[sample], k=used_count)
         # Compare with the plane around the fourth neighbour.
         neighbours = rows[:, min(4, used_count - 1)]
         _, second_rows = tree.query(positions[neighbours], k=used_count)
         normals = [
-            _fit_planes(positions, position, np.ascontiguousarray(near, np.int32))[0]
-            for position, near in ((sample, rows), (neighbours, second_rows))
+            _fit_planes(positions, position, np.ascontiguousarray(nearest_rows, np.int32))[0]
+            for position, nearest_rows in ((sample, rows), (neighbours, second_rows))
         ]
         cosine = np.abs((normals[0] * normals[1]).sum(axis=1))
         cosine = cosine[np.isfinite(cosine)]

@@ -19,7 +19,7 @@ _MAX_UNIT_AREA = np.sqrt(3.0) / 4.0
 
 
 def subdivide_mesh(
-    vertices: FloatArray, faces: IntArray, max_edge: float
+    vertices: FloatArray, faces: IntArray, max_edge_length: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Subdivide a mesh until no edge exceeds a maximum length.
 
@@ -29,7 +29,7 @@ def subdivide_mesh(
     ----------
     vertices : (v, 3) array
     faces : (f, 3) int array
-    max_edge : float
+    max_edge_length : float
         Maximum length of an edge in the unit of the vertices.
 
     Returns
@@ -51,7 +51,7 @@ def subdivide_mesh(
         squared_lengths,
     )
     has_long_face = np.zeros(len(vertices), np.bool_)
-    has_long_face[faces[squared_lengths > max_edge**2].ravel()] = True
+    has_long_face[faces[squared_lengths > max_edge_length**2].ravel()] = True
     # A face with a long edge contains at least two such vertices.
     is_candidate = has_long_face[faces].sum(axis=1) >= 2
     source = np.flatnonzero(is_candidate)
@@ -60,7 +60,7 @@ def subdivide_mesh(
     ]
     faces = faces[is_candidate]
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
-    if area > MAX_FACES * _MAX_UNIT_AREA * max_edge**2:
+    if area > MAX_FACES * _MAX_UNIT_AREA * max_edge_length**2:
         # Fail early: detecting this by subdivision would take half a minute.
         raise GeometryError(Finding("faces.length-too-small"))
     for _ in range(_MAX_ROUNDS):
@@ -70,26 +70,28 @@ def subdivide_mesh(
         length = np.linalg.norm(vertices[low] - vertices[high], axis=2)
         # Cut only the longest edge of a face, so that the pieces keep its shape (Rivara 1984). A
         # face is also cut at a shorter edge if this is the longest edge of its neighbour.
-        is_long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (length > max_edge)
+        is_long = (length >= length.max(axis=1, keepdims=True) * (1.0 - 1e-9)) & (
+            length > max_edge_length
+        )
         if not is_long.any():
             finished_parts.append((faces, source))
             break
         key = low * np.int64(len(vertices)) + high
         cut_edges = np.unique(key[is_long])
-        edge_position = np.searchsorted(cut_edges, key)
-        edge_position[edge_position == len(cut_edges)] = 0
-        is_cut = cut_edges[edge_position] == key
+        cut_rows = np.searchsorted(cut_edges, key)
+        cut_rows[cut_rows == len(cut_edges)] = 0
+        is_cut = cut_edges[cut_rows] == key
         # A face without a cut edge will only be cut later if it is itself too large: every edge cut
         # later is longer than `longest`.
-        is_active = (length > max_edge).any(axis=1) | is_cut.any(axis=1)
+        is_active = (length > max_edge_length).any(axis=1) | is_cut.any(axis=1)
         finished_parts.append((faces[~is_active], source[~is_active]))
-        faces, source, edge_position, is_cut = (
+        faces, source, cut_rows, is_cut = (
             faces[is_active],
             source[is_active],
-            edge_position[is_active],
+            cut_rows[is_active],
             is_cut[is_active],
         )
-        midpoints = np.where(is_cut, edge_position + len(vertices), -1)
+        midpoints = np.where(is_cut, cut_rows + len(vertices), -1)
         vertices = np.concatenate(
             [
                 vertices,

@@ -44,15 +44,15 @@ from vomstudio.geometry.nearby.point_grid import run_in_blocks
 N_NEIGHBOURS = 30
 MAX_VARIATION = 0.2
 MIN_SET_ANGLE_DEG = 10.0
-CORE_POINTS = 4
+MIN_CORE_POINTS = 4
 _RADIUS_DEVIATIONS = 2.0
 MAX_SETS = 20
 _MIN_RELATIVE_DENSITY = 0.05
 # Not from DSE: width of the kernel for the density of poles, and number of search directions.
-_KERNEL_DEG = 4.0
+_KERNEL_WIDTH_DEG = 4.0
 _N_DIRECTIONS = 6000
 _N_REFINEMENTS = 5
-_BLOCK_POINTS = 50_000
+_POINTS_PER_BLOCK = 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,19 +97,19 @@ def find_sequence(
     points = data.vertices if isinstance(data, Mesh) else data.points
     cloud = PointCloud(np.asarray(points, np.float64), data.colors)
     elements = build_elements(cloud, options.used_angle_deg, progress)
-    normals = _normals(elements, progress)
+    normals = _compute_normals(elements, progress)
     progress.stage(tr("Finding sets"), None)
     means = find_set_poles(normals)
-    set_of = _assign_sets(normals, means, options.used_angle_deg)
-    labels, sets = _clusters(elements, set_of, len(means), progress)
-    facets, cluster_of = build_facets(
+    set_numbers = _assign_sets(normals, means, options.used_angle_deg)
+    labels, sets = _find_clusters(elements, set_numbers, len(means), progress)
+    facets, cluster_rows = build_facets(
         cloud, elements, labels, options, options.used_min_points, thresholds, progress
     )
     facet_normals = [facet.fit.normal for facet in facets.facets]
-    return SetSequence(facets, sets_from_means(means, facet_normals, sets[cluster_of]))
+    return SetSequence(facets, sets_from_means(means, facet_normals, sets[cluster_rows]))
 
 
-def _normals(elements: Elements, progress: Progress) -> FloatArray:
+def _compute_normals(elements: Elements, progress: Progress) -> FloatArray:
     """Compute the normals (n, 3) of points; NaN if their neighbours are not coplanar."""
     from scipy.spatial import cKDTree
 
@@ -119,7 +119,7 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
     normals, variation = np.empty((n, 3)), np.empty(n)
     progress.stage(tr("Computing normals"), n)
 
-    def work(block: slice) -> None:
+    def fit_block(block: slice) -> None:
         _, rows = tree.query(positions[block], k=k)
         neighbours = np.ascontiguousarray(rows.reshape(-1, k), np.int32)
         block_results = np.empty((len(neighbours), 3)), np.empty(len(neighbours))
@@ -128,7 +128,7 @@ def _normals(elements: Elements, progress: Progress) -> FloatArray:
         )
         normals[block], variation[block] = block_results
 
-    run_in_blocks(work, n, progress, _BLOCK_POINTS)
+    run_in_blocks(fit_block, n, progress, _POINTS_PER_BLOCK)
     normals[~(variation <= MAX_VARIATION)] = np.nan
     return normals
 
@@ -156,7 +156,7 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
     _, nearest_rows = tree.query(finite_normals)
     count = np.bincount(nearest_rows % len(nodes), minlength=len(nodes)).astype(np.float64)
     filled_rows = np.flatnonzero(count)
-    kernel_concentration = 0.5 / np.radians(_KERNEL_DEG) ** 2
+    kernel_concentration = 0.5 / np.radians(_KERNEL_WIDTH_DEG) ** 2
     density = np.zeros(len(nodes))
     for first in range(0, len(nodes), 1000):
         cosine = nodes[first : first + 1000] @ nodes[filled_rows].T
@@ -175,8 +175,8 @@ def find_set_poles(normals: FloatArray) -> FloatArray:
         is_near = np.abs(nodes @ nodes[i]) >= max_cosine
         is_free[is_near] = False
         # A node on the slope of a denser maximum is not a maximum.
-        is_around = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_DEG))
-        if density[i] >= density[is_around].max():
+        is_in_kernel = np.abs(nodes @ nodes[i]) >= np.cos(np.radians(_KERNEL_WIDTH_DEG))
+        if density[i] >= density[is_in_kernel].max():
             mean = _refine_direction(finite_normals, nodes[i])
             if all(abs(float(mean @ pole)) < max_cosine for pole in poles):
                 poles.append(mean)
@@ -210,33 +210,35 @@ def _assign_sets(normals: FloatArray, means: FloatArray, cone_deg: float) -> Int
     if not len(means):
         return np.full(len(normals), -1, np.int64)
     cosine = np.abs(np.nan_to_num(normals) @ means.T)
-    best_set = np.argmax(cosine, axis=1)
-    is_inside = cosine[np.arange(len(best_set)), best_set] >= np.cos(np.radians(cone_deg))
-    return np.where(is_inside, best_set, -1)
+    nearest_sets = np.argmax(cosine, axis=1)
+    is_inside = cosine[np.arange(len(nearest_sets)), nearest_sets] >= np.cos(np.radians(cone_deg))
+    return np.where(is_inside, nearest_sets, -1)
 
 
-def _clusters(
-    elements: Elements, set_of: IntArray, count: int, progress: Progress
+def _find_clusters(
+    elements: Elements, set_numbers: IntArray, count: int, progress: Progress
 ) -> tuple[Int32Array, IntArray]:
     """Return the cluster (n,) of each point (-1 for none), and the set of each cluster."""
-    assigned_rows = np.flatnonzero(set_of >= 0)
-    labels = np.full(len(set_of), -1, np.int32)
+    assigned_rows = np.flatnonzero(set_numbers >= 0)
+    labels = np.full(len(set_numbers), -1, np.int32)
     sets: list[int] = []
-    if len(assigned_rows) <= CORE_POINTS:
+    if len(assigned_rows) <= MIN_CORE_POINTS:
         return labels, np.zeros(0, np.int64)
     from scipy.spatial import cKDTree
 
     progress.stage(tr("Separating planes"), count)
     for number in range(count):
         progress.step(number)
-        rows = np.flatnonzero(set_of == number)
-        if len(rows) <= CORE_POINTS:
+        rows = np.flatnonzero(set_numbers == number)
+        if len(rows) <= MIN_CORE_POINTS:
             continue
         tree = cKDTree(elements.places[rows], compact_nodes=False, balanced_tree=False)
-        fourth_distances = np.unique(tree.query(elements.places[rows], k=CORE_POINTS + 1)[0][:, -1])
+        fourth_distances = np.unique(
+            tree.query(elements.places[rows], k=MIN_CORE_POINTS + 1)[0][:, -1]
+        )
         spread = fourth_distances.std(ddof=1) if len(fourth_distances) > 1 else 0.0
         radius = float(fourth_distances.mean() + _RADIUS_DEVIATIONS * spread)
-        clusters = dbscan(elements.places[rows], radius, CORE_POINTS)
+        clusters = dbscan(elements.places[rows], radius, MIN_CORE_POINTS)
         is_clustered = clusters >= 0
         labels[rows[is_clustered]] = clusters[is_clustered] + len(sets)
         sets += [number] * int(clusters.max(initial=-1) + 1)
@@ -244,10 +246,10 @@ def _clusters(
     return labels, np.array(sets, np.int64)
 
 
-def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
+def dbscan(positions: FloatArray, radius: float, min_points: int) -> IntArray:
     """Cluster points by density (Ester et al. 1996).
 
-    A point that has `core_points` points within the radius, including itself, is a core point. Core
+    A point that has `min_points` points within the radius, including itself, is a core point. Core
     points within the radius of each other form a cluster; other points within the radius join the
     nearest core point.
 
@@ -257,7 +259,7 @@ def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
         Coordinates in metres.
     radius : float
         Radius in metres.
-    core_points : int
+    min_points : int
 
     Returns
     -------
@@ -270,10 +272,10 @@ def dbscan(positions: FloatArray, radius: float, core_points: int) -> IntArray:
 
     n = len(positions)
     label = np.full(n, -1, np.int64)
-    if n < core_points:
+    if n < min_points:
         return label
     tree = cKDTree(positions)
-    is_core = tree.query(positions, k=core_points)[0][:, -1] <= radius
+    is_core = tree.query(positions, k=min_points)[0][:, -1] <= radius
     core_rows = np.flatnonzero(is_core)
     if not len(core_rows):
         return label

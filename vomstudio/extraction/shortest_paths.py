@@ -42,8 +42,8 @@ def shortest_path(graph: Graph, start: int, end: int, costs: FloatArray) -> IntA
         Nodes from `start` to `end`; None if the nodes are not connected.
     """
     min_cost = _BOUND_SCALE * float(costs.min()) if len(costs) else 0.0
-    search = _search(graph, start, end, costs, max(min_cost, 0.0))
-    return None if search is None else _backtrack_path(search[1], start, end)
+    result = _search_costs(graph, start, end, costs, max(min_cost, 0.0))
+    return None if result is None else _backtrack_path(result[1], start, end)
 
 
 def straightest_path(
@@ -72,8 +72,8 @@ def straightest_path(
     path = path_with_turns(graph, start, end, costs, turn_cost)
     if path is None or turn_cost <= 0.0:
         return path
-    corridor = _corridor(graph, path)
-    return shortest_path(graph, start, end, np.where(corridor, costs, _FORBIDDEN_COST))
+    is_in_corridor = _find_corridor(graph, path)
+    return shortest_path(graph, start, end, np.where(is_in_corridor, costs, _FORBIDDEN_COST))
 
 
 def path_with_turns(
@@ -103,34 +103,34 @@ def path_with_turns(
     if turn_cost <= 0.0:
         return shortest_path(graph, start, end, costs)
     # The remaining cost without turns guides the search (A*), so that only few states are visited.
-    costs_to_end = _search(graph, end, start, costs, 0.0)
+    costs_to_end = _search_costs(graph, end, start, costs, 0.0)
     if costs_to_end is None:
         return None
     remaining_costs = np.minimum(costs_to_end[0], costs_to_end[0][start]) * _BOUND_SCALE
     from vomstudio.extraction.path_kernels import search_least_turning
 
     capacity = min(n, _MAX_NODES)
-    touched_nodes, states = np.empty(capacity, np.int32), capacity * N_HEADINGS
-    predecessors, heap, place = (np.empty(states, np.int32) for _ in range(3))
+    slot_nodes, state_count = np.empty(capacity, np.int32), capacity * N_HEADINGS
+    predecessors, heap, heap_positions = (np.empty(state_count, np.int32) for _ in range(3))
     state = search_least_turning(
         graph.places,
-        graph.flat,
+        graph.plane_coordinates,
         graph.starts,
-        graph.near,
+        graph.neighbours,
         costs,
         start,
         end,
         remaining_costs,
-        turn_cost * graph.typical_arc / (N_HEADINGS / 4),
+        turn_cost * graph.typical_arc_length / (N_HEADINGS / 4),
         N_HEADINGS,
         np.cos(np.radians(MAX_HEADING_ERROR_DEG)),
         np.full(n, -1, np.int32),
-        touched_nodes,
-        np.empty(states),
+        slot_nodes,
+        np.empty(state_count),
         predecessors,
-        np.empty(states),
+        np.empty(state_count),
         heap,
-        place,
+        heap_positions,
     )
     if state == -2:
         return _backtrack_path(costs_to_end[1], end, start)[::-1]
@@ -139,11 +139,11 @@ def path_with_turns(
     path = [state]
     while predecessors[path[-1]] >= 0:
         path.append(int(predecessors[path[-1]]))
-    nodes = touched_nodes[np.array(path[::-1], np.int64) // N_HEADINGS].astype(np.int64)
+    nodes = slot_nodes[np.array(path[::-1], np.int64) // N_HEADINGS].astype(np.int64)
     return np.asarray(nodes[np.append(True, np.diff(nodes) != 0)])
 
 
-def _search(
+def _search_costs(
     graph: Graph, start: int, end: int, costs: FloatArray, min_cost: float
 ) -> tuple[FloatArray, Int32Array] | None:
     """Return the cost of reaching each node, and its predecessor.
@@ -157,7 +157,7 @@ def _search(
     is_connected = search_least_cost(
         graph.places,
         graph.starts,
-        graph.near,
+        graph.neighbours,
         costs,
         start,
         end,
@@ -178,7 +178,7 @@ def _backtrack_path(predecessors: Int32Array, start: int, end: int) -> IntArray:
     return np.array(path[::-1], np.int64)
 
 
-def _corridor(graph: Graph, path: IntArray) -> BoolArray:
+def _find_corridor(graph: Graph, path: IntArray) -> BoolArray:
     """Return which nodes (n,) are within `_CORRIDOR_ARCS` arcs of a path."""
     is_inside = np.zeros(len(graph.places), np.bool_)
     is_inside[path] = True
@@ -187,7 +187,7 @@ def _corridor(graph: Graph, path: IntArray) -> BoolArray:
         first = graph.starts[front]
         count = graph.starts[front + 1] - first
         index = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        reached_nodes = np.unique(graph.near[index]).astype(np.int64)
+        reached_nodes = np.unique(graph.neighbours[index]).astype(np.int64)
         front = reached_nodes[~is_inside[reached_nodes]]
         is_inside[front] = True
     return is_inside

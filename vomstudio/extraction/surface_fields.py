@@ -24,7 +24,7 @@ from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.geometry.patches import face_areas
 from vomstudio.registration.surface_points import points_of, surface_points
 
-_RADIUS_SPACINGS = 6.0
+_MIN_RADIUS_SPACINGS = 6.0
 """Minimum radius relative to the maximum spacing of points on large faces."""
 _RADIUS_CELLS, _MAX_CELL_POINTS = 2.0, 24
 """Radius relative to the cell size, and maximum points per cell: about 300 in the sphere."""
@@ -48,14 +48,14 @@ class FieldKind:
         Name of the field, without the radius.
     unit : str
         Unit of the values.
-    says : str
+    description : str
         Description, marked for translation.
     """
 
     title: str
     name: str
     unit: str
-    says: str
+    description: str
 
 
 KINDS: dict[str, FieldKind] = {
@@ -104,7 +104,7 @@ KINDS: dict[str, FieldKind] = {
 }
 """Kinds of fields by the name stored in projects, in display order."""
 
-_LEVEL_DEG = 1.0
+_MAX_LEVEL_DIP_DEG = 1.0
 
 
 def field_name(kind: str, radius_m: float, *, is_metric: bool = True) -> str:
@@ -177,9 +177,9 @@ def surface_fields(
     progress.stage(tr("Preparing surface points"), None)
     positions = np.asarray(points_of(data), np.float64)
     radius_warnings = _check_radius(data, radius_m)
-    points = surface_points(data, radius_m / _RADIUS_SPACINGS)[0]
-    support = _thin_evenly(points, radius_m / _RADIUS_CELLS)
-    grid = PointGrid(support, radius_m)
+    points = surface_points(data, radius_m / _MIN_RADIUS_SPACINGS)[0]
+    support_points = _thin_points(points, radius_m / _RADIUS_CELLS)
+    grid = PointGrid(support_points, radius_m)
     progress.stage(tr("Fitting planes within the radius"), len(positions))
     planes = grid.planes(positions, radius_m, progress)
     has_plane = planes.count >= _MIN_POINTS
@@ -194,7 +194,7 @@ def surface_fields(
     normals[~has_plane] = np.nan
     progress.stage(tr("Computing curvature"), len(positions))
     curvature = grid.curvatures(positions, normals, radius_m, progress)
-    values = {**_attitudes(normals), "curvature": curvature, **_shapes(planes)}
+    values = {**_compute_attitudes(normals), "curvature": curvature, **_compute_shapes(planes)}
     sparse_share = float(1.0 - has_plane.mean())
     if sparse_share > _MAX_SPARSE_SHARE:
         warnings = (
@@ -222,7 +222,7 @@ def _check_radius(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding, ..
     areas = face_areas(data, np.arange(len(data.faces)))
     areas = areas[np.isfinite(areas)]
     max_points = max(_MAX_POINTS, 3 * len(data.vertices))
-    min_radius_m = _RADIUS_SPACINGS * float(np.sqrt(areas.sum() / max_points))
+    min_radius_m = _MIN_RADIUS_SPACINGS * float(np.sqrt(areas.sum() / max_points))
     if radius_m < min_radius_m:
         raise GeometryError(Finding("fields.radius-below-faces", minimum_m=min_radius_m))
     typical_edge = float(np.sqrt(2.0 * np.median(areas))) if len(areas) else 0.0
@@ -235,7 +235,7 @@ def _mask_values(values: FloatArray, has_plane: BoolArray) -> Float32Array:
     return np.where(has_plane, values, np.nan).astype(np.float32)
 
 
-def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
+def _compute_attitudes(normals: FloatArray) -> dict[str, FloatArray]:
     """Compute attitudes from unit normals (n, 3) that point out of the rock."""
     x, y, z = normals.T
     up = np.where(z < 0.0, -1.0, 1.0)
@@ -243,24 +243,25 @@ def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
     direction = np.degrees(np.arctan2(up * x, up * y)) % 360.0
     return {
         "dip": dip,
-        "dip_direction": np.where(dip < _LEVEL_DEG, np.nan, direction),
+        "dip_direction": np.where(dip < _MAX_LEVEL_DIP_DEG, np.nan, direction),
         "steepness": np.degrees(np.arccos(np.clip(z, -1.0, 1.0))),
     }
 
 
-def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
-    smallest, medium, largest = planes.spread.T
+def _compute_shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
+    smallest_eigenvalue, middle_eigenvalue, largest_eigenvalue = planes.spread.T
     # The third eigenvalue of a perfect plane consists of rounding errors.
-    smallest = np.maximum(smallest, 1e-12 * largest)
+    smallest_eigenvalue = np.maximum(smallest_eigenvalue, 1e-12 * largest_eigenvalue)
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "roughness": np.sqrt(np.maximum(planes.spread[:, 0], 0.0)),
-            "coplanarity": np.log(largest / smallest),
-            "collinearity": np.log(largest / medium) / np.log(medium / smallest),
+            "coplanarity": np.log(largest_eigenvalue / smallest_eigenvalue),
+            "collinearity": np.log(largest_eigenvalue / middle_eigenvalue)
+            / np.log(middle_eigenvalue / smallest_eigenvalue),
         }
 
 
-def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
+def _thin_points(points: FloatArray, cell_size: float) -> FloatArray:
     """Randomly thin points to at most `_MAX_CELL_POINTS` per cell.
 
     Points are not averaged, because means would be smoother than the rock. Selecting one point in
@@ -268,7 +269,7 @@ def _thin_evenly(points: FloatArray, cell: float) -> FloatArray:
     """
     if not len(points):
         return points
-    positions = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    positions = np.floor((points - points.min(axis=0)) / cell_size).astype(np.int64)
     size = positions.max(axis=0) + 1
     key = (positions[:, 0] * size[1] + positions[:, 1]) * size[2] + positions[:, 2]
     random_order = np.random.default_rng(0).permutation(len(key))
@@ -294,11 +295,11 @@ def _orient_outward(
     if reference_normals is None:
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         warning = Finding("fields.outside-unknown")
-        return _orient(normals, up), (warning,)
-    return _orient(normals, reference_normals), ()
+        return _orient_normals(normals, up), (warning,)
+    return _orient_normals(normals, reference_normals), ()
 
 
-def _orient(normals: FloatArray, reference_normals: FloatArray) -> FloatArray:
+def _orient_normals(normals: FloatArray, reference_normals: FloatArray) -> FloatArray:
     cosine = np.einsum("ij,ij->i", normals, np.nan_to_num(reference_normals))
     return normals * np.where(cosine < 0.0, -1.0, 1.0)[:, None]
 
@@ -311,12 +312,12 @@ def _vertex_normals(mesh: Mesh) -> FloatArray:
     vertices = np.asarray(mesh.vertices, np.float64)
     corners = [vertices[mesh.faces[:, k]] for k in range(3)]
     cross_products = np.nan_to_num(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
-    node_of = weld_points(vertices)
-    nodes = node_of[mesh.faces]
-    count = int(node_of.max(initial=-1)) + 1
+    node_indices = weld_points(vertices)
+    nodes = node_indices[mesh.faces]
+    count = int(node_indices.max(initial=-1)) + 1
     normals = np.empty((count, 3))
     for axis in range(3):
         normals[:, axis] = sum(
             np.bincount(nodes[:, k], cross_products[:, axis], count) for k in range(3)
         )
-    return np.asarray(normals[node_of])
+    return np.asarray(normals[node_indices])

@@ -33,9 +33,9 @@ _MIN_GAP_ARCS = 3.0
 _MAX_NODES = 150_000
 MAX_FINEST_NODES = 600_000
 _MAX_LEVEL = 9
-_EDGE_PX = 3.0
-_BLOCK_NODES = 200_000
-_SAMPLE_ARCS = 1001
+_EDGE_LENGTH_PX = 3.0
+_NODES_PER_BLOCK = 200_000
+_N_SAMPLE_ARCS = 1001
 # Up to this fraction (1 / value) of all nodes, a search proceeds from neighbour to neighbour, which
 # is slower per node but does not visit all nodes.
 _LOCAL_SEARCH_DIVISOR = 50
@@ -49,51 +49,51 @@ class Graph:
     ----------
     places : (n, 3) float64 array
         Positions relative to the origin of the surface.
-    starts, near : int arrays
+    starts, neighbours : int arrays
         The neighbours of node i are near[starts[i]:starts[i + 1]]; the relation is symmetric.
     colours : (n, 3) array or None
         Colour components from 0 to 255.
     fields : mapping of str to (n,) array
-    rough : callable
+    compute_roughness : callable
         Function that returns the roughness (n,): the bend of the surface in radians on a mesh, or
         the surface variation of a cloud.
     row : (n,) int array
         Point or vertex of the model; -1 for positions within faces.
-    cached : dict
+    cache : dict
         Values derived from the graph, by name; each is computed once.
     """
 
     places: FloatArray
     starts: IntArray
-    near: Int32Array
+    neighbours: Int32Array
     colours: FloatArray | None
     fields: Mapping[str, FloatArray]
-    rough: Callable[[], FloatArray]
+    compute_roughness: Callable[[], FloatArray]
     row: IntArray
-    cached: dict[str, FloatArray] = field(default_factory=dict)
+    cache: dict[str, FloatArray] = field(default_factory=dict)
 
     @cached_property
     def roughness(self) -> FloatArray:
-        """Roughness (n,) of the nodes, see `rough`."""
-        return self.rough()
+        """Roughness (n,) of the nodes, see `compute_roughness`."""
+        return self.compute_roughness()
 
     @cached_property
-    def flat(self) -> FloatArray:
+    def plane_coordinates(self) -> FloatArray:
         """Coordinates (n, 2) of the nodes in their best-fit plane."""
         offsets = self.places - self.places.mean(axis=0)
         _, axes = np.linalg.eigh(offsets.T @ offsets)
         return np.ascontiguousarray(offsets @ axes[:, 1:])
 
     @cached_property
-    def typical_arc(self) -> float:
+    def typical_arc_length(self) -> float:
         """Median arc length in a regular sample of arcs; 0 for a graph without arcs."""
-        if not len(self.near):
+        if not len(self.neighbours):
             return 0.0
-        sample = np.linspace(0, len(self.near) - 1, min(len(self.near), _SAMPLE_ARCS)).astype(
-            np.int64
-        )
+        sample = np.linspace(
+            0, len(self.neighbours) - 1, min(len(self.neighbours), _N_SAMPLE_ARCS)
+        ).astype(np.int64)
         start = np.searchsorted(self.starts, sample, side="right") - 1
-        arcs = self.places[self.near[sample]] - self.places[start]
+        arcs = self.places[self.neighbours[sample]] - self.places[start]
         return float(np.median(np.linalg.norm(arcs, axis=1)))
 
 
@@ -118,9 +118,9 @@ class SurfaceGraph:
         for axis in (1, 2):
             is_used &= np.isfinite(points[:, axis])
         if isinstance(data, Mesh) and len(data.faces):
-            used_rows = np.zeros(len(points), np.bool_)
-            used_rows[np.asarray(data.faces).ravel()] = True
-            is_used &= used_rows
+            is_used_by_face = np.zeros(len(points), np.bool_)
+            is_used_by_face[np.asarray(data.faces).ravel()] = True
+            is_used &= is_used_by_face
         rows = np.flatnonzero(is_used)
         points_from_origin = np.asarray(points[rows], np.float64)
         # Column by column: a reduction along rows of three is many times slower.
@@ -128,11 +128,11 @@ class SurfaceGraph:
             raise GeometryError(Finding("path.no-surface"))
         self.origin: FloatArray = np.floor([column.min() for column in points_from_origin.T])
         points_from_origin -= self.origin
-        node_of, first = _number_nodes(points_from_origin)
+        node_indices, first = _number_nodes(points_from_origin)
         self.places: FloatArray = np.ascontiguousarray(points_from_origin[first])
         self.row: IntArray = rows[first]
-        self._node = np.full(len(points), -1, np.int64)
-        self._node[rows] = node_of
+        self._point_nodes = np.full(len(points), -1, np.int64)
+        self._point_nodes[rows] = node_indices
         self.cached_costs: dict[str, tuple[bytes, FloatArray, float]] = {}
         """Cached costs of `whole` by name: the colours that they depend on, costs (n,), median."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
@@ -162,7 +162,7 @@ class SurfaceGraph:
     def whole(self) -> Graph:
         """Graph of the whole surface with the colours of its points."""
         starts, neighbours = self._neighbours
-        return self._graph(np.arange(len(self.places)), self.places, starts, neighbours)
+        return self._build_graph(np.arange(len(self.places)), self.places, starts, neighbours)
 
     @cached_property
     def finest(self) -> Graph:
@@ -170,13 +170,15 @@ class SurfaceGraph:
 
         They are subdivided until all edges are a few pixels long, up to a maximum number of nodes.
         """
-        if not self.refines:
+        if not self.can_refine:
             return self.whole
         assert self.textures is not None
-        faces = np.flatnonzero(self._sound_faces)
+        faces = np.flatnonzero(self._is_valid_face)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)
-        vertex_fields = np.column_stack([vertex_fields, self._vertex_roughness[self._node[row]]])
-        longest_edge = self._longest_edge(places, vertex_fields[:, :2], triangles, material)
+        vertex_fields = np.column_stack(
+            [vertex_fields, self._vertex_roughness[self._point_nodes[row]]]
+        )
+        longest_edge = self._max_edge_length(places, vertex_fields[:, :2], triangles, material)
         for _ in range(_MAX_LEVEL):
             previous = len(places)
             places, vertex_fields, triangles, parent = _divide_long_edges(
@@ -187,10 +189,10 @@ class SurfaceGraph:
             row = np.concatenate([row, np.full(len(places) - previous, -1)])
             material = material[parent]
         colours = self.textures.at(vertex_fields[:, :2], triangles, material, 0)
-        fields, rough = vertex_fields[:, 2:-1], vertex_fields[:, -1]
-        return self._welded_graph(places, triangles, colours, fields, row, lambda: rough)
+        fields, roughness = vertex_fields[:, 2:-1], vertex_fields[:, -1]
+        return self._build_welded_graph(places, triangles, colours, fields, row, lambda: roughness)
 
-    def _longest_edge(
+    def _max_edge_length(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
     ) -> float:
         """Return the maximum edge length after the subdivision."""
@@ -198,19 +200,19 @@ class SurfaceGraph:
         a, b, c = (places[triangles[:, i]] for i in range(3))
         area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
         edge = float(np.median(np.linalg.norm(a - b, axis=1)))
-        pixel = edge / max(self.textures.edge_pixels(uv, triangles, material), 1e-9)
+        pixel = edge / max(self.textures.median_edge_px(uv, triangles, material), 1e-9)
         # Equilateral triangles have 1.15 nodes per squared edge length; subdivided triangles, with
         # edges between half the maximum and the maximum, have about four times as many.
-        return max(float(np.sqrt(4.5 * area / MAX_FINEST_NODES)), _EDGE_PX * pixel)
+        return max(float(np.sqrt(4.5 * area / MAX_FINEST_NODES)), _EDGE_LENGTH_PX * pixel)
 
     @cached_property
     def _faces(self) -> IntArray:
         """Faces of a mesh as node indices; -1 for unused vertices."""
-        faces = self._node[np.asarray(self.data.faces, np.int64)]  # type: ignore[union-attr]
+        faces = self._point_nodes[np.asarray(self.data.faces, np.int64)]  # type: ignore[union-attr]
         return np.asarray(faces)
 
     @cached_property
-    def _sound_faces(self) -> BoolArray:
+    def _is_valid_face(self) -> BoolArray:
         a, b, c = self._faces.T
         return np.asarray((self._faces >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
 
@@ -221,19 +223,21 @@ class SurfaceGraph:
 
         n = len(self.places)
         if self.is_mesh:
-            return neighbour_lists(*_edges(self._faces[self._sound_faces], n), n)
-        is_near = self._near >= 0
+            return neighbour_lists(*_unique_edges(self._faces[self._is_valid_face], n), n)
+        is_near = self._nearest_nodes >= 0
         source = np.repeat(np.arange(n), is_near.sum(axis=1))
-        starts, neighbours = neighbour_lists(source, self._near[is_near].astype(np.int64), n)
+        starts, neighbours = neighbour_lists(
+            source, self._nearest_nodes[is_near].astype(np.int64), n
+        )
         # Two points that are both among the nearest neighbours of each other have two arcs.
         return starts, neighbours[: remove_duplicates(starts, neighbours)].copy()
 
     @cached_property
-    def _faces_of(self) -> tuple[IntArray, IntArray]:
+    def _node_faces(self) -> tuple[IntArray, IntArray]:
         """Faces at each node, and their starts (n + 1,)."""
         from scipy.sparse import coo_array
 
-        rows = np.flatnonzero(self._sound_faces)
+        rows = np.flatnonzero(self._is_valid_face)
         nodes, corners = self._faces[rows].ravel(), np.arange(3 * len(rows))
         shape = len(self.places), len(corners)
         # The conversion is a counting sort, several times faster than np.argsort.
@@ -241,13 +245,13 @@ class SurfaceGraph:
         return corner_lists.data, np.asarray(corner_lists.indptr, np.int64)
 
     @cached_property
-    def _near(self) -> Int32Array:
+    def _nearest_nodes(self) -> Int32Array:
         """Neighbours (n, k) of the nodes of a cloud; -1 across a gap."""
         n = len(self.places)
         k = min(N_NEIGHBOURS, n - 1)
         neighbours, distances = np.empty((n, k), np.int32), np.empty((n, k), np.float32)
-        for first in range(0, n, _BLOCK_NODES):
-            part = slice(first, first + _BLOCK_NODES)
+        for first in range(0, n, _NODES_PER_BLOCK):
+            part = slice(first, first + _NODES_PER_BLOCK)
             distance, rows = self.tree.query(self.places[part], k=k + 1, workers=-1)
             neighbours[part], distances[part] = rows[:, 1:], distance[:, 1:]
         typical_distance = np.median(distances[neighbours[:, 0], min(3, k - 1)])
@@ -263,7 +267,7 @@ class SurfaceGraph:
     def prepare(self) -> None:
         """Build the data for path searches (seconds for millions of points). Thread-safe."""
         _ = self.tree, self.textures
-        _ = self._faces_of if self.refines else self._neighbours
+        _ = self._node_faces if self.can_refine else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
@@ -275,11 +279,11 @@ class SurfaceGraph:
         return np.asarray(places)
 
     @property
-    def refines(self) -> bool:
+    def can_refine(self) -> bool:
         """Whether the faces of corridors are subdivided to the pixel size of textures."""
         return self.is_mesh and self.textures is not None
 
-    def divides(self, start: FloatArray, end: FloatArray, max_length: float) -> bool:
+    def can_divide(self, start: FloatArray, end: FloatArray, max_length: float) -> bool:
         """Return whether the faces of a corridor may be subdivided, which depends on their number.
 
         Parameters
@@ -289,7 +293,7 @@ class SurfaceGraph:
         max_length : float
             Maximum length of the paths in the corridor.
         """
-        if not self.refines:
+        if not self.can_refine:
             return False
         from vomstudio.extraction.path_kernels import list_nodes_in_ellipsoid
 
@@ -322,20 +326,21 @@ class SurfaceGraph:
         Graph
         """
         max_length = stretch_factor * float(np.linalg.norm(end - start)) + margin
-        if not self.refines:
-            return self._corridor_of_nodes(start, end, max_length)
+        if not self.can_refine:
+            return self._build_node_corridor(start, end, max_length)
         rows = np.asarray(
             self.tree.query_ball_point((start + end) / 2.0, max_length / 2.0), np.int64
         )
-        near_rows = self.places[rows]
-        list_nodes_in_ellipsoid = (
-            np.linalg.norm(near_rows - start, axis=1) + np.linalg.norm(near_rows - end, axis=1)
+        near_positions = self.places[rows]
+        is_in_ellipsoid = (
+            np.linalg.norm(near_positions - start, axis=1)
+            + np.linalg.norm(near_positions - end, axis=1)
             <= max_length
         )
         ends = np.asarray(self.tree.query(np.stack([start, end]))[1], np.int64)
-        return self._refined(np.append(rows[list_nodes_in_ellipsoid], ends))
+        return self._build_refined_graph(np.append(rows[is_in_ellipsoid], ends))
 
-    def _corridor_of_nodes(self, one: FloatArray, end: FloatArray, max_length: float) -> Graph:
+    def _build_node_corridor(self, one: FloatArray, end: FloatArray, max_length: float) -> Graph:
         from vomstudio.extraction.path_kernels import (
             list_component_in_ellipsoid,
             list_nodes_in_ellipsoid,
@@ -356,16 +361,16 @@ class SurfaceGraph:
             nodes = rows[:count].copy()
         else:
             nodes = np.sort(rows[:count])
-        part = _part(nodes, starts, neighbours, number)
+        part = _extract_neighbours(nodes, starts, neighbours, number)
         if is_too_large:
-            is_touched = np.zeros(count, np.bool_)
-            start = int(np.searchsorted(nodes, first))
-            if mark_component(*part, start, is_touched, rows) < count:
-                nodes = nodes[is_touched]
-                part = _part(nodes, starts, neighbours, number)
-        return self._graph(nodes, self.places[nodes], *part)
+            is_connected = np.zeros(count, np.bool_)
+            first_row = int(np.searchsorted(nodes, first))
+            if mark_component(*part, first_row, is_connected, rows) < count:
+                nodes = nodes[is_connected]
+                part = _extract_neighbours(nodes, starts, neighbours, number)
+        return self._build_graph(nodes, self.places[nodes], *part)
 
-    def _graph(
+    def _build_graph(
         self, rows: IntArray, places: FloatArray, starts: IntArray, neighbours: Int32Array
     ) -> Graph:
         row = self.row[rows]
@@ -373,40 +378,40 @@ class SurfaceGraph:
             places,
             starts,
             neighbours,
-            self._colours_of(row),
-            self._fields_of(row),
-            lambda: self._roughness(rows, places),
+            self._point_colours(row),
+            self._field_values(row),
+            lambda: self._compute_roughness(rows, places),
             row,
         )
 
-    def _refined(self, rows: IntArray) -> Graph:
+    def _build_refined_graph(self, rows: IntArray) -> Graph:
         """Build the graph of the faces at given nodes, subdivided to a few pixels."""
         assert self.textures is not None
-        node_faces, starts = self._faces_of
+        node_faces, starts = self._node_faces
         first, count = starts[rows], starts[rows + 1] - starts[rows]
-        edge_rows = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(
+        face_rows = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(
             int(count.sum())
         )
         is_selected = np.zeros(len(self._faces), np.bool_)
-        is_selected[node_faces[edge_rows]] = True
+        is_selected[node_faces[face_rows]] = True
         faces = np.flatnonzero(is_selected)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)
-        level = self._level(places, vertex_fields[:, :2], triangles, material)
-        undivided = row, places, triangles
+        level = self._subdivision_level(places, vertex_fields[:, :2], triangles, material)
+        undivided_mesh = row, places, triangles
         for _ in range(level):
-            places, vertex_fields, triangles, added_vertices = _divide_all(
+            places, vertex_fields, triangles, added_count = _divide_all_triangles(
                 places, vertex_fields, triangles
             )
-            row = np.concatenate([row, np.full(added_vertices, -1)])
+            row = np.concatenate([row, np.full(added_count, -1)])
             material = np.tile(material, 4)
         colours = self.textures.at(vertex_fields[:, :2], triangles, material, level)
-        return self._welded_graph(
+        return self._build_welded_graph(
             places,
             triangles,
             colours,
             vertex_fields[:, 2:],
             row,
-            lambda: self._divided_roughness(*undivided, level),
+            lambda: self._divided_roughness(*undivided_mesh, level),
         )
 
     def _divided_roughness(
@@ -416,10 +421,12 @@ class SurfaceGraph:
 
         Only few costs require it, and that of the whole mesh takes seconds.
         """
-        rough = self._vertex_roughness[self._node[vertices]][:, None]
+        compute_roughness = self._vertex_roughness[self._point_nodes[vertices]][:, None]
         for _ in range(level):
-            places, rough, triangles, _ = _divide_all(places, rough, triangles)
-        return rough[:, 0]
+            places, compute_roughness, triangles, _ = _divide_all_triangles(
+                places, compute_roughness, triangles
+            )
+        return compute_roughness[:, 0]
 
     def _textured_part(
         self, faces: IntArray
@@ -430,22 +437,24 @@ class SurfaceGraph:
         """
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
-        used_vertices, triangles = _used_vertices(self.data.faces[faces], len(self.data.vertices))
+        used_vertices, triangles = _select_used_vertices(
+            self.data.faces[faces], len(self.data.vertices)
+        )
         places = np.asarray(self.data.vertices[used_vertices], np.float64) - self.origin
         vertex_fields = np.column_stack(
-            [self.textures.uv[used_vertices], *self._fields_of(used_vertices).values()]
+            [self.textures.uv[used_vertices], *self._field_values(used_vertices).values()]
         )
-        material = self.textures.material_of(faces)
+        material = self.textures.face_materials(faces)
         return used_vertices, places, triangles, vertex_fields, material
 
-    def _welded_graph(
+    def _build_welded_graph(
         self,
         places: FloatArray,
         triangles: IntArray,
         colours: FloatArray,
         fields: FloatArray,
         row: IntArray,
-        rough: Callable[[], FloatArray],
+        compute_roughness: Callable[[], FloatArray],
     ) -> Graph:
         node, first = _number_nodes(places)
         n = len(first)
@@ -454,32 +463,32 @@ class SurfaceGraph:
         names = list(self.data.fields)
         return Graph(
             np.ascontiguousarray(places[first]),
-            *neighbour_lists(*_edges(node[triangles], n), n),
+            *neighbour_lists(*_unique_edges(node[triangles], n), n),
             mean,
             {name: fields[first, i] for i, name in enumerate(names)},
-            lambda: rough()[first],
+            lambda: compute_roughness()[first],
             row[first],
         )
 
-    def _level(
+    def _subdivision_level(
         self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
     ) -> int:
         """Return the number of subdivisions of the faces, within the maximum number of nodes."""
         assert self.textures is not None
-        pixels = self.textures.edge_pixels(uv, triangles, material)
-        level = int(np.clip(np.ceil(np.log2(max(pixels / _EDGE_PX, 1.0))), 0, _MAX_LEVEL))
+        pixels = self.textures.median_edge_px(uv, triangles, material)
+        level = int(np.clip(np.ceil(np.log2(max(pixels / _EDGE_LENGTH_PX, 1.0))), 0, _MAX_LEVEL))
         while level > 0 and len(triangles) / 2 * 4**level > _MAX_NODES:
             level -= 1
         return level
 
-    def _colours_of(self, row: IntArray) -> FloatArray | None:
+    def _point_colours(self, row: IntArray) -> FloatArray | None:
         if self.data.colors is not None:
             return np.asarray(self.data.colors[row], np.float64)
         if self.textures is not None:
             return self.textures.vertex_colours[row]
         return None
 
-    def _fields_of(self, row: IntArray) -> dict[str, FloatArray]:
+    def _field_values(self, row: IntArray) -> dict[str, FloatArray]:
         return {
             name: np.asarray(values[row], np.float64) for name, values in self.data.fields.items()
         }
@@ -487,7 +496,7 @@ class SurfaceGraph:
     @cached_property
     def _vertex_roughness(self) -> FloatArray:
         """Maximum angle between the normals of adjacent faces at each node of a mesh, radians."""
-        rows = np.flatnonzero(self._sound_faces)
+        rows = np.flatnonzero(self._is_valid_face)
         faces = self._faces[rows]
         a, b, c = (self.places[faces[:, i]] for i in range(3))
         normal = np.cross(b - a, c - a)
@@ -496,20 +505,22 @@ class SurfaceGraph:
         n = len(self.places)
         key = _edge_keys(faces, n)
         order = np.argsort(key, kind="stable")
-        same = np.flatnonzero(np.diff(key[order]) == 0)
-        first, second = order[same], order[same + 1]
+        shared_rows = np.flatnonzero(np.diff(key[order]) == 0)
+        first, second = order[shared_rows], order[shared_rows + 1]
         cosine = np.clip((unit[first // 3] * unit[second // 3]).sum(axis=1), -1.0, 1.0)
         angle = np.zeros(n)
         for end in (faces.ravel()[first], faces[:, [1, 2, 0]].ravel()[first]):
             np.maximum.at(angle, end, np.arccos(cosine))
         return angle
 
-    def _roughness(self, rows: IntArray, places: FloatArray) -> FloatArray:
+    def _compute_roughness(self, rows: IntArray, places: FloatArray) -> FloatArray:
         if self.is_mesh:
             return self._vertex_roughness[rows]
         from vomstudio.extraction.kernels import fit_local_planes
 
-        neighbours = np.where(self._near[rows] < 0, rows[:, None], self._near[rows])
+        neighbours = np.where(
+            self._nearest_nodes[rows] < 0, rows[:, None], self._nearest_nodes[rows]
+        )
         results = np.empty((len(rows), 3)), np.empty(len(rows))
         fit_local_planes(self.places, places, np.ascontiguousarray(neighbours, np.int32), *results)
         return np.nan_to_num(results[1])
@@ -528,7 +539,7 @@ def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray
     Returns
     -------
     starts : (n + 1,) ndarray of int
-    near : ndarray of int32
+    neighbours : ndarray of int32
     """
     from vomstudio.extraction.path_kernels import list_neighbours
 
@@ -537,21 +548,21 @@ def neighbour_lists(first: IntArray, second: IntArray, n: int) -> tuple[IntArray
     return starts, neighbours
 
 
-def _part(
+def _extract_neighbours(
     rows: IntArray, starts: IntArray, neighbours: Int32Array, number: IntArray
 ) -> tuple[IntArray, Int32Array]:
     """List the neighbours within a subset of nodes; `number` (n,) must be -1 and is restored."""
     from vomstudio.extraction.path_kernels import extract_subgraph
 
     number[rows] = np.arange(len(rows))
-    own_starts = np.empty(len(rows) + 1, np.int64)
-    own_near = np.empty(int((starts[rows + 1] - starts[rows]).sum()), np.int32)
-    length = extract_subgraph(starts, neighbours, rows, number, own_starts, own_near)
+    part_starts = np.empty(len(rows) + 1, np.int64)
+    part_neighbours = np.empty(int((starts[rows + 1] - starts[rows]).sum()), np.int32)
+    length = extract_subgraph(starts, neighbours, rows, number, part_starts, part_neighbours)
     number[rows] = -1
-    return own_starts, own_near[:length]
+    return part_starts, part_neighbours[:length]
 
 
-def _used_vertices(faces: Int32Array, n: int) -> tuple[IntArray, IntArray]:
+def _select_used_vertices(faces: Int32Array, n: int) -> tuple[IntArray, IntArray]:
     """Return the vertices (k,), of n, that faces (m, 3) use, and the faces as rows of these."""
     is_used = np.zeros(n, np.bool_)
     is_used[faces.ravel()] = True
@@ -578,7 +589,7 @@ def _edge_keys(faces: IntArray, n: int) -> IntArray:
     return np.asarray(np.minimum(faces, next_corners) * n + np.maximum(faces, next_corners)).ravel()
 
 
-def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
+def _unique_edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """Return the first and second nodes of the edges of faces (m, 3), without duplicates."""
     # `np.unique` finds distinct integers by a hash table, which takes ten times as long.
     key = np.sort(_edge_keys(faces, n))
@@ -587,17 +598,17 @@ def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
     return first, key - first * n
 
 
-def _divide_all(
+def _divide_all_triangles(
     places: FloatArray, vertex_fields: FloatArray, triangles: IntArray
 ) -> tuple[FloatArray, FloatArray, IntArray, int]:
     """Divide every triangle into four; also return the number of new nodes."""
     n = len(places)
-    key, edge_of = np.unique(_edge_keys(triangles, n), return_inverse=True)
+    key, edge_indices = np.unique(_edge_keys(triangles, n), return_inverse=True)
     first, second = key // n, key % n
-    midpoints = n + edge_of.reshape(-1, 3)
+    midpoints = n + edge_indices.reshape(-1, 3)
     a, b, c = triangles.T
     ab, bc, ca = midpoints.T
-    four_faces = np.concatenate(
+    divided_triangles = np.concatenate(
         [
             np.stack([a, ab, ca], axis=1),
             np.stack([ab, b, bc], axis=1),
@@ -608,23 +619,23 @@ def _divide_all(
     return (
         np.concatenate([places, (places[first] + places[second]) / 2.0]),
         np.concatenate([vertex_fields, (vertex_fields[first] + vertex_fields[second]) / 2.0]),
-        four_faces,
+        divided_triangles,
         len(key),
     )
 
 
 def _divide_long_edges(
-    places: FloatArray, vertex_fields: FloatArray, triangles: IntArray, max_edge: float
+    places: FloatArray, vertex_fields: FloatArray, triangles: IntArray, max_edge_length: float
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Divide triangles at the midpoints of the edges that are longer than `max_edge`.
+    """Divide triangles at the midpoints of the edges that are longer than `max_edge_length`.
 
     The original triangle (m,) of each new triangle is also returned.
     """
     n = len(places)
-    key, edge_of = np.unique(_edge_keys(triangles, n), return_inverse=True)
+    key, edge_indices = np.unique(_edge_keys(triangles, n), return_inverse=True)
     first, second = key // n, key % n
-    is_long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge
-    midpoints = np.where(is_long, n + np.cumsum(is_long) - 1, -1)[edge_of].reshape(-1, 3)
+    is_long = np.linalg.norm(places[first] - places[second], axis=1) > max_edge_length
+    midpoints = np.where(is_long, n + np.cumsum(is_long) - 1, -1)[edge_indices].reshape(-1, 3)
     first, second = first[is_long], second[is_long]
     count = (midpoints >= 0).sum(axis=1)
     rows = np.arange(len(triangles))
@@ -637,14 +648,16 @@ def _divide_long_edges(
     ab, bc, ca = np.take_along_axis(midpoints, order, axis=1).T
     pieces: list[IntArray] = [triangles[count == 0]]
     parents: list[IntArray] = [rows[count == 0]]
-    for divided_count, corners in (
+    for divided_count, part_corners in (
         (1, ((a, ab, c), (ab, b, c))),
         (2, ((ab, b, bc), (a, ab, bc), (a, bc, c))),
         (3, ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))),
     ):
         is_divided = count == divided_count
-        for corner in corners:
-            pieces.append(np.stack([corner_rows[is_divided] for corner_rows in corner], axis=1))
+        for corner_columns in part_corners:
+            pieces.append(
+                np.stack([corner_rows[is_divided] for corner_rows in corner_columns], axis=1)
+            )
             parents.append(rows[is_divided])
     return (
         np.concatenate([places, (places[first] + places[second]) / 2.0]),

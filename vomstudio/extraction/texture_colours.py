@@ -39,19 +39,19 @@ class TextureColours:
             if mesh.uv is None
             else np.asarray(mesh.uv, np.float64)
         )
-        self._pictures: dict[tuple[int, int], ByteArray | None] = {}
+        self._texture_images: dict[tuple[int, int], ByteArray | None] = {}
 
-    def material_of(self, faces: IntArray) -> IntArray:
+    def face_materials(self, faces: IntArray) -> IntArray:
         """Return the material (k,) of faces; -1 if a face has none."""
         offsets = np.asarray(self._mesh.material_offsets, np.int64)
         materials = np.searchsorted(offsets, faces, side="right") - 1
         return np.where(materials < len(self._mesh.materials), materials, -1)
 
-    def edge_pixels(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
+    def median_edge_px(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
         """Return the median edge length in pixels."""
         sizes = np.zeros((len(self._mesh.materials) + 1, 2))
-        for m in _distinct(material):
-            sizes[m] = self._size(m)
+        for m in _distinct_materials(material):
+            sizes[m] = self._picture_size(m)
         scale = sizes[material]
         a, b = uv[triangles[:, 0]] * scale, uv[triangles[:, 1]] * scale
         length = np.linalg.norm(a - b, axis=1)
@@ -72,10 +72,10 @@ class TextureColours:
             Number of times that the faces of the mesh were subdivided.
         """
         colours = np.full((len(uv), 3), _MISSING_GREY)
-        pixels = self.edge_pixels(uv, triangles, material)
+        pixels = self.median_edge_px(uv, triangles, material)
         halvings = int(np.clip(np.floor(np.log2(max(pixels / 2.0, 1.0))), 0, 8))
-        for m in _distinct(material):
-            picture = self._picture(m, halvings)
+        for m in _distinct_materials(material):
+            picture = self._texture_image(m, halvings)
             is_used = np.zeros(len(uv), np.bool_)
             is_used[triangles[material == m].ravel()] = True
             rows = np.flatnonzero(is_used)
@@ -89,23 +89,25 @@ class TextureColours:
     def vertex_colours(self) -> FloatArray:
         """Colours (n, 3) of the vertices of the mesh, averaged over about half an edge."""
         faces = np.arange(len(self._mesh.faces))
-        return self.at(self.uv, np.asarray(self._mesh.faces, np.int64), self.material_of(faces), 0)
+        return self.at(
+            self.uv, np.asarray(self._mesh.faces, np.int64), self.face_materials(faces), 0
+        )
 
-    def _size(self, material: int) -> tuple[int, int]:
-        picture = self._picture(material, 0)
+    def _picture_size(self, material: int) -> tuple[int, int]:
+        picture = self._texture_image(material, 0)
         return (1, 1) if picture is None else (picture.shape[1], picture.shape[0])
 
-    def _picture(self, material: int, halvings: int) -> ByteArray | None:
+    def _texture_image(self, material: int, halvings: int) -> ByteArray | None:
         key = (material, halvings)
-        if key not in self._pictures:
-            self._pictures[key] = self._read(material, halvings)
-        return self._pictures[key]
+        if key not in self._texture_images:
+            self._texture_images[key] = self._read_picture(material, halvings)
+        return self._texture_images[key]
 
-    def _read(self, material: int, halvings: int) -> ByteArray | None:
+    def _read_picture(self, material: int, halvings: int) -> ByteArray | None:
         if material < 0 or self._mesh.materials[material].texture is None:
             return None
         if halvings:
-            full_picture = self._picture(material, 0)
+            full_picture = self._texture_image(material, 0)
             if full_picture is None:
                 return None
             from PIL import Image
@@ -122,7 +124,7 @@ class TextureColours:
             return None
 
 
-def _distinct(material: IntArray) -> list[int]:
+def _distinct_materials(material: IntArray) -> list[int]:
     """Return the distinct materials in ascending order; -1 stands for no material."""
     return [int(m) for m in np.flatnonzero(np.bincount(material + 1)) - 1]
 

@@ -17,7 +17,7 @@ from vomstudio.core.options import (
 )
 from vomstudio.core.words import to_translate
 
-ONNX = "onnx"
+ONNX_COST = "onnx"
 """Cost derived from the edges that a network detects."""
 COST_TITLES = {
     "auto": to_translate("automatic"),
@@ -26,7 +26,7 @@ COST_TITLES = {
     "light": to_translate("light line"),
     "gradient": to_translate("brightness edge"),
     "curvature": to_translate("surface edge"),
-    ONNX: to_translate("network edges"),
+    ONNX_COST: to_translate("network edges"),
 }
 """Titles of the costs except fields."""
 
@@ -107,9 +107,9 @@ class CostOptions(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.onnx_model is not None and self.cost != ONNX:
+        if self.onnx_model is not None and self.cost != ONNX_COST:
             raise UsageError(Finding("edges.network-unused"), field="--onnx-model")
-        if self.onnx_model is None and self.cost == ONNX:
+        if self.onnx_model is None and self.cost == ONNX_COST:
             raise UsageError(
                 Finding("edges.no-network", option="--onnx-model"), field="--onnx-model"
             )
@@ -160,7 +160,7 @@ class ProposalOptions(CostOptions):
         way-points.
     """
 
-    cost: str | None = _cost_option("dark", "light", "gradient", "curvature", ONNX)
+    cost: str | None = _cost_option("dark", "light", "gradient", "curvature", ONNX_COST)
     min_length_m: float | None = option(
         None,
         minimum=MIN_LENGTH_M,

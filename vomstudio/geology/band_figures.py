@@ -75,7 +75,7 @@ def describe_band(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigur
     """
     sets, none_probability = compare_sets(band, priors) if priors else ((), None)
     low, high = band.dips_deg()
-    best_plane, line = band.best, band.line
+    best_plane, line = band.best_plane, band.line
     return BandFigures(
         line.trend_deg,
         line.plunge_deg,
@@ -112,12 +112,12 @@ def fit_prior(name: str, normals: npt.ArrayLike) -> SetPrior | None:
     v = unit_vectors(v)
     first_axis = orientation_tensor(v)[1][0]
     aligned_directions = v * np.where(v @ first_axis < 0.0, -1.0, 1.0)[:, None]
-    total = aligned_directions.sum(axis=0)
-    resultant = float(np.linalg.norm(total))
+    vector_sum = aligned_directions.sum(axis=0)
+    resultant = float(np.linalg.norm(vector_sum))
     kappa = (n - 1.0) / max(n - resultant, (n - 1.0) / MAX_KAPPA)
     if kappa <= 1.0:
         return None
-    x, y, z = (total / resultant).tolist()
+    x, y, z = (vector_sum / resultant).tolist()
     return SetPrior(name, (x, y, z), kappa, n)
 
 
@@ -189,7 +189,7 @@ def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Findi
         findings.append(Finding("trace.compatible-sets", sets=sets))
     elif band.sets:
         findings.append(Finding("trace.no-compatible-set"))
-    likely_planes = band.likely
-    if likely_planes is not None and plane is not None:
-        findings.append(Finding("trace.plane-of-set", set=likely_planes.name, plane=plane))
+    likely_set = band.likely
+    if likely_set is not None and plane is not None:
+        findings.append(Finding("trace.plane-of-set", set=likely_set.name, plane=plane))
     return findings

@@ -79,13 +79,13 @@ class Bowing:
         return abs(self.curvature_per_m) * self.reach_m**2
 
     @property
-    def edges_toward(self) -> FloatArray:
+    def edge_direction(self) -> FloatArray:
         """Unit vector (3,) pointing from the tangent plane at the middle toward the edges."""
         return np.array(self.normal) * (1.0 if self.curvature_per_m > 0.0 else -1.0)
 
 
 @dataclass(frozen=True)
-class LensBend:
+class LensDeformation:
     """Possible deformation of a model due to lens errors, at 95 %.
 
     Attributes
@@ -150,7 +150,7 @@ class ShapeChange:
 
     Attributes
     ----------
-    turn : (3,) ndarray
+    rotation : (3,) ndarray
         Rotation vector, radians.
     growth : float
         Relative change in lengths along the model.
@@ -162,7 +162,7 @@ class ShapeChange:
         Relative scale of depths against lengths along the model; 0 if the model has no relief.
     """
 
-    turn: FloatArray
+    rotation: FloatArray
     growth: float
     shift: FloatArray
     curvature_per_m: float
@@ -186,31 +186,33 @@ def fit_shape_change(positions: FloatArray, displacements: FloatArray) -> ShapeC
     numpy.linalg.LinAlgError
         If values are not finite.
     """
-    centre, axes, extent_from_centre = model_shape(positions)
-    u, v, w = ((positions - centre) @ axes.T).T / extent_from_centre
+    centre, axes, radius = model_shape(positions)
+    u, v, w = ((positions - centre) @ axes.T).T / radius
     projections = displacements @ axes.T
     columns = [np.ones(len(u)), u, v]
     has_relief = float(w.std()) > MIN_RELIEF
     if has_relief:
         columns.append(w)
-    horizontal_bends = np.linalg.lstsq(np.stack(columns, axis=1), projections[:, :2], rcond=None)[0]
+    horizontal_coefficients = np.linalg.lstsq(
+        np.stack(columns, axis=1), projections[:, :2], rcond=None
+    )[0]
     bend_columns = np.stack([*columns, u**2 + v**2], axis=1)
-    vertical_bends = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
-    growth = float(horizontal_bends[1, 0] + horizontal_bends[2, 1]) / 2.0 / extent_from_centre
-    turns = (
+    vertical_coefficients = np.linalg.lstsq(bend_columns, projections[:, 2], rcond=None)[0]
+    growth = float(horizontal_coefficients[1, 0] + horizontal_coefficients[2, 1]) / 2.0 / radius
+    rotation = (
         np.array(
             [
-                vertical_bends[2],
-                -vertical_bends[1],
-                (horizontal_bends[1, 1] - horizontal_bends[2, 0]) / 2.0,
+                vertical_coefficients[2],
+                -vertical_coefficients[1],
+                (horizontal_coefficients[1, 1] - horizontal_coefficients[2, 0]) / 2.0,
             ]
         )
-        / extent_from_centre
+        / radius
     )
-    stretch = float(vertical_bends[3]) / extent_from_centre - growth if has_relief else 0.0
-    shift = np.array([*horizontal_bends[0], vertical_bends[0]]) @ axes
+    stretch = float(vertical_coefficients[3]) / radius - growth if has_relief else 0.0
+    shift = np.array([*horizontal_coefficients[0], vertical_coefficients[0]]) @ axes
     return ShapeChange(
-        turns @ axes, growth, shift, float(vertical_bends[-1]) / extent_from_centre**2, stretch
+        rotation @ axes, growth, shift, float(vertical_coefficients[-1]) / radius**2, stretch
     )
 
 
@@ -244,7 +246,7 @@ def fit_bowing(
     n = len(positions)
     if n < MIN_BOWING_POINTS:
         return None
-    centre, axes, reach = _shape_of_model_or_positions(positions, extent)
+    centre, axes, radius = _reference_shape(positions, extent)
     if normal is not None:
         cross_axis = np.cross(axes[0], normal)
         cross_axis /= np.linalg.norm(cross_axis) or 1.0
@@ -261,16 +263,16 @@ def fit_bowing(
     if sigma is not None and np.isfinite(sigma).all() and (sigma > 0).all():
         weight = 1.0 / np.sqrt((sigma**2) @ normal**2)
         weight = weight / weight.mean()
-    drift = _neighbour_correlation(columns, residuals @ axes.T)
-    rows = whiten(columns * weight[:, None], drift)
+    serial_correlation = _neighbour_correlation(columns, residuals @ axes.T)
+    rows = whiten(columns * weight[:, None], serial_correlation)
     # Part of the last column that the others do not explain; 0 for points at equal distances.
     bend_column = rows[:, 3] - rows[:, :3] @ np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0]
     if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 3] @ rows[:, 3]):
         return None
-    heights = whiten((residuals @ normal) * weight, drift)
+    heights = whiten((residuals @ normal) * weight, serial_correlation)
     # The residuals (fitted minus measured) represent the bend of the model.
-    bend, error = _fit_last(rows, heights, bend_column)
-    return _bowing(n, bend / size**2, error / size**2, reach, normal)
+    curvature, error = _fit_last_coefficient(rows, heights, bend_column)
+    return _build_bowing(n, curvature / size**2, error / size**2, radius, normal)
 
 
 def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
@@ -286,7 +288,7 @@ def _neighbour_correlation(columns: FloatArray, residuals: FloatArray) -> float:
     return fit_serial_correlation(columns_by_axis, remaining_residuals / sizes)
 
 
-def fit_bowing_to_turns(
+def fit_bowing_to_rotations(
     positions: FloatArray,
     rotations: FloatArray,
     cameras: FloatArray,
@@ -316,7 +318,7 @@ def fit_bowing_to_turns(
     n = len(positions)
     if n < MIN_BOWING_POINTS:
         return None
-    centre, axes, reach = _shape_of_model_or_positions(positions, extent)
+    centre, axes, radius = _reference_shape(positions, extent)
     u, v = ((positions - centre) @ axes[:2].T).T
     # The surface w = c (u^2 + v^2) has the normal w - 2 c (u, v), a rotation by w x (u, v).
     bend_rotation = np.outer(u, np.cross(axes[2], axes[0])) + np.outer(
@@ -335,8 +337,8 @@ def fit_bowing_to_turns(
     bend_column = rows[:, 5] - rows[:, :5] @ np.linalg.lstsq(rows[:, :5], rows[:, 5], rcond=1e-6)[0]
     if float(bend_column @ bend_column) < MIN_SPREAD**2 * float(rows[:, 5] @ rows[:, 5]):
         return None
-    bend, error = _fit_last(rows, rotations[:, :2].ravel(), bend_column)
-    return _bowing(n, bend / size, error / size, reach, axes[2])
+    curvature, error = _fit_last_coefficient(rows, rotations[:, :2].ravel(), bend_column)
+    return _build_bowing(n, curvature / size, error / size, radius, axes[2])
 
 
 def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
@@ -364,21 +366,23 @@ def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return centre, axes, float(np.quantile(distances, EDGE_QUANTILE, method="higher"))
 
 
-def _bowing(
+def _build_bowing(
     n: int, curvature: float, error: float, max_distance: float, normal: FloatArray
 ) -> Bowing:
     x, y, z = (float(v) for v in normal)
     return Bowing(n, curvature, error, max_distance, abs(curvature) > error, (x, y, z))
 
 
-def _shape_of_model_or_positions(
+def _reference_shape(
     positions: FloatArray, extent: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the `model_shape` of the model, or of the positions if its points are unknown."""
     return model_shape(positions if extent is None or len(extent) < MIN_BOWING_POINTS else extent)
 
 
-def _fit_last(rows: FloatArray, values: FloatArray, last_column: FloatArray) -> tuple[float, float]:
+def _fit_last_coefficient(
+    rows: FloatArray, values: FloatArray, last_column: FloatArray
+) -> tuple[float, float]:
     """Return the last coefficient of a regression and its 95 % error.
 
     `last_column` is the part of the last column that the other columns do not explain.

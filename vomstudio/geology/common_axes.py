@@ -20,31 +20,31 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
-    MovedVectors,
     RotationErrors,
-    join_results,
-    move_vectors,
+    VectorsWithDerivatives,
+    concatenate_vectors,
+    differentiate_vectors,
     principal_axis,
 )
-from vomstudio.geology.folding.figures import PairFigures
+from vomstudio.geology.folding.figures import PairIntersection
 from vomstudio.geology.folding.verdicts import (
-    KNOWN_AXIS_DEG,
-    WEAK_AXIS_DEG,
+    MAX_USABLE_AXIS_ERROR_DEG,
+    MAX_VALID_AXIS_ERROR_DEG,
     FoldVerdict,
-    too_uncertain_finding,
-    uncertain_finding,
+    too_uncertain_axis_finding,
+    uncertain_axis_finding,
 )
-from vomstudio.geology.folds import MIN_ARC, FoldAxis, build_axis
+from vomstudio.geology.folds import MIN_SECOND_EIGENVALUE, FoldAxis, build_axis
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
-from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor, unit_vectors
 
 NATURAL_SCATTER_DEG = 5.0
 """Assumed angular scatter of the planes in a set if it cannot be determined from any set."""
 
-TWO_AXES_P, TWO_AXES_DEG = 0.05, 5.0
+TWO_AXES_SIGNIFICANCE, MIN_TWO_AXES_DEG = 0.05, 5.0
 """Significance level and minimum angle from the common plane for the verdict "two axes"."""
 
 
@@ -88,19 +88,21 @@ def common_axis(
     tensors = [orientation_tensor(poles) for poles in members]
     means = np.array([set_axes[0] for _, set_axes in tensors])
     values, axes = orientation_tensor(means)
-    if values[1] < MIN_ARC:
+    if values[1] < MIN_SECOND_EIGENVALUE:
         raise GeometryError(Finding("fold.parallel-means", sets=names))
     variances, degrees_of_freedom = _mean_variances(members, means, axes[2])
-    semi_axes, swing = _axis_region(means, axes, variances, min(map(len, members)))
-    moved_axis = None
+    semi_axes, major_direction = _axis_region(means, axes, variances, min(map(len, members)))
+    axis_with_derivatives = None
     if rotation_errors is not None and any(
         rotation_errors[name].has_known_errors for name in names
     ):
-        moved_members = [
-            move_vectors(poles, rotation_errors[name])
+        members_with_derivatives = [
+            differentiate_vectors(poles, rotation_errors[name])
             for name, poles in zip(names, members, strict=True)
         ]
-        moved_axis = _moved_axis(moved_members, tensors, values, axes)
+        axis_with_derivatives = _axis_with_derivatives(
+            members_with_derivatives, tensors, values, axes
+        )
     off_plane_deg = np.degrees(np.abs(np.arcsin(np.clip(means @ axes[2], -1.0, 1.0))))
     p = _coplanarity_p(means, axes, variances, degrees_of_freedom)
     pairs = _pair_intersections(names, members)
@@ -111,7 +113,9 @@ def common_axis(
     notes = [Finding("fold.means-of-sets", sets=names, n=[len(poles) for poles in members])]
     if semi_axes is None:
         notes.append(Finding("fold.set-of-one-plane"))
-    axis = build_axis(means, values, axes, semi_axes, swing, judge, moved_axis, notes)
+    axis = build_axis(
+        means, values, axes, semi_axes, major_direction, judge, axis_with_derivatives, notes
+    )
     return replace(axis, pairs=pairs)
 
 
@@ -125,28 +129,28 @@ def _mean_variances(
     For a single plane, the scatter of the other sets is used, or `NATURAL_SCATTER_DEG`.
     """
     squares = [
-        float(np.sum((flip_to(poles, mean) @ beta - mean @ beta) ** 2))
+        float(np.sum((flip_to_hemisphere(poles, mean) @ beta - mean @ beta) ** 2))
         for poles, mean in zip(members, means, strict=True)
     ]
     counts = np.array([len(poles) for poles in members])
     degrees_of_freedom = int((counts - 1).sum())
     natural_variance = np.radians(NATURAL_SCATTER_DEG) ** 2
-    pooled_count = sum(squares) / degrees_of_freedom if degrees_of_freedom else natural_variance
+    pooled_variance = sum(squares) / degrees_of_freedom if degrees_of_freedom else natural_variance
     variances = [
-        square / (count - 1) if count > 1 else pooled_count
+        square / (count - 1) if count > 1 else pooled_variance
         for square, count in zip(squares, counts, strict=True)
     ]
     return np.array(variances) / counts, degrees_of_freedom
 
 
 def _axis_region(
-    means: FloatArray, axes: FloatArray, variances: FloatArray, smallest_count: int
+    means: FloatArray, axes: FloatArray, variances: FloatArray, min_count: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
     """Return the semi-axes of the joint 95 % region of beta, and the larger direction.
 
     The semi-axes are in degrees; the direction is that of the larger one.
     """
-    if smallest_count < 2:
+    if min_count < 2:
         return None, axes[1]
     # An error e of a mean along beta rotates beta by t, where A t = sum m e and A = sum m m^T in
     # the plane of the means (linearised); e has the variance of the mean of its set.
@@ -155,9 +159,7 @@ def _axis_region(
     inverse = np.linalg.inv(tangent_components.T @ tangent_components)
     covariance = inverse @ (tangent_components.T * variances) @ tangent_components @ inverse
     eigenvalues, directions = np.linalg.eigh(covariance)
-    angles = np.degrees(
-        np.arctan(np.sqrt(np.maximum(eigenvalues, 0.0) * 2.0 * f95(smallest_count - 1)))
-    )
+    angles = np.degrees(np.arctan(np.sqrt(np.maximum(eigenvalues, 0.0) * 2.0 * f95(min_count - 1))))
     return (float(angles[1]), float(angles[0])), directions[:, 1] @ cross_axes
 
 
@@ -174,15 +176,15 @@ def _coplanarity_p(
     tilt = np.linalg.solve(
         (plane_components.T * weights) @ plane_components, (plane_components.T * weights) @ heights
     )
-    square = float(weights @ (heights - plane_components @ tilt) ** 2)
+    misfit = float(weights @ (heights - plane_components @ tilt) ** 2)
     if dof == 0:
-        return chi2_tail(k - 2, square)
-    return f_tail(k - 2, dof, square / (k - 2))
+        return chi2_tail(k - 2, misfit)
+    return f_tail(k - 2, dof, misfit / (k - 2))
 
 
 def _pair_intersections(
     names: Sequence[str], members: Sequence[FloatArray]
-) -> tuple[PairFigures, ...]:
+) -> tuple[PairIntersection, ...]:
     """Intersect the mean planes of each pair of sets that are not parallel."""
     planes = [mean_plane([UncertainPlane(pole, None) for pole in poles]) for poles in members]
     figures = []
@@ -193,7 +195,7 @@ def _pair_intersections(
             continue
         line = intersection.line
         figures.append(
-            PairFigures(
+            PairIntersection(
                 (names[i], names[j]),
                 line.trend_deg,
                 line.plunge_deg,
@@ -214,7 +216,7 @@ def _verdict(
     off_plane_deg: FloatArray,
     p: float | None,
     error95_deg: float | None,
-    is_assumed: bool,
+    is_scatter_assumed: bool,
 ) -> FoldVerdict:
     if p is None:
         return _common_verdict([Finding("fold.two-sets")], error95_deg, [])
@@ -223,36 +225,38 @@ def _verdict(
             "fold.off-common-plane", sets=names, off_deg=np.round(off_plane_deg, 1).tolist(), p=p
         )
     ]
-    if is_assumed:
+    if is_scatter_assumed:
         reasons.append(Finding("fold.scatter-assumed", scatter_deg=NATURAL_SCATTER_DEG))
-    largest_value = float(off_plane_deg.max())
-    if p < TWO_AXES_P and largest_value >= TWO_AXES_DEG:
+    max_off_plane_deg = float(off_plane_deg.max())
+    if p < TWO_AXES_SIGNIFICANCE and max_off_plane_deg >= MIN_TWO_AXES_DEG:
         reasons.append(Finding("fold.several-axes"))
         return FoldVerdict("two axes", "no", tuple(reasons))
-    warnings = [Finding("fold.off-within-errors")] if largest_value >= TWO_AXES_DEG else []
+    warnings = [Finding("fold.off-within-errors")] if max_off_plane_deg >= MIN_TWO_AXES_DEG else []
     return _common_verdict(reasons, error95_deg, warnings)
 
 
 def _common_verdict(
     reasons: list[Finding], error95_deg: float | None, warnings: list[Finding]
 ) -> FoldVerdict:
-    if error95_deg is not None and error95_deg > WEAK_AXIS_DEG:
-        return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg), *reasons))
-    if error95_deg is not None and error95_deg > KNOWN_AXIS_DEG:
-        warnings.append(uncertain_finding(error95_deg))
-    valid_text = "conditional" if warnings or error95_deg is None else "yes"
-    return FoldVerdict("common axis", valid_text, (*warnings, *reasons))
+    if error95_deg is not None and error95_deg > MAX_USABLE_AXIS_ERROR_DEG:
+        return FoldVerdict(
+            "undetermined", "no", (too_uncertain_axis_finding(error95_deg), *reasons)
+        )
+    if error95_deg is not None and error95_deg > MAX_VALID_AXIS_ERROR_DEG:
+        warnings.append(uncertain_axis_finding(error95_deg))
+    validity = "conditional" if warnings or error95_deg is None else "yes"
+    return FoldVerdict("common axis", validity, (*warnings, *reasons))
 
 
-def _moved_axis(
-    members: Sequence[MovedVectors],
+def _axis_with_derivatives(
+    members: Sequence[VectorsWithDerivatives],
     tensors: Sequence[tuple[FloatArray, FloatArray]],
     values: FloatArray,
     axes: FloatArray,
-) -> MovedVectors:
+) -> VectorsWithDerivatives:
     """Return the common axis with its derivatives with respect to the registrations."""
     parts = [
         principal_axis(vectors, *tensor, 0)
         for vectors, tensor in zip(members, tensors, strict=True)
     ]
-    return principal_axis(join_results(parts), values, axes, 2)
+    return principal_axis(concatenate_vectors(parts), values, axes, 2)

@@ -22,7 +22,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.rotation_errors import CHI2_TWO, cross_matrix
 
-NO_ROTATION = -1
+UNKNOWN_GROUP = -1
 MIN_EIGENVALUE_GAP = 1e-12
 
 
@@ -55,7 +55,7 @@ class RotationErrors:
         return RotationErrors(self.group[np.asarray(rows)], self.rotations)
 
 
-def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> RotationErrors:
+def group_rotation_errors(rotations: Sequence[tuple[object, FloatArray | None]]) -> RotationErrors:
     """Group vectors by their registration.
 
     Parameters
@@ -73,7 +73,7 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> R
     group = []
     for key, rotation in rotations:
         if rotation is None:
-            group.append(NO_ROTATION)
+            group.append(UNKNOWN_GROUP)
             continue
         if key not in keys:
             keys[key] = len(covariances)
@@ -85,7 +85,7 @@ def shared_rotations(rotations: Sequence[tuple[object, FloatArray | None]]) -> R
 
 
 @dataclass(frozen=True, eq=False)
-class MovedVectors:
+class VectorsWithDerivatives:
     """Vectors (n, 3) with their derivatives with respect to small rotations.
 
     The derivatives (n, k, 3, 3) are taken with respect to rotations about east, north and up.
@@ -97,16 +97,20 @@ class MovedVectors:
 
     def covariance(self) -> FloatArray:
         """Return the covariances (n, 3, 3) of the vectors, radians squared."""
-        turned_errors = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
-        return np.asarray(turned_errors.sum(axis=1))
+        contributions = self.derivatives @ self.rotations @ np.swapaxes(self.derivatives, -1, -2)
+        return np.asarray(contributions.sum(axis=1))
 
-    def result(self, vector: FloatArray, derivative: FloatArray) -> MovedVectors:
+    def propagate(self, vector: FloatArray, derivative: FloatArray) -> VectorsWithDerivatives:
         """Return a vector (3,) that depends on these vectors through derivatives (n, 3, 3)."""
         derivatives = np.einsum("nij,nkjl->kil", derivative, self.derivatives)
-        return MovedVectors(np.asarray(vector, np.float64)[None], derivatives[None], self.rotations)
+        return VectorsWithDerivatives(
+            np.asarray(vector, np.float64)[None], derivatives[None], self.rotations
+        )
 
 
-def move_vectors(vectors: npt.ArrayLike, rotations: RotationErrors) -> MovedVectors:
+def differentiate_vectors(
+    vectors: npt.ArrayLike, rotations: RotationErrors
+) -> VectorsWithDerivatives:
     """Return unit vectors and their derivatives with respect to their registrations.
 
     Parameters
@@ -124,10 +128,10 @@ def move_vectors(vectors: npt.ArrayLike, rotations: RotationErrors) -> MovedVect
     rows = np.flatnonzero(rotations.group >= 0)
     # w x v = -(v x w)
     derivatives[rows, rotations.group[rows]] = -cross_matrix(v[rows])
-    return MovedVectors(v, derivatives, rotations.rotations)
+    return VectorsWithDerivatives(v, derivatives, rotations.rotations)
 
 
-def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
+def concatenate_vectors(parts: Sequence[VectorsWithDerivatives]) -> VectorsWithDerivatives:
     """Combine results that depend on the same registrations as inputs of another result.
 
     Parameters
@@ -138,7 +142,7 @@ def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
     -------
     MovedVectors
     """
-    return MovedVectors(
+    return VectorsWithDerivatives(
         np.concatenate([part.vectors for part in parts]),
         np.concatenate([part.derivatives for part in parts]),
         parts[0].rotations,
@@ -146,8 +150,11 @@ def join_results(parts: Sequence[MovedVectors]) -> MovedVectors:
 
 
 def principal_axis(
-    vectors_with_derivatives: MovedVectors, values: FloatArray, axes: FloatArray, index: int
-) -> MovedVectors:
+    vectors_with_derivatives: VectorsWithDerivatives,
+    values: FloatArray,
+    axes: FloatArray,
+    index: int,
+) -> VectorsWithDerivatives:
     """Return a principal axis of an orientation tensor, with its derivatives.
 
     Parameters
@@ -171,12 +178,12 @@ def principal_axis(
             continue
         product = (x @ axis)[:, None] * axes[j] + (x @ axes[j])[:, None] * axis
         derivative += axes[j][None, :, None] * product[:, None, :] / (n * gap)
-    return vectors_with_derivatives.result(axis, derivative)
+    return vectors_with_derivatives.propagate(axis, derivative)
 
 
 def resultant(
-    vectors_with_derivatives: MovedVectors, signs: FloatArray | None = None
-) -> MovedVectors:
+    vectors_with_derivatives: VectorsWithDerivatives, signs: FloatArray | None = None
+) -> VectorsWithDerivatives:
     """Return the direction of the sum of vectors.
 
     Parameters
@@ -190,14 +197,16 @@ def resultant(
     MovedVectors
     """
     s = np.ones(len(vectors_with_derivatives.vectors)) if signs is None else signs
-    vector_sum = s @ vectors_with_derivatives.vectors
-    length = float(np.linalg.norm(vector_sum))
-    mean = vector_sum / length
+    total = s @ vectors_with_derivatives.vectors
+    length = float(np.linalg.norm(total))
+    mean = total / length
     projector = (np.eye(3) - np.outer(mean, mean)) / length
-    return vectors_with_derivatives.result(mean, s[:, None, None] * projector)
+    return vectors_with_derivatives.propagate(mean, s[:, None, None] * projector)
 
 
-def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
+def project_line(
+    line: VectorsWithDerivatives, plane: VectorsWithDerivatives
+) -> VectorsWithDerivatives:
     """Project a line onto a plane that nearly contains it.
 
     Within the plane, the line moves with its own rotation; perpendicular to it, with the plane.
@@ -219,10 +228,12 @@ def project_line(line: MovedVectors, plane: MovedVectors) -> MovedVectors:
     derivative = np.array(
         [np.outer(horizontal_axis, horizontal_axis), -np.outer(normal, projected_direction)]
     )
-    return join_results([line, plane]).result(projected_direction, derivative)
+    return concatenate_vectors([line, plane]).propagate(projected_direction, derivative)
 
 
-def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
+def intersect_planes(
+    first: VectorsWithDerivatives, second: VectorsWithDerivatives
+) -> VectorsWithDerivatives:
     """Return the intersection line of two planes.
 
     Parameters
@@ -243,7 +254,7 @@ def intersect_planes(first: MovedVectors, second: MovedVectors) -> MovedVectors:
     derivative = np.array(
         [-projector @ cross_matrix(b[None])[0], projector @ cross_matrix(a[None])[0]]
     )
-    return join_results([first, second]).result(line, derivative)
+    return concatenate_vectors([first, second]).propagate(line, derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,7 +294,7 @@ def region(
     v = np.asarray(vector, np.float64)
     spread = np.zeros((3, 3)) if covariance is None else CHI2_TWO * np.asarray(covariance)
     if vector_region is not None:
-        spread = spread + squared_region(v, *vector_region)
+        spread = spread + region_matrix(v, *vector_region)
     basis = _tangent_basis(v)
     squares, directions = np.linalg.eigh(basis @ spread @ basis.T)
     # The cone of a few scattered directions can be wider than 90 degrees.
@@ -292,7 +303,7 @@ def region(
     return ConfidenceRegion(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
 
 
-def squared_region(
+def region_matrix(
     vector: FloatArray, largest_deg: float, smallest_deg: float, direction: npt.ArrayLike
 ) -> FloatArray:
     """Return the (3, 3) matrix whose eigenvalues are the squared half-angles of a region.
@@ -310,17 +321,19 @@ def squared_region(
     (3, 3) ndarray
         Radians squared; the covariance of the vector is this matrix divided by CHI2_TWO.
     """
-    along_axis = np.asarray(direction, np.float64)
-    along_axis = along_axis - vector * (along_axis @ vector)
-    along_axis = along_axis / np.linalg.norm(along_axis)
-    (a, b, c), (x, y, z) = vector, along_axis
+    major_direction = np.asarray(direction, np.float64)
+    major_direction = major_direction - vector * (major_direction @ vector)
+    major_direction = major_direction / np.linalg.norm(major_direction)
+    (a, b, c), (x, y, z) = vector, major_direction
     # `np.cross` takes ten times as long for a single pair.
-    second = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
-    covariance_along = np.radians(largest_deg) ** 2 * np.outer(along_axis, along_axis)
-    return np.asarray(covariance_along + np.radians(smallest_deg) ** 2 * np.outer(second, second))
+    minor_direction = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    major_part = np.radians(largest_deg) ** 2 * np.outer(major_direction, major_direction)
+    return np.asarray(
+        major_part + np.radians(smallest_deg) ** 2 * np.outer(minor_direction, minor_direction)
+    )
 
 
-def region_of_line(
+def line_confidence_region(
     vector: npt.ArrayLike,
     covariance: npt.ArrayLike | None,
     largest_deg: float | None,

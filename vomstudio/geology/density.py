@@ -34,7 +34,7 @@ TILE_SIZE = 8
 BLOCK_SIZE = TILE_SIZE**2
 MAX_PAIRS = 100_000
 """Maximum number of cosines in one step, so that they stay in the cache."""
-PEAK_SHARE = 0.8
+MIN_PEAK_SHARE = 0.8
 """A local maximum of a grid can be the maximum if it has at least this share of the highest."""
 MAX_PEAKS = 8
 NEGLIGIBLE_EXPONENT = 30.0
@@ -87,7 +87,7 @@ def _density_of_blocks(
     """Compute the density (m,) at blocks of adjacent positions, given their first rows."""
     counts = np.zeros(len(positions))
     for start, end in zip(starts, [*starts[1:], len(positions)], strict=True):
-        near_points = _select_contributing(vectors, positions[start:end], kernel)
+        near_points = _select_contributing_vectors(vectors, positions[start:end], kernel)
         if not len(near_points):
             continue
         step = max(1, MAX_PAIRS // len(near_points))
@@ -105,42 +105,50 @@ class _Kernel:
 
     Attributes
     ----------
-    cap : float
+    cap_fraction : float
         Area of the counting circle as a share of the hemisphere.
     scale : float
         Unit of the density.
-    reach_deg : float
+    cutoff_deg : float
         Maximum angular distance of a pole that contributes, degrees.
     """
 
     method: str
-    cap: float
-    steep: float
+    cap_fraction: float
+    steepness: float
     scale: float
-    reach_deg: float
+    cutoff_deg: float
 
     @classmethod
     def of(cls, method: str, n: int, sigma: float) -> _Kernel:
         if method not in DENSITY_METHODS:
             raise ValueError(f"unknown method {method!r}; use one of {DENSITY_METHODS}")
-        cap = counting_area(n, method, sigma)
+        cap_fraction = counting_area(n, method, sigma)
         if method == "schmidt":
-            return cls(method, cap, 0.0, cap * n, _opening_deg(cap))
+            return cls(method, cap_fraction, 0.0, cap_fraction * n, _half_angle_deg(cap_fraction))
         if method != "exponential_kamb":
-            return cls(method, cap, 0.0, math.sqrt(n * cap * (1.0 - cap)), _opening_deg(cap))
+            return cls(
+                method,
+                cap_fraction,
+                0.0,
+                math.sqrt(n * cap_fraction * (1.0 - cap_fraction)),
+                _half_angle_deg(cap_fraction),
+            )
         steepness = 2.0 * (1.0 + n / sigma**2)
         scale = math.sqrt(n * (steepness / 2.0 - 1.0) / steepness**2)
-        return cls(method, cap, steepness, scale, _opening_deg(NEGLIGIBLE_EXPONENT / steepness))
+        return cls(
+            method, cap_fraction, steepness, scale, _half_angle_deg(NEGLIGIBLE_EXPONENT / steepness)
+        )
 
     def count(self, cosine: FloatArray) -> FloatArray:
         """Return the counts (m,) for cosines (m, k), whose array is used as working memory."""
         if self.method in ("schmidt", "kamb"):
-            return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
+            return np.asarray((cosine >= 1.0 - self.cap_fraction).sum(axis=1), dtype=np.float64)
         if self.method == "linear_kamb":
-            exceedance = np.maximum(cosine - (1.0 - self.cap), 0.0)
-            return np.asarray(exceedance.sum(axis=1) * (2.0 / self.cap))
+            exceedance = np.maximum(cosine - (1.0 - self.cap_fraction), 0.0)
+            return np.asarray(exceedance.sum(axis=1) * (2.0 / self.cap_fraction))
         cosine -= 1.0
-        cosine *= self.steep
+        cosine *= self.steepness
         return np.asarray(np.exp(cosine, out=cosine).sum(axis=1))
 
 
@@ -162,23 +170,27 @@ def counting_area(n: int, method: str = "exponential_kamb", sigma: float = SIGMA
     return 0.01 if method == "schmidt" else sigma**2 / (n + sigma**2)
 
 
-def _opening_deg(cap_fraction: float) -> float:
+def _half_angle_deg(cap_fraction: float) -> float:
     """Return the half-angle of a circle that covers a fraction of the hemisphere, degrees."""
     return math.degrees(math.acos(max(1.0 - cap_fraction, 0.0)))
 
 
-def _select_contributing(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
+def _select_contributing_vectors(
+    vectors: FloatArray, block: FloatArray, kernel: _Kernel
+) -> FloatArray:
     """Select the data (n, 3) that contribute anywhere in a block of points (m, 3)."""
     direction = block.sum(axis=0)
     length = float(np.linalg.norm(direction))
-    if length < 1e-9 or kernel.reach_deg >= 90.0:
+    if length < 1e-9 or kernel.cutoff_deg >= 90.0:
         return vectors
     direction /= length
-    widest_value = math.degrees(math.acos(min(max(float((block @ direction).min()), -1.0), 1.0)))
-    max_distance = widest_value + kernel.reach_deg + 1e-6
-    if max_distance >= 90.0:
+    block_radius_deg = math.degrees(
+        math.acos(min(max(float((block @ direction).min()), -1.0), 1.0))
+    )
+    max_angle_deg = block_radius_deg + kernel.cutoff_deg + 1e-6
+    if max_angle_deg >= 90.0:
         return vectors
-    return np.asarray(vectors[np.abs(vectors @ direction) >= math.cos(math.radians(max_distance))])
+    return np.asarray(vectors[np.abs(vectors @ direction) >= math.cos(math.radians(max_angle_deg))])
 
 
 def density_grid(
@@ -235,7 +247,7 @@ def grid_size(n: int, method: str = "exponential_kamb", sigma: float = SIGMA) ->
     -------
     int
     """
-    spacing_deg = _opening_deg(counting_area(n, method, sigma)) / 3.0
+    spacing_deg = _half_angle_deg(counting_area(n, method, sigma)) / 3.0
     return int(min(max(2 * round(90.0 / spacing_deg) + 1, 61), 161))
 
 
@@ -289,15 +301,17 @@ def find_maximum(
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     if grid is not None and method == "exponential_kamb":
         return _ascend_from_grid(v, grid, _Kernel.of(method, len(v), sigma), method, sigma)
-    positions = _sort_by_place(np.vstack([_lattice(4000), v[:: max(1, len(v) // 2000)]]))
+    positions = _sort_by_position(np.vstack([_spiral_lattice(4000), v[:: max(1, len(v) // 2000)]]))
     densities = density(v, positions, method, sigma)
     best_position, maximum = positions[int(np.argmax(densities))], float(densities.max())
-    opening = _opening_deg(counting_area(len(v), method, sigma))
+    half_angle_deg = _half_angle_deg(counting_area(len(v), method, sigma))
     if method in ("kamb", "schmidt"):
-        equal = positions[densities >= maximum - 1e-9]
-        equal = equal * np.where(equal @ best_position < 0.0, -1.0, 1.0)[:, None]
-        min_cosine = math.cos(math.radians(min(2.0 * opening, 90.0)))
-        direction = equal[equal @ best_position >= min_cosine].sum(axis=0)
+        equal_maxima = positions[densities >= maximum - 1e-9]
+        equal_maxima = (
+            equal_maxima * np.where(equal_maxima @ best_position < 0.0, -1.0, 1.0)[:, None]
+        )
+        min_cosine = math.cos(math.radians(min(2.0 * half_angle_deg, 90.0)))
+        direction = equal_maxima[equal_maxima @ best_position >= min_cosine].sum(axis=0)
         direction /= np.linalg.norm(direction)
         if density(v, direction, method, sigma)[0] >= maximum - 1e-9:
             best_position = direction
@@ -312,16 +326,18 @@ def _ascend_from_grid(
 ) -> tuple[FloatArray, float]:
     """Find the maximum by ascent from the highest local maxima of a density grid."""
     neighbours = sliding_window_view(np.pad(grid, 1, constant_values=-np.inf), (3, 3))
-    peaks = np.argwhere((grid >= neighbours.max(axis=(2, 3))) & (grid >= PEAK_SHARE * grid.max()))
-    highest = peaks[np.argsort(-grid[tuple(peaks.T)], kind="stable")][:MAX_PEAKS]
+    peaks = np.argwhere(
+        (grid >= neighbours.max(axis=(2, 3))) & (grid >= MIN_PEAK_SHARE * grid.max())
+    )
+    highest_peaks = peaks[np.argsort(-grid[tuple(peaks.T)], kind="stable")][:MAX_PEAKS]
     _, positions = hemisphere_grid(len(grid))
-    maxima = np.array([_ascend_density(vectors, positions[i, j], kernel) for i, j in highest])
+    maxima = np.array([_ascend_density(vectors, positions[i, j], kernel) for i, j in highest_peaks])
     densities = density(vectors, maxima, method, sigma)
-    best = maxima[int(np.argmax(densities))]
-    return (-best if best[2] > 0 else best), float(densities.max())
+    best_position = maxima[int(np.argmax(densities))]
+    return (-best_position if best_position[2] > 0 else best_position), float(densities.max())
 
 
-def _lattice(n: int) -> FloatArray:
+def _spiral_lattice(n: int) -> FloatArray:
     """Return n unit vectors (n, 3) on a spiral, evenly distributed over the lower hemisphere."""
     i = np.arange(n) + 0.5
     z, angle = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
@@ -329,12 +345,14 @@ def _lattice(n: int) -> FloatArray:
     return np.stack([h * np.cos(angle), h * np.sin(angle), z], axis=-1)
 
 
-def _sort_by_place(positions: FloatArray) -> FloatArray:
+def _sort_by_position(positions: FloatArray) -> FloatArray:
     """Sort axes (n, 3) so that most axes of a block are adjacent on the net."""
-    down = np.where(positions[:, 2:] > 0.0, -positions, positions)
-    equal_area_coordinates = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
+    lower_positions = np.where(positions[:, 2:] > 0.0, -positions, positions)
+    equal_area_coordinates = lower_positions[:, :2] / np.sqrt(
+        1.0 - np.minimum(lower_positions[:, 2:], 0.0)
+    )
     column, row = np.floor((equal_area_coordinates + 1.0) * 8.0).astype(int).T
-    return np.asarray(down[np.lexsort((row, column))])
+    return np.asarray(lower_positions[np.lexsort((row, column))])
 
 
 def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
@@ -345,29 +363,33 @@ def _ascend_density(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> 
     """
     position = start
     # The maximum is as wide as the kernel, so a few kernel radii include all relevant data.
-    radius_deg = min(3.0 * kernel.reach_deg, 90.0)
+    radius_deg = min(3.0 * kernel.cutoff_deg, 90.0)
     vectors = vectors[np.abs(vectors @ start) >= math.cos(math.radians(radius_deg)) - 1e-12]
     for _ in range(2000):
         cosine = vectors @ position
         if kernel.method == "linear_kamb":
-            slope = (np.abs(cosine) >= 1.0 - kernel.cap).astype(np.float64)
+            slope = (np.abs(cosine) >= 1.0 - kernel.cap_fraction).astype(np.float64)
         else:
-            slope = np.exp(kernel.steep * (np.abs(cosine) - 1.0))
-        pull = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
-        moved_position = pull / np.linalg.norm(pull)
+            slope = np.exp(kernel.steepness * (np.abs(cosine) - 1.0))
+        gradient = (slope * np.where(cosine < 0.0, -1.0, 1.0)) @ vectors
+        next_position = gradient / np.linalg.norm(gradient)
         if kernel.method == "exponential_kamb":
-            newton_position = _newton_step(vectors, position, slope, pull, kernel.steep)
-            candidates = np.stack([moved_position, newton_position])
-            moved_position = candidates[np.argmax(kernel.count(np.abs(candidates @ vectors.T)))]
-        change = float(np.abs(moved_position - position).max())
-        position = moved_position
+            newton_position = _newton_step(vectors, position, slope, gradient, kernel.steepness)
+            candidates = np.stack([next_position, newton_position])
+            next_position = candidates[np.argmax(kernel.count(np.abs(candidates @ vectors.T)))]
+        change = float(np.abs(next_position - position).max())
+        position = next_position
         if change < 1e-12:
             break
     return np.asarray(position)
 
 
 def _newton_step(
-    vectors: FloatArray, position: FloatArray, slope: FloatArray, pull: FloatArray, steepness: float
+    vectors: FloatArray,
+    position: FloatArray,
+    slope: FloatArray,
+    gradient: FloatArray,
+    steepness: float,
 ) -> FloatArray:
     """Return the unit vector (3,) to which Newton's method moves on the sphere.
 
@@ -377,7 +399,7 @@ def _newton_step(
     position : (3,) ndarray
     slope : (n,) ndarray
         Weights of the data.
-    pull : (3,) ndarray
+    gradient : (3,) ndarray
         Sum of the data, weighted and pointing to the hemisphere of `position`.
     steepness : float
 
@@ -388,8 +410,8 @@ def _newton_step(
     """
     basis = np.linalg.svd(position[None])[2][1:]
     tangents = vectors @ basis.T
-    curvature = steepness * (tangents.T * slope) @ tangents - (pull @ position) * np.eye(2)
+    curvature = steepness * (tangents.T * slope) @ tangents - (gradient @ position) * np.eye(2)
     if np.linalg.eigvalsh(curvature)[-1] >= 0.0:
         return position
-    moved_position = position - np.linalg.solve(curvature, basis @ pull) @ basis
-    return np.asarray(moved_position / np.linalg.norm(moved_position))
+    next_position = position - np.linalg.solve(curvature, basis @ gradient) @ basis
+    return np.asarray(next_position / np.linalg.norm(next_position))

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
@@ -26,9 +26,9 @@ from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_poles
 from vomstudio.geology.populations.probabilities import f_tail
-from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor
 
-AXES_DIFFER_P, AXES_DIFFER_DEG = 0.05, 5.0
+AXIS_DIFFERENCE_SIGNIFICANCE, MIN_AXIS_DIFFERENCE_DEG = 0.05, 5.0
 """Significance level and minimum angle for the axes of domains to be considered different."""
 
 
@@ -42,7 +42,7 @@ class DomainFigures:
 
 
 @dataclass(frozen=True)
-class OneAxisFigures:
+class OneAxisTest:
     """Result of the test whether one axis fits all domains.
 
     Attributes
@@ -92,22 +92,22 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
     )
 
 
-def apply_domain_verdict(axis: FoldAxis, one_axis_figures: OneAxisFigures) -> FoldAxis:
+def apply_domain_verdict(axis: FoldAxis, one_axis_test: OneAxisTest) -> FoldAxis:
     """Return the axis of all planes with its verdict adjusted to the domains.
 
     Parameters
     ----------
     axis : FoldAxis
         Axis of all planes.
-    one_axis_figures : OneAxisFigures
+    one_axis_test : OneAxisFigures
 
     Returns
     -------
     FoldAxis
     """
-    if one_axis_figures.serves_all:
-        return replace(axis, reasons=(*axis.reasons, *one_axis_figures.reasons))
-    reasons = (*one_axis_figures.reasons, *axis.reasons)
+    if one_axis_test.serves_all:
+        return replace(axis, reasons=(*axis.reasons, *one_axis_test.reasons))
+    reasons = (*one_axis_test.reasons, *axis.reasons)
     return replace(axis, verdict="two axes", valid="no", reasons=reasons)
 
 
@@ -115,7 +115,7 @@ def domain_axes(
     beds: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
     common_axis: FoldAxis,
     waviness_deg: float | None = None,
-) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
+) -> tuple[dict[str, DomainFigures], OneAxisTest]:
     """Compute the fold axis of each domain, and test whether one axis fits all.
 
     Parameters
@@ -130,35 +130,35 @@ def domain_axes(
     beta = common_axis.beta.vector()
     figures: dict[str, DomainFigures] = {}
     axes_by_domain: dict[str, FoldAxis] = {}
-    separate_squares, parameters, n = 0.0, 0, 0
-    pooled_squares, off_beds = 0.0, list[float]()
+    separate_squares, n_parameters, n = 0.0, 0, 0
+    pooled_squares, bed_angles_deg = 0.0, list[float]()
     for name, (azimuth, dip) in beds.items():
         poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
         n += len(poles)
-        pooled_squares += _mean_square(poles @ beta)
+        pooled_squares += _sum_of_squares(poles @ beta)
         axis, reason = _domain_axis(azimuth, dip, waviness_deg)
         if axis is not None and axis.verdict != "homoclinal" and len(poles) > 2:
             axes_by_domain[name] = axis
-            separate_squares += _mean_square(poles @ axis.beta.vector())
-            parameters += 2
+            separate_squares += _sum_of_squares(poles @ axis.beta.vector())
+            n_parameters += 2
         else:
             axes = orientation_tensor(poles)[1]
-            projections = flip_to(poles, axes[0]) @ beta
+            projections = flip_to_hemisphere(poles, axes[0]) @ beta
             separate_squares += float(np.sum((projections - projections.mean()) ** 2))
-            parameters += 1
-            off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
+            n_parameters += 1
+            bed_angles_deg.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
         figures[name] = DomainFigures(len(poles), None if axis is None else axis.figures, reason)
-    off_axes = [
+    axis_angles_deg = [
         angle_between_lines(first_axis.beta, second_axis.beta)
         for first_axis, second_axis in combinations(axes_by_domain.values(), 2)
     ]
     return figures, _test_one_axis(
         pooled_squares,
         separate_squares,
-        parameters,
+        n_parameters,
         n,
-        max(off_axes, default=None),
-        max(off_beds, default=None),
+        max(axis_angles_deg, default=None),
+        max(bed_angles_deg, default=None),
     )
 
 
@@ -240,34 +240,35 @@ def _domain_axis(
     try:
         return fold_axis(azimuth, dip, waviness_deg=waviness_deg), None
     except GeometryError as error:
-        return None, cause_of(error)
+        return None, cause_finding(error)
 
 
-def _mean_square(axis_cosines: FloatArray) -> float:
+def _sum_of_squares(axis_cosines: FloatArray) -> float:
     return float(np.sum(np.arcsin(np.clip(axis_cosines, -1.0, 1.0)) ** 2))
 
 
 def _test_one_axis(
     pooled_squares: float,
     separate_squares: float,
-    parameters: int,
+    n_parameters: int,
     n: int,
     axes_angle_deg: float | None,
     beds_off_deg: float | None,
-) -> OneAxisFigures:
-    extra_parameters, dof = parameters - 2, n - parameters
-    if extra_parameters <= 0 or dof <= 0:
+) -> OneAxisTest:
+    n_extra_parameters, dof = n_parameters - 2, n - n_parameters
+    if n_extra_parameters <= 0 or dof <= 0:
         reason = Finding("fold.one-dip-domains")
-        return OneAxisFigures(True, None, None, axes_angle_deg, beds_off_deg, (reason,))
+        return OneAxisTest(True, None, None, axes_angle_deg, beds_off_deg, (reason,))
     variance = max(separate_squares / dof, 1e-12)
-    ratio = max(pooled_squares - separate_squares, 0.0) / extra_parameters / variance
-    p = f_tail(extra_parameters, dof, ratio)
+    ratio = max(pooled_squares - separate_squares, 0.0) / n_extra_parameters / variance
+    p = f_tail(n_extra_parameters, dof, ratio)
     are_different = (
-        p < AXES_DIFFER_P and max(axes_angle_deg or 0.0, beds_off_deg or 0.0) >= AXES_DIFFER_DEG
+        p < AXIS_DIFFERENCE_SIGNIFICANCE
+        and max(axes_angle_deg or 0.0, beds_off_deg or 0.0) >= MIN_AXIS_DIFFERENCE_DEG
     )
     reasons = [Finding("fold.domains-differ" if are_different else "fold.one-axis", p=p)]
     if axes_angle_deg is not None:
         reasons.append(Finding("fold.axes-apart", angle_deg=axes_angle_deg))
     if beds_off_deg is not None:
         reasons.append(Finding("fold.beds-off-axis", angle_deg=beds_off_deg))
-    return OneAxisFigures(not are_different, ratio, p, axes_angle_deg, beds_off_deg, tuple(reasons))
+    return OneAxisTest(not are_different, ratio, p, axes_angle_deg, beds_off_deg, tuple(reasons))

@@ -13,12 +13,12 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import FittedPlane, fit_planes
 
-Range = tuple[int, int]
+VertexRange = tuple[int, int]
 """First and last vertex of a stretch, counted from 0."""
 
 MIN_POINTS = 8
 """Minimum number of remaining points for a plane with an error estimate."""
-MARGIN = 2
+MARGIN_VERTICES = 2
 """Number of transitional vertices at each end of a stretch, which belong to neither side."""
 
 
@@ -77,7 +77,7 @@ class RemainingTrace:
 
 
 def fit_remaining_plane(
-    points: FloatArray, vertex_ranges: Sequence[Range]
+    points: FloatArray, vertex_ranges: Sequence[VertexRange]
 ) -> RemainingTrace | None:
     """Fit a plane to the points of a trace outside the given stretches.
 
@@ -103,7 +103,9 @@ def fit_remaining_plane(
         return None
     is_remaining = np.ones(n, np.bool_)
     for first_vertex, last_vertex in valid_ranges:
-        is_remaining[max(first_vertex - MARGIN, 0) : last_vertex + 1 + MARGIN] = False
+        is_remaining[max(first_vertex - MARGIN_VERTICES, 0) : last_vertex + 1 + MARGIN_VERTICES] = (
+            False
+        )
     fit = None
     if is_remaining.sum() >= MIN_POINTS:
         candidate = fit_planes(points[is_remaining], [0, int(is_remaining.sum())])[0]
@@ -115,7 +117,7 @@ def fit_remaining_plane(
     return RemainingTrace(fit, stretches)
 
 
-def offset(points: FloatArray, stretch: Range, fit: FittedPlane | None) -> float:
+def offset(points: FloatArray, stretch: VertexRange, fit: FittedPlane | None) -> float:
     """Return the distance between the middle of a stretch and a plane.
 
     Parameters

@@ -101,14 +101,14 @@ def select_planes(
     -------
     SelectedPlanes
     """
-    verdict = np.array([parse_verdict(quality) for quality in qualities], np.str_)
-    is_used = np.ones(len(verdict), bool)
-    excluded_planes = []
+    verdicts = np.array([parse_verdict(quality) for quality in qualities], np.str_)
+    is_used = np.ones(len(verdicts), bool)
+    excluded_rows = []
 
     def exclude_rows(is_excluded: BoolArray, subject: str, reason: Finding) -> None:
         nonlocal is_used
         if count := int((is_used & is_excluded).sum()):
-            excluded_planes.append(ExcludedRows(subject, count, reason))
+            excluded_rows.append(ExcludedRows(subject, count, reason))
         is_used = is_used & ~is_excluded
 
     if selection.set_name is not None:
@@ -117,13 +117,13 @@ def select_planes(
         exclude_rows(
             is_other_set, tr("other sets"), Finding("fold.only-set", set=selection.set_name)
         )
-    has_verdict = verdict != ""
+    has_verdict = verdicts != ""
     if (has_verdict & is_used).any() or selection.min_quality is not None:
         exclude_rows(~has_verdict, tr("without a verdict"), Finding("fold.only-picks"))
     if selection.min_quality is not None:
         for quality in VERDICT_NAMES[VERDICT_NAMES.index(selection.min_quality) + 1 :]:
             reason = Finding("fold.only-quality", quality=selection.min_quality)
-            exclude_rows(verdict == quality, quality, reason)
+            exclude_rows(verdicts == quality, quality, reason)
     is_judged = has_verdict & is_used
-    not_good = int((is_judged & (verdict != "good")).sum()) if is_judged.any() else None
-    return SelectedPlanes(is_used, tuple(excluded_planes), not_good)
+    not_good = int((is_judged & (verdicts != "good")).sum()) if is_judged.any() else None
+    return SelectedPlanes(is_used, tuple(excluded_rows), not_good)

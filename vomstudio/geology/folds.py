@@ -14,8 +14,8 @@ whose few poles have a small scatter by chance, and their regions contain the ax
 of cases. The semi-axes are therefore widened by a factor of 1 + 1 / (n - 2), and with fewer than
 `MIN_PLANES_FOR_YES` planes no axis is valid without conditions. `tests/benchmarks/bench_folds.py`
 prints the coverage of the regions for all axes and for the valid ones. A region over 30 degrees has
-a coverage of 85 %, and from `WEAK_AXIS_DEG` on a weak axis is reported. The error of the
-registration is common to the planes of a model and does not decrease with their number (see
+a coverage of 85 %, and from `MAX_USABLE_AXIS_ERROR_DEG` on a weak axis is reported. The error of
+the registration is common to the planes of a model and does not decrease with their number (see
 common_rotation_errors).
 """
 
@@ -33,9 +33,9 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
-    MovedVectors,
     RotationErrors,
-    move_vectors,
+    VectorsWithDerivatives,
+    differentiate_vectors,
     principal_axis,
     region,
 )
@@ -47,28 +47,39 @@ from vomstudio.geology.folding.figures import (
     InfluentialPlane,
     LimbFigures,
     OutlyingPlane,
-    PairFigures,
-    PlaneFigures,
+    PairIntersection,
+    PlaneAttitude,
     SmallCircleFigures,
 )
 from vomstudio.geology.folding.findings import (
     bowed_findings,
-    cone_untested_finding,
+    cone_excluded_finding,
+    decisive_plane_finding,
     error_finding,
-    lone_plane_finding,
     shape_findings,
 )
 from vomstudio.geology.folding.limbs import find_lone_limb
 from vomstudio.geology.folding.shapes import PoleShape, describe_shape, find_outliers
-from vomstudio.geology.folding.verdicts import MIN_PLANES, WEAK_AXIS_DEG, FoldVerdict, assess_fold
-from vomstudio.geology.orientation import Line, Plane, angle_between_lines, planes_to_poles, rake_of
-from vomstudio.geology.populations.distributions import LineFigures, assess_uniformity, f95
+from vomstudio.geology.folding.verdicts import (
+    MAX_USABLE_AXIS_ERROR_DEG,
+    MIN_PLANES,
+    FoldVerdict,
+    assess_fold,
+)
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    angle_between_lines,
+    compute_rake,
+    planes_to_poles,
+)
+from vomstudio.geology.populations.distributions import LineAttitude, assess_uniformity, f95
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
 MIN_TURN_DEG = 1.0
 """A smaller rotation of beta does not affect any verdict, even if the planes are exact."""
 
-MIN_ARC = 1e-10
+MIN_SECOND_EIGENVALUE = 1e-10
 """If S2 is smaller, the planes are parallel (to 1e-5 rad), and any line in them is an axis."""
 
 
@@ -127,7 +138,7 @@ class FoldAxis:
     shape: PoleShape | None = None
     limbs: LimbFigures | None = None
     leave_one_out: InfluentialPlane | None = None
-    pairs: tuple[PairFigures, ...] = ()
+    pairs: tuple[PairIntersection, ...] = ()
     strays: tuple[OutlyingPlane, ...] = ()
 
     @property
@@ -146,13 +157,13 @@ class FoldAxis:
                 self.max_confidence95_deg,
                 self.min_confidence95_deg,
                 self.confidence_direction_deg,
-                _line_figures(direction),
+                _line_attitude(direction),
                 self.registration_error_deg,
                 None if total_region is None else total_region.largest_deg,
                 None if total_region is None else total_region.smallest_deg,
-                None if total_region is None else _line_figures(total_region.line),
+                None if total_region is None else _line_attitude(total_region.line),
             ),
-            plane_figures(self.pi_plane),
+            plane_attitude(self.pi_plane),
             self.eigenvalues,
             self.rms_deg,
             self.rms_deg if self.shape is None else self.shape.within90_deg,
@@ -168,8 +179,8 @@ class FoldAxis:
         )
 
 
-def _line_figures(line: Line | None) -> LineFigures | None:
-    return None if line is None else LineFigures(line.trend_deg, line.plunge_deg)
+def _line_attitude(line: Line | None) -> LineAttitude | None:
+    return None if line is None else LineAttitude(line.trend_deg, line.plunge_deg)
 
 
 def fold_axis(
@@ -214,19 +225,23 @@ def fold_axis(
         raise GeometryError(Finding("fold.one-plane", n=n))
     poles = unit_vectors(poles)
     values, axes = orientation_tensor(poles)
-    if values[1] < MIN_ARC:
+    if values[1] < MIN_SECOND_EIGENVALUE:
         raise GeometryError(Finding("fold.parallel-planes", n=n))
     semi_axes = _semi_axes(values, n)
-    moved_poles = (
+    poles_with_derivatives = (
         None
         if rotation_errors is None or not rotation_errors.has_known_errors
-        else move_vectors(poles, rotation_errors)
+        else differentiate_vectors(poles, rotation_errors)
     )
-    moved_axis = None if moved_poles is None else principal_axis(moved_poles, values, axes, 2)
-    flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
-    shape = describe_shape(poles, values, axes, flags)
-    uniform_p = assess_uniformity(poles, False).p
-    bowed = bowed_findings(bowed_deg, shape.arc_deg)
+    axis_with_derivatives = (
+        None
+        if poles_with_derivatives is None
+        else principal_axis(poles_with_derivatives, values, axes, 2)
+    )
+    overturned_flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
+    shape = describe_shape(poles, values, axes, overturned_flags)
+    uniformity_p = assess_uniformity(poles, False).p
+    bowing_findings = bowed_findings(bowed_deg, shape.arc_deg)
 
     leave_one_out = None if n < 4 else _leave_one_out(poles, axes[2])
     labels = names or [str(row + 1) for row in range(n)]
@@ -238,7 +253,7 @@ def fold_axis(
             np.atleast_1d(dip_deg)[is_used],
         )
         used_rotation_errors = None if rotation_errors is None else rotation_errors.of(is_used)
-        used_flags = None if flags is None else flags[is_used]
+        used_flags = None if overturned_flags is None else overturned_flags[is_used]
         used_labels = [labels[row] for row in np.flatnonzero(is_used).tolist()]
         fold_without_outliers = fold_axis(
             azimuths_deg,
@@ -253,19 +268,26 @@ def fold_axis(
             fold_without_outliers = None
 
     def judge(error95_deg: float | None) -> FoldVerdict:
-        verdict = assess_fold(shape, error95_deg, uniform_p, waviness_deg)
-        valid_text = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
-        verdict = replace(verdict, valid=valid_text, reasons=(*bowed, *verdict.reasons))
+        verdict = assess_fold(shape, error95_deg, uniformity_p, waviness_deg)
+        valid_text = "conditional" if bowing_findings and verdict.valid == "yes" else verdict.valid
+        verdict = replace(verdict, valid=valid_text, reasons=(*bowing_findings, *verdict.reasons))
         if fold_without_outliers is not None or leave_one_out is None or semi_axes is None:
             return verdict
         return _check_single_planes(
-            verdict, poles, shape, leave_one_out, semi_axes[0], labels, bowed, waviness_deg
+            verdict,
+            poles,
+            shape,
+            leave_one_out,
+            semi_axes[0],
+            labels,
+            bowing_findings,
+            waviness_deg,
         )
 
     result = build_axis(
-        poles, values, axes, semi_axes, axes[1], judge, moved_axis, shape_findings(shape)
+        poles, values, axes, semi_axes, axes[1], judge, axis_with_derivatives, shape_findings(shape)
     )
-    result = replace(result, shape=shape, limbs=_limbs(shape), leave_one_out=leave_one_out)
+    result = replace(result, shape=shape, limbs=_limb_figures(shape), leave_one_out=leave_one_out)
     if fold_without_outliers is None:
         return result
     outlier_rows = np.flatnonzero(is_outlier).tolist()
@@ -291,10 +313,8 @@ def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
         return None
     variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
     widening = 1.0 + 1.0 / (n - 2)
-    first_semi_axis_deg, second_semi_axis_deg = np.degrees(
-        np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2)))
-    )
-    return float(second_semi_axis_deg), float(first_semi_axis_deg)
+    minor_deg, major_deg = np.degrees(np.arctan(widening * np.sqrt(variance * 2.0 * f95(n - 2))))
+    return float(major_deg), float(minor_deg)
 
 
 def _check_single_planes(
@@ -314,26 +334,26 @@ def _check_single_planes(
     """
     if len(poles) < MIN_PLANES or verdict.name in ("homoclinal", "scattered"):
         return verdict
-    has_turned = leave_one_out.turn_deg > max(error95_deg, MIN_TURN_DEG)
-    row, fold_without_plane = find_lone_limb(poles), None
+    is_influential = leave_one_out.turn_deg > max(error95_deg, MIN_TURN_DEG)
+    row, verdict_without_plane = find_lone_limb(poles), None
     if row is None and verdict.name != "undetermined":
-        row, fold_without_plane = _find_decisive_plane(
+        row, verdict_without_plane = _find_decisive_plane(
             verdict, poles, shape, leave_one_out.index, waviness_deg
         )
-    if row is None and has_turned and verdict.name not in ("conical", "two axes"):
+    if row is None and is_influential and verdict.name not in ("conical", "two axes"):
         # Without a single axis, a rotation of beta is irrelevant.
         row = leave_one_out.index
     if row is None:
         return verdict
     if (
-        fold_without_plane is not None
-        and fold_without_plane.is_untested
+        verdict_without_plane is not None
+        and verdict_without_plane.is_cone_untested
         and verdict.name == "cylindrical"
     ):
-        finding = cone_untested_finding(names[row], fold_without_plane)
+        finding = cone_excluded_finding(names[row], verdict_without_plane)
         return replace(verdict, valid="conditional", reasons=(finding, *verdict.reasons))
-    angle = leave_one_out.turn_deg if has_turned and row == leave_one_out.index else None
-    finding = lone_plane_finding(names[row], angle, error95_deg, fold_without_plane)
+    angle = leave_one_out.turn_deg if is_influential and row == leave_one_out.index else None
+    finding = decisive_plane_finding(names[row], angle, error95_deg, verdict_without_plane)
     if verdict.name == "undetermined":
         return replace(verdict, reasons=(finding, *verdict.reasons))
     # The reasons for the shape no longer apply.
@@ -344,7 +364,7 @@ def _find_decisive_plane(
     verdict: FoldVerdict,
     poles: FloatArray,
     shape: PoleShape,
-    most_influential: int,
+    most_influential_row: int,
     waviness_deg: float | None,
 ) -> tuple[int | None, FoldVerdict | None]:
     """Find a plane whose omission changes the verdict.
@@ -358,26 +378,26 @@ def _find_decisive_plane(
     verdict : FoldVerdict or None
         Verdict on the remaining planes.
     """
-    farthest = int(np.argmax(np.abs(poles @ shape.axes[2])))
-    for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential, farthest)):
+    farthest_row = int(np.argmax(np.abs(poles @ shape.axes[2])))
+    for row in dict.fromkeys((*arc_ends(poles, shape.axes), most_influential_row, farthest_row)):
         # Two axes of the remaining planes do not contradict any other verdict.
         has_two_axes = verdict.name == "two axes"
-        fold_without_plane = _verdict_without_plane(
-            poles, row, waviness_deg, tests_two_circles=has_two_axes
+        verdict_without_plane = _verdict_without_plane(
+            poles, row, waviness_deg, test_two_circles=has_two_axes
         )
         # The best of several cones through all planes but one often fits better by chance.
-        is_cone_artifact = verdict.name == "cylindrical" and fold_without_plane.name == "conical"
-        is_alike = (
-            fold_without_plane.name == verdict.name
-            or verdict.valid == fold_without_plane.valid == "no"
+        is_cone_artifact = verdict.name == "cylindrical" and verdict_without_plane.name == "conical"
+        is_same_verdict = (
+            verdict_without_plane.name == verdict.name
+            or verdict.valid == verdict_without_plane.valid == "no"
         )
-        if not is_alike and not is_cone_artifact:
-            return row, fold_without_plane
+        if not is_same_verdict and not is_cone_artifact:
+            return row, verdict_without_plane
     return None, None
 
 
 def _verdict_without_plane(
-    poles: FloatArray, row: int, waviness_deg: float | None, *, tests_two_circles: bool
+    poles: FloatArray, row: int, waviness_deg: float | None, *, test_two_circles: bool
 ) -> FoldVerdict:
     """Return the verdict without one plane, scaled to the original number of planes.
 
@@ -390,14 +410,14 @@ def _verdict_without_plane(
     error = None if semi_axes is None else semi_axes[0]
     cone = None if shape.cone is None else shape.cone.with_count(n - 1, n)
     scaled_shape = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
-    uniform_p = assess_uniformity(other_poles, False).p
+    uniformity_p = assess_uniformity(other_poles, False).p
     return assess_fold(
         scaled_shape,
         error,
-        uniform_p,
+        uniformity_p,
         waviness_deg,
         MIN_PLANES - 1,
-        tests_two_circles=tests_two_circles,
+        test_two_circles=test_two_circles,
     )
 
 
@@ -406,9 +426,9 @@ def build_axis(
     values: FloatArray,
     axes: FloatArray,
     semi_axes: tuple[float, float] | None,
-    larger_direction: FloatArray,
+    major_direction: FloatArray,
     judge: Callable[[float | None], FoldVerdict],
-    axis_with_derivatives: MovedVectors | None,
+    axis_with_derivatives: VectorsWithDerivatives | None,
     notes: Sequence[Finding],
 ) -> FoldAxis:
     """Build the fold axis of poles, or of the means of sets, with its errors and verdict.
@@ -420,7 +440,7 @@ def build_axis(
         Eigenvalues and eigenvectors of the orientation tensor of the poles.
     semi_axes : tuple of float or None
         Semi-axes of the joint 95 % region of beta in degrees, the larger one first.
-    larger_direction : (3,) ndarray
+    major_direction : (3,) ndarray
         Direction of the larger semi-axis.
     judge : callable
         Function that returns the verdict for a 95 % error of beta in degrees.
@@ -437,13 +457,13 @@ def build_axis(
     pi_plane = beta.normal_plane()
     covariance = None if axis_with_derivatives is None else axis_with_derivatives.covariance()[0]
     total_region = (
-        None if semi_axes is None else region(axes[2], covariance, (*semi_axes, larger_direction))
+        None if semi_axes is None else region(axes[2], covariance, (*semi_axes, major_direction))
     )
-    registration, registration_findings = None, list[Finding]()
+    registration_deg, registration_findings = None, list[Finding]()
     if covariance is not None:
-        registration = region(axes[2], covariance).largest_deg
-        registration_findings = [_registration_finding(registration, total_region)]
-    direction = None if semi_axes is None else Line.from_vector(larger_direction)
+        registration_deg = region(axes[2], covariance).largest_deg
+        registration_findings = [_registration_finding(registration_deg, total_region)]
+    direction = None if semi_axes is None else Line.from_vector(major_direction)
     verdict = judge(None if total_region is None else total_region.largest_deg)
     deviations_deg = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
     error_findings = [] if semi_axes is None else [error_finding(semi_axes)]
@@ -456,17 +476,17 @@ def build_axis(
         arc_deg=arc_deg(poles, axes),
         max_confidence95_deg=None if semi_axes is None else semi_axes[0],
         min_confidence95_deg=None if semi_axes is None else semi_axes[1],
-        confidence_direction_deg=None if direction is None else rake_of(direction, pi_plane),
+        confidence_direction_deg=None if direction is None else compute_rake(direction, pi_plane),
         confidence_axis=direction,
         valid=verdict.valid,
         verdict=verdict.name,
         reasons=(*verdict.reasons, *notes, *error_findings, *registration_findings),
-        registration_error_deg=registration,
+        registration_error_deg=registration_deg,
         total=total_region,
     )
 
 
-def plane_figures(plane: Plane) -> PlaneFigures:
+def plane_attitude(plane: Plane) -> PlaneAttitude:
     """Return the angles of a plane as plain numbers.
 
     Parameters
@@ -477,7 +497,7 @@ def plane_figures(plane: Plane) -> PlaneFigures:
     -------
     PlaneFigures
     """
-    return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
+    return PlaneAttitude(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 
 
 def _cone_figures(shape: PoleShape) -> ConeFigures | None:
@@ -485,13 +505,13 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
     if cone is None:
         return None
     width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
-    line, cone_by_nearer_ends, nearer_figures = cone.axis, cone.nearer_ends_circle, None
-    if cone_by_nearer_ends is not None:
-        nearer_figures = SmallCircleFigures(
-            cone_by_nearer_ends.axis.trend_deg,
-            cone_by_nearer_ends.axis.plunge_deg,
-            cone_by_nearer_ends.half_angle_deg,
-            cone_by_nearer_ends.rms_deg,
+    line, nearer_ends_circle, nearer_ends_figures = cone.axis, cone.nearer_ends_circle, None
+    if nearer_ends_circle is not None:
+        nearer_ends_figures = SmallCircleFigures(
+            nearer_ends_circle.axis.trend_deg,
+            nearer_ends_circle.axis.plunge_deg,
+            nearer_ends_circle.half_angle_deg,
+            nearer_ends_circle.rms_deg,
         )
     return ConeFigures(
         line.trend_deg,
@@ -500,11 +520,11 @@ def _cone_figures(shape: PoleShape) -> ConeFigures | None:
         width,
         cone.rms_deg,
         cone.p,
-        nearer_figures,
+        nearer_ends_figures,
     )
 
 
-def _limbs(shape: PoleShape) -> LimbFigures | None:
+def _limb_figures(shape: PoleShape) -> LimbFigures | None:
     """Return the figures of the limbs, or None if the poles do not determine them.
 
     The interlimb angle is the one that opens downward or upward without containing either limb.
@@ -516,14 +536,14 @@ def _limbs(shape: PoleShape) -> LimbFigures | None:
     pole_angle = math.degrees(
         math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
     )
-    planes = tuple(plane_figures(Plane.from_normal(pole)) for pole in (first, second))
-    axial_normal = Plane.from_normal(first - second)
+    planes = tuple(plane_attitude(Plane.from_normal(pole)) for pole in (first, second))
+    axial_plane = Plane.from_normal(first - second)
     angle_error, axial_error = limbs.errors95_deg(shape.axes[2])
     return LimbFigures(
         (planes[0], planes[1]),
         limbs.counts,
         180.0 - pole_angle,
-        plane_figures(axial_normal),
+        plane_attitude(axial_plane),
         angle_error,
         axial_error,
         limbs.overturned,
@@ -564,11 +584,11 @@ def _registration_finding(
     """Report the error of beta due to the registration, common to all planes of a model."""
     if total_region is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)
-    is_weak = total_region.largest_deg > WEAK_AXIS_DEG
+    is_weak = total_region.largest_deg > MAX_USABLE_AXIS_ERROR_DEG
     return Finding(
         "fold.registration-weak" if is_weak else "fold.registration",
         error_deg=registration_deg,
         major_deg=total_region.largest_deg,
         minor_deg=total_region.smallest_deg,
-        limit_deg=WEAK_AXIS_DEG,
+        limit_deg=MAX_USABLE_AXIS_ERROR_DEG,
     )

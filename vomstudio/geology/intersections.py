@@ -21,10 +21,10 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
-from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor
 from vomstudio.geometry.plane_errors import SIGNIFICANCE, joint_quantile
 
-PARALLEL_DEG = 0.01
+MIN_ANGLE_DEG = 0.01
 
 NORMAL_QUANTILE95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution in standard deviations."""
@@ -111,7 +111,7 @@ def uncertain_plane(
 
 
 def deviation95(
-    plane: UncertainPlane, vector: npt.ArrayLike, *, joint: bool = True
+    plane: UncertainPlane, vector: npt.ArrayLike, *, is_joint: bool = True
 ) -> float | None:
     """Return the 95 % deviation of a vector in a plane from the plane, in its own unit.
 
@@ -119,7 +119,7 @@ def deviation95(
     ----------
     plane : UncertainPlane
     vector : (3,) array_like
-    joint : bool
+    is_joint : bool
         If True, return the half-width of the joint region; if False, the interval of this value
         alone (Student's t instead of Fisher's F).
 
@@ -132,7 +132,7 @@ def deviation95(
         return None
     v = np.asarray(vector, dtype=np.float64)
     width = math.sqrt(max(float(v @ plane.spread95 @ v), 0.0))
-    return width if joint else width * _marginal_factor(plane.degrees_of_freedom)
+    return width if is_joint else width * _marginal_factor(plane.degrees_of_freedom)
 
 
 def t95(dof: float) -> float:
@@ -177,7 +177,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     normals = np.array([plane.normal for plane in planes])
     n = len(normals)
     mean = orientation_tensor(normals)[1][0]
-    deviations = flip_to(normals, mean)
+    deviations = flip_to_hemisphere(normals, mean)
     deviations = deviations - (deviations @ mean)[:, None] * mean
     scatter = deviations.T @ deviations
     dof = n - 2.0
@@ -220,7 +220,7 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     cross_product = np.cross(a.normal, b.normal)
     sine = float(np.linalg.norm(cross_product))
     angle = float(np.degrees(np.arctan2(sine, abs(float(a.normal @ b.normal)))))
-    if angle < PARALLEL_DEG:
+    if angle < MIN_ANGLE_DEG:
         raise GeometryError(Finding("planes.parallel"))
     line = cross_product / sine
     major_deg = minor_deg = axis = None

@@ -17,12 +17,12 @@ MAX_FLAT_DEG, MIN_STEEP_DEG = 0.5, 89.5
 """Planes whose rounded dip is 0 or 90 are drawn as horizontal or vertical."""
 
 
-TICK_SHARE = 0.4
+TICK_RATIO = 0.4
 """Length of the tick relative to half the length of the bar."""
 N_HOOK_SEGMENTS = 8
 
 
-def strike_and_dip(
+def strike_and_dip_symbol(
     centre: npt.ArrayLike,
     dip_direction_deg: float,
     dip_deg: float,
@@ -50,11 +50,11 @@ def strike_and_dip(
     hook = []
     if overturned:
         angles = np.linspace(0.0, np.pi, N_HOOK_SEGMENTS + 1)[:, None]
-        hook = [position + 0.5 * TICK_SHARE * (np.cos(angles) * half_line - np.sin(angles) * down)]
+        hook = [position + 0.5 * TICK_RATIO * (np.cos(angles) * half_line - np.sin(angles) * down)]
     if dip_deg < MAX_FLAT_DEG:
         return [bar, np.array([position - down, position + down]), *hook]
-    start = position - TICK_SHARE * down if dip_deg > MIN_STEEP_DEG else position
-    return [bar, np.array([start, position + TICK_SHARE * down]), *hook]
+    start = position - TICK_RATIO * down if dip_deg > MIN_STEEP_DEG else position
+    return [bar, np.array([start, position + TICK_RATIO * down]), *hook]
 
 
 def trend_arrow(

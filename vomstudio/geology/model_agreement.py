@@ -144,7 +144,7 @@ def compare_orientations(
     pairs.sort()
     matched = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
     angles = np.array([plane.angle_deg for plane in matched])
-    decided = [plane.agree for plane in matched if plane.agree is not None]
+    agreements = [plane.agree for plane in matched if plane.agree is not None]
     return Agreement(
         len(matched),
         sum(plane.by == "name" for plane in matched),
@@ -152,7 +152,7 @@ def compare_orientations(
         (len(first) - len(matched), len(second) - len(matched)),
         float(np.median(angles)) if len(angles) else None,
         float(np.sqrt((angles**2).mean())) if len(angles) else None,
-        sum(decided) / len(decided) if decided else None,
+        sum(agreements) / len(agreements) if agreements else None,
         matched,
     )
 
@@ -169,31 +169,31 @@ def _unique_names(planes: Sequence[OrientedPlane]) -> dict[str, int]:
 def _mutual_nearest_pairs(
     first: Sequence[OrientedPlane],
     second: Sequence[OrientedPlane],
-    left: Sequence[int],
-    right: Sequence[int],
+    first_rows: Sequence[int],
+    second_rows: Sequence[int],
 ) -> list[tuple[int, int]]:
     """Return pairs of rows: planes of the same kind that are mutual nearest neighbours."""
     from scipy.spatial import cKDTree
 
     pairs = []
-    for kind in {first[i].kind for i in left}:
+    for kind in {first[i].kind for i in first_rows}:
         sides = [
             [
                 (k, position)
                 for k in rows
                 if planes[k].kind == kind and (position := planes[k].position) is not None
             ]
-            for planes, rows in ((first, left), (second, right))
+            for planes, rows in ((first, first_rows), (second, second_rows))
         ]
         if not (sides[0] and sides[1]):
             continue
         positions = [np.array([position for _, position in side]) for side in sides]
         distances, nearest_rows = cKDTree(positions[1]).query(positions[0])
-        reverse = cKDTree(positions[0]).query(positions[1])[1]
+        reverse_rows = cKDTree(positions[0]).query(positions[1])[1]
         for row, (distance, nearest_row) in enumerate(zip(distances, nearest_rows, strict=True)):
             i, j = sides[0][row][0], sides[1][int(nearest_row)][0]
             max_distance = max(first[i].extent_m or 0.0, second[j].extent_m or 0.0) / 2.0
-            if reverse[int(nearest_row)] == row and distance <= max_distance:
+            if reverse_rows[int(nearest_row)] == row and distance <= max_distance:
                 pairs.append((i, j))
     return pairs
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
 
@@ -31,7 +31,7 @@ NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
 PAIR_NOTATIONS = (*NOTATIONS, "strike/dip lhr")
 """Interpretations of two plain numbers in `parse_plane`."""
 
-_WIND_AZIMUTHS = {
+_COMPASS_AZIMUTHS = {
     "N": 0.0,
     "NNE": 22.5,
     "NE": 45.0,
@@ -109,7 +109,7 @@ class _Token:
     kind: str
     text: str
     value: float = 0.0
-    comma: tuple[float, float] | None = None
+    comma_numbers: tuple[float, float] | None = None
     """The two numbers if the comma in a number may also be a separator."""
     is_signed: bool = False
     """Whether the number follows a minus that may be a sign."""
@@ -129,7 +129,7 @@ def format_exact_plane(plane: Plane) -> str:
     -------
     str
     """
-    return _format_exactly(plane.dip_direction_deg, plane.dip_deg)
+    return _format_exact_angles(plane.dip_direction_deg, plane.dip_deg)
 
 
 def format_exact_line(line: Line) -> str:
@@ -143,10 +143,10 @@ def format_exact_line(line: Line) -> str:
     -------
     str
     """
-    return _format_exactly(line.trend_deg, line.plunge_deg)
+    return _format_exact_angles(line.trend_deg, line.plunge_deg)
 
 
-def _format_exactly(*angles_deg: float) -> str:
+def _format_exact_angles(*angles_deg: float) -> str:
     return "/".join(np.format_float_positional(angle, trim="-") for angle in angles_deg)
 
 
@@ -174,7 +174,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         raise ValueError(f"unknown notation {notation!r}; use one of {PAIR_NOTATIONS}")
     if text.strip().lower() == "horizontal":
         return Plane(0.0, 0.0)
-    tokens = _tokens(text)
+    tokens = _tokenize(text)
     labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
         if labels == {"strike", "dip"}:
@@ -183,10 +183,10 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             tokens, convention = _take_labelled_angles(text, tokens, "dipdir", "dip"), "dipdir/dip"
         else:
             raise _notation_error("notation.not-a-plane", text)
-    kinds = _kinds(tokens)
+    kinds = _token_kinds(tokens)
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
         tokens = _split_comma(tokens)
-        kinds = _kinds(tokens)
+        kinds = _token_kinds(tokens)
     if any(token.is_signed for token in tokens[:1]):
         raise _notation_error("notation.signed-azimuth", text)
 
@@ -198,12 +198,12 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             return _build_plane(text, azimuth, dip, convention)
         case ["number", "number", "rule"]:
             azimuth, dip, rule = tokens
-            hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
-            return _build_plane(text, azimuth, dip, hand)
+            rule_convention = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
+            return _build_plane(text, azimuth, dip, rule_convention)
         case ["bearing", "number", "rule"]:
             strike, dip, rule = tokens
-            hand = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
-            return _build_plane(text, strike, dip, hand)
+            rule_convention = "strike/dip" if rule.text == "RHR" else "strike/dip lhr"
+            return _build_plane(text, strike, dip, rule_convention)
         case ["number" | "bearing" | "wind", "number", "wind"]:
             strike, dip, side = tokens
             if convention == "dipdir/dip" and "dipdir" in labels:
@@ -214,12 +214,12 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             return _build_plane_with_side(text, strike, dip, side)
         case ["number", "arrow", "number" | "bearing" | "wind"]:
             dip, _, azimuth = tokens
-            return Plane(_azimuth(text, azimuth), _steepness(text, dip, "dip"))
+            return Plane(_azimuth(text, azimuth), _dip_or_plunge(text, dip, "dip"))
         case ["bearing" | "wind", "number"]:
             strike, dip = tokens
             if "dipdir" in labels:
-                return Plane(_azimuth(text, strike), _steepness(text, dip, "dip"))
-            value = _steepness(text, dip, "dip")
+                return Plane(_azimuth(text, strike), _dip_or_plunge(text, dip, "dip"))
+            value = _dip_or_plunge(text, dip, "dip")
             if value in (0.0, 90.0):  # the only planes that dip to neither side
                 return Plane.from_strike(_azimuth(text, strike), value)
             raise _notation_error("notation.no-quadrant", text)
@@ -228,7 +228,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     raise _notation_error("notation.not-a-plane", text)
 
 
-def plane_option(text: str, field: str = "--plane") -> Plane:
+def parse_plane_option(text: str, field: str = "--plane") -> Plane:
     """Parse the plane given as an option in the form dip direction/dip.
 
     Parameters
@@ -249,10 +249,10 @@ def plane_option(text: str, field: str = "--plane") -> Plane:
     try:
         return parse_plane(text, "dipdir/dip")
     except InputError as error:
-        raise UsageError(cause_of(error), field=field) from error
+        raise UsageError(cause_finding(error), field=field) from error
 
 
-def line_option(text: str, field: str) -> Line:
+def parse_line_option(text: str, field: str) -> Line:
     """Parse the line given as an option in the form trend/plunge.
 
     Parameters
@@ -273,7 +273,7 @@ def line_option(text: str, field: str) -> Line:
     try:
         return parse_line(text)
     except InputError as error:
-        raise UsageError(cause_of(error), field=field) from error
+        raise UsageError(cause_finding(error), field=field) from error
 
 
 def parse_line(text: str) -> Line:
@@ -286,27 +286,27 @@ def parse_line(text: str) -> Line:
     """
     if text.strip().lower() == "vertical":
         return Line(0.0, 90.0)
-    tokens = _tokens(text)
+    tokens = _tokenize(text)
     labels = {token.text for token in tokens if token.kind == "label"}
     if labels:
         azimuth_label = "azimuth" if "azimuth" in labels else "trend"
         if labels != {azimuth_label, "plunge"}:
             raise _notation_error("notation.not-a-line", text)
         tokens = _take_labelled_angles(text, tokens, azimuth_label, "plunge")
-    if _kinds(tokens) == ["number"]:
+    if _token_kinds(tokens) == ["number"]:
         tokens = _split_comma(tokens)
-    if any(token.is_signed for token in tokens[:1]) and "arrow" not in _kinds(tokens):
+    if any(token.is_signed for token in tokens[:1]) and "arrow" not in _token_kinds(tokens):
         raise _notation_error("notation.signed-azimuth", text)
-    match _kinds(tokens):
+    match _token_kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
             trend, plunge = tokens
-            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
+            return Line(_azimuth(text, trend), _dip_or_plunge(text, plunge, "plunge"))
         case ["number", "arrow", "number" | "bearing" | "wind"]:
             plunge, _, trend = tokens
-            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
+            return Line(_azimuth(text, trend), _dip_or_plunge(text, plunge, "plunge"))
         case ["number", "bearing"]:
             plunge, trend = tokens
-            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
+            return Line(_azimuth(text, trend), _dip_or_plunge(text, plunge, "plunge"))
         case ["number"] | ["bearing"]:
             raise _notation_error("notation.one-angle", text, example="130/25")
     raise _notation_error("notation.not-a-line", text)
@@ -329,8 +329,8 @@ def parse_azimuth(text: str) -> float:
     InputError
         If the text is not a valid azimuth.
     """
-    tokens = _tokens(text, is_azimuth=True)
-    if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].is_signed:
+    tokens = _tokenize(text, is_azimuth=True)
+    if _token_kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].is_signed:
         raise _notation_error("notation.not-an-azimuth", text)
     return _azimuth(text, tokens[0])
 
@@ -355,8 +355,8 @@ def parse_rake(text: str, plane: Plane) -> float:
         If the text is not a rake, the angle is over 90 degrees, or the compass point is at neither
         end of the strike.
     """
-    tokens = _tokens(text)
-    if _kinds(tokens) != ["number", "wind"] or tokens[0].is_signed:
+    tokens = _tokenize(text)
+    if _token_kinds(tokens) != ["number", "wind"] or tokens[0].is_signed:
         raise _notation_error("notation.not-a-rake", text)
     angle, end = tokens
     if angle.value > 90.0:
@@ -386,8 +386,8 @@ def parse_angle(text: str) -> float:
     InputError
         If the text is not a valid angle.
     """
-    tokens = _tokens(text)
-    if _kinds(tokens) != ["number"]:
+    tokens = _tokenize(text)
+    if _token_kinds(tokens) != ["number"]:
         raise _notation_error("notation.not-an-angle", text)
     return -tokens[0].value if tokens[0].is_signed else tokens[0].value
 
@@ -396,69 +396,73 @@ def _notation_error(code: str, text: str, **values: float | str) -> InputError:
     return InputError(Finding(code, text=" ".join(text.split()), **values))
 
 
-def _kinds(tokens: list[_Token]) -> list[str]:
+def _token_kinds(tokens: list[_Token]) -> list[str]:
     return [token.kind for token in tokens]
 
 
-def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
+def _tokenize(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     """Split a text into numbers, bearings, winds, labels, rules and arrows.
 
     Separators are omitted.
     """
     if not text.strip():
         raise InputError(Finding("notation.empty"))
-    raw_items: list[_Token] = []
-    follows_mark = True
+    raw_tokens: list[_Token] = []
+    is_after_mark = True
     clean_text = text.translate(_CHARACTER_REPLACEMENTS).upper()
     for match in _TOKEN.finditer(clean_text):
         kind = str(match.lastgroup)
         matched_group = match.group(0)
         if match.group("number") is not None:
-            token = _number(match)
-            if raw_items and raw_items[-1].kind == "mark" and raw_items[-1].text == "-":
+            token = _parse_number(match)
+            if raw_tokens and raw_tokens[-1].kind == "mark" and raw_tokens[-1].text == "-":
                 is_negative = match.start() > 0 and clean_text[match.start() - 1] == "-"
                 prefix = clean_text[: match.start() - 1] if is_negative else ""
-                if is_negative and follows_mark:
-                    raw_items.pop()
+                if is_negative and is_after_mark:
+                    raw_tokens.pop()
                     token = _Token("number", "-" + token.text, -token.value, is_signed=True)
                 elif is_negative and prefix.endswith(" "):
                     token = _Token(
-                        "number", token.text, token.value, comma=token.comma, is_signed=True
+                        "number",
+                        token.text,
+                        token.value,
+                        comma_numbers=token.comma_numbers,
+                        is_signed=True,
                     )
-            raw_items.append(token)
-            follows_mark = False
+            raw_tokens.append(token)
+            is_after_mark = False
             continue
         if kind == "word":
-            raw_items.extend(_word(text, matched_group))
-            follows_mark = False
+            raw_tokens.extend(_parse_word(text, matched_group))
+            is_after_mark = False
         elif kind == "arrow":
-            raw_items.append(_Token("arrow", matched_group))
-            follows_mark = True
+            raw_tokens.append(_Token("arrow", matched_group))
+            is_after_mark = True
         elif kind == "mark":
             if matched_group != "-":
-                follows_mark = True
-            raw_items.append(_Token("mark", matched_group))
+                is_after_mark = True
+            raw_tokens.append(_Token("mark", matched_group))
         else:
             raise _notation_error("notation.unknown-word", text, word=matched_group)
-    return _join_bearings(text, raw_items, is_azimuth=is_azimuth)
+    return _join_bearings(text, raw_tokens, is_azimuth=is_azimuth)
 
 
-def _number(match: re.Match[str]) -> _Token:
+def _parse_number(match: re.Match[str]) -> _Token:
     digits = match.group("number")
     value = float(digits.replace(",", "."))
     for name, divisor in (("minutes", 60.0), ("seconds", 3600.0)):
         if match.group(name) is not None:
             value += float(match.group(name).replace(",", ".")) / divisor
-    comma: tuple[float, float] | None = None
+    comma_numbers: tuple[float, float] | None = None
     if "," in digits and not match.group("degree"):
         left, right = digits.split(",")
-        comma = (float(left), float(right))
-    return _Token("number", digits, value, comma)
+        comma_numbers = (float(left), float(right))
+    return _Token("number", digits, value, comma_numbers)
 
 
-def _word(text: str, word: str) -> list[_Token]:
-    if word in _WIND_AZIMUTHS:
-        return [_Token("wind", word, _WIND_AZIMUTHS[word])]
+def _parse_word(text: str, word: str) -> list[_Token]:
+    if word in _COMPASS_AZIMUTHS:
+        return [_Token("wind", word, _COMPASS_AZIMUTHS[word])]
     if word in ("NS", "SN"):
         return [_Token("bearing", "N-S", 0.0)]
     if word in ("EW", "WE"):
@@ -478,32 +482,36 @@ def _word(text: str, word: str) -> list[_Token]:
 
 def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> list[_Token]:
     """Join tokens into bearings (N 42 E), strikes (NE - SW) and labels (dip direction)."""
-    out: list[_Token] = []
+    joined_tokens: list[_Token] = []
     i = 0
     while i < len(raw_tokens):
         token = raw_tokens[i]
-        token_pair, three = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
+        token_pair, token_triple = raw_tokens[i : i + 2], raw_tokens[i : i + 3]
         if token.kind == "label" and len(token_pair) == 2 and token_pair[1].text == "DIRECTION":
-            out.append(_Token("label", "dipdir"))
+            joined_tokens.append(_Token("label", "dipdir"))
             i += 2
         elif (
-            _kinds(three) == ["wind", "mark", "wind"]
-            and three[1].text == "-"
-            and abs(three[0].value - three[2].value) == 180.0
+            _token_kinds(token_triple) == ["wind", "mark", "wind"]
+            and token_triple[1].text == "-"
+            and abs(token_triple[0].value - token_triple[2].value) == 180.0
         ):
-            out.append(
-                _Token("bearing", f"{token.text}-{three[2].text}", min(token.value, three[2].value))
+            joined_tokens.append(
+                _Token(
+                    "bearing",
+                    f"{token.text}-{token_triple[2].text}",
+                    min(token.value, token_triple[2].value),
+                )
             )
             i += 3
-        elif _kinds(three) == ["wind", "number", "wind"] and (
+        elif _token_kinds(token_triple) == ["wind", "number", "wind"] and (
             is_azimuth or _is_bearing(raw_tokens, i)
         ):
-            angle = three[1].value
-            name = f"{token.text}{three[1].text}{three[2].text}"
+            angle = token_triple[1].value
+            name = f"{token.text}{token_triple[1].text}{token_triple[2].text}"
             if not 0.0 <= angle <= 90.0:
                 raise _notation_error("notation.bearing-out-of-range", text, bearing=name)
-            is_clockwise = token.text + three[2].text in ("NE", "ES", "SW", "WN")
-            out.append(
+            is_clockwise = token.text + token_triple[2].text in ("NE", "ES", "SW", "WN")
+            joined_tokens.append(
                 _Token("bearing", name, wrap360(token.value + (angle if is_clockwise else -angle)))
             )
             i += 3
@@ -512,9 +520,9 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
         elif token.text == "DIRECTION":
             raise _notation_error("notation.lone-direction", text)
         else:
-            out.append(token)
+            joined_tokens.append(token)
             i += 1
-    return out
+    return joined_tokens
 
 
 def _is_bearing(raw_tokens: list[_Token], first: int) -> bool:
@@ -553,12 +561,12 @@ def _take_labelled_angles(text: str, tokens: list[_Token], first: str, second: s
 
 def _split_comma(tokens: list[_Token]) -> list[_Token]:
     """Split the only number, such as 132,41, at its comma if two numbers are needed."""
-    comma = tokens[0].comma
-    if comma is None:
+    comma_numbers = tokens[0].comma_numbers
+    if comma_numbers is None:
         return tokens
     return [
-        _Token("number", f"{comma[0]:g}", comma[0]),
-        _Token("number", tokens[0].text.split(",")[1], comma[1]),
+        _Token("number", f"{comma_numbers[0]:g}", comma_numbers[0]),
+        _Token("number", tokens[0].text.split(",")[1], comma_numbers[1]),
         *tokens[1:],
     ]
 
@@ -569,7 +577,7 @@ def _azimuth(text: str, token: _Token) -> float:
     return token.value
 
 
-def _steepness(text: str, token: _Token, name: str) -> float:
+def _dip_or_plunge(text: str, token: _Token, name: str) -> float:
     """Return a dip or plunge. Raises InputError if it is out of range."""
     value = token.value
     if token.is_signed and value > 0:
@@ -586,22 +594,22 @@ def _steepness(text: str, token: _Token, name: str) -> float:
 def _build_plane(text: str, azimuth: _Token, dip: _Token, convention: str) -> Plane:
     azimuth_deg = _azimuth(text, azimuth)
     # In planes, a minus before the dip can only be a separator: 132 -41.
-    free_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
-    steep = _steepness(text, free_token, "dip")
+    unsigned_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
+    dip_deg = _dip_or_plunge(text, unsigned_token, "dip")
     if convention == "dipdir/dip":
-        return Plane(azimuth_deg, steep)
+        return Plane(azimuth_deg, dip_deg)
     return Plane.from_strike(
-        azimuth_deg if convention == "strike/dip" else azimuth_deg + 180.0, steep
+        azimuth_deg if convention == "strike/dip" else azimuth_deg + 180.0, dip_deg
     )
 
 
 def _build_plane_with_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plane:
     azimuth = _azimuth(text, strike)
-    steep = _steepness(text, dip, "dip")
+    dip_deg = _dip_or_plunge(text, dip, "dip")
     offset = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
-    if steep > 0.0 and min(abs(offset), 180.0 - abs(offset)) > MAX_SIDE_ANGLE_DEG[len(side.text)]:
+    if dip_deg > 0.0 and min(abs(offset), 180.0 - abs(offset)) > MAX_SIDE_ANGLE_DEG[len(side.text)]:
         raise _notation_error("notation.other-side", text, strike=strike.text, side=side.text)
-    return Plane(azimuth + 90.0 if abs(offset) < 90.0 else azimuth - 90.0, steep)
+    return Plane(azimuth + 90.0 if abs(offset) < 90.0 else azimuth - 90.0, dip_deg)
 
 
 # Writing -------------------------------------------------------------------------------------
@@ -623,7 +631,7 @@ def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
     return _pad_number(0.0, decimals, 3) if text.startswith("360") else text
 
 
-def format_wind(azimuth_deg: float) -> str:
+def format_compass_point(azimuth_deg: float) -> str:
     """Format an azimuth as the nearest of the 16 compass points and degrees: SW (225).
 
     Parameters
@@ -636,13 +644,13 @@ def format_wind(azimuth_deg: float) -> str:
     """
     whole_degrees = round(azimuth_deg) % 360
     point = min(
-        _WIND_AZIMUTHS,
-        key=lambda name: abs((_WIND_AZIMUTHS[name] - azimuth_deg + 180.0) % 360.0 - 180.0),
+        _COMPASS_AZIMUTHS,
+        key=lambda name: abs((_COMPASS_AZIMUTHS[name] - azimuth_deg + 180.0) % 360.0 - 180.0),
     )
     return f"{point} ({whole_degrees:03d})"
 
 
-def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
+def format_plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
     """Format an azimuth for a table cell; values that round to 360 become 0.
 
     Parameters
@@ -658,7 +666,7 @@ def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
 
 
 def format_plane(
-    plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, omits_hand_rule: bool = False
+    plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, omit_hand_rule: bool = False
 ) -> str:
     """Format a plane with a fixed number of digits.
 
@@ -668,7 +676,7 @@ def format_plane(
     notation : str, optional
         One of `NOTATIONS`.
     decimals : int, optional
-    omits_hand_rule : bool, optional
+    omit_hand_rule : bool, optional
         Whether to omit "RHR" after strike/dip, for columns whose header already contains it.
 
     Returns
@@ -685,7 +693,7 @@ def format_plane(
         return f"{format_azimuth(plane.dip_direction_deg, decimals)}/{dip}"
     if notation == "strike/dip":
         pair = f"{format_azimuth(plane.strike_rhr_deg, decimals)}/{dip}"
-        return pair if omits_hand_rule else f"{pair} RHR"
+        return pair if omit_hand_rule else f"{pair} RHR"
     if notation == "quadrant":
         strike = float(format_azimuth(plane.strike_rhr_deg, decimals))
         side = _QUADRANT_SIDES[round((strike + 90.0) / 45.0) % 8]
@@ -716,7 +724,7 @@ def format_attitude(
     error95_deg: float | None,
     notation: str = "dipdir/dip",
     *,
-    omits_hand_rule: bool = False,
+    omit_hand_rule: bool = False,
 ) -> str:
     """Format a plane or line with its 95 % error, such as 318/39 ± 2.4°.
 
@@ -730,12 +738,12 @@ def format_attitude(
         Total 95 % error. If None (unknown), the attitude is formatted without an error.
     notation : {"dipdir/dip", "strike/dip", "quadrant"}
         Notation of planes.
-    omits_hand_rule : bool
+    omit_hand_rule : bool
         See `format_plane`.
     """
     decimals = attitude_decimals(error95_deg)
     text = (
-        format_plane(attitude, notation, decimals, omits_hand_rule=omits_hand_rule)
+        format_plane(attitude, notation, decimals, omit_hand_rule=omit_hand_rule)
         if isinstance(attitude, Plane)
         else format_line(attitude, decimals)
     )

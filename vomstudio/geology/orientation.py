@@ -47,32 +47,33 @@ def sin_cos_deg(angle_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     sine, cosine : ndarray
     """
     if isinstance(angle_deg, float) and math.isfinite(angle_deg):
-        return _sin_cos_of_one(angle_deg)
+        return _scalar_sin_cos_deg(angle_deg)
     angle = np.asarray(angle_deg, dtype=np.float64)
     quadrant = np.round(angle / 90.0)
-    rest_rad = np.radians(angle - 90.0 * quadrant)
-    s, c = np.sin(rest_rad), np.cos(rest_rad)
-    turn_angle = np.mod(quadrant, 4.0)
+    remainder_rad = np.radians(angle - 90.0 * quadrant)
+    s, c = np.sin(remainder_rad), np.cos(remainder_rad)
+    quadrant_index = np.mod(quadrant, 4.0)
     # `np.select` takes ten times as long for a single angle.
-    is_odd = (turn_angle == 1.0) | (turn_angle == 3.0)
-    sine = np.where(is_odd, c, s) * np.where(turn_angle >= 2.0, -1.0, 1.0) + 0.0
+    is_odd = (quadrant_index == 1.0) | (quadrant_index == 3.0)
+    sine = np.where(is_odd, c, s) * np.where(quadrant_index >= 2.0, -1.0, 1.0) + 0.0
     cosine = (
-        np.where(is_odd, s, c) * np.where((turn_angle == 1.0) | (turn_angle == 2.0), -1.0, 1.0)
+        np.where(is_odd, s, c)
+        * np.where((quadrant_index == 1.0) | (quadrant_index == 2.0), -1.0, 1.0)
         + 0.0
     )
     return sine, cosine
 
 
-def _sin_cos_of_one(angle_deg: float) -> tuple[FloatArray, FloatArray]:
+def _scalar_sin_cos_deg(angle_deg: float) -> tuple[FloatArray, FloatArray]:
     """Return `sin_cos_deg` of a finite angle, five times faster than for an array."""
     quadrant = round(angle_deg / 90.0)
-    rest_rad = np.radians(angle_deg - 90.0 * quadrant)
-    s, c = np.sin(rest_rad), np.cos(rest_rad)
+    remainder_rad = np.radians(angle_deg - 90.0 * quadrant)
+    s, c = np.sin(remainder_rad), np.cos(remainder_rad)
     sine, cosine = ((s, c), (c, -s), (-s, -c), (-c, s))[quadrant % 4]
     return sine + 0.0, cosine + 0.0
 
 
-def _join_components(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+def _stack_components(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     """Return vectors (..., 3); x and y have the full shape, to which z is broadcast."""
     vectors = np.empty((*np.shape(x), 3))
     vectors[..., 0], vectors[..., 1], vectors[..., 2] = x, y, z
@@ -103,7 +104,7 @@ def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> Flo
     """
     sin_t, cos_t = sin_cos_deg(trend_deg)
     sin_p, cos_p = sin_cos_deg(plunge_deg)
-    return _join_components(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p)
+    return _stack_components(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p)
 
 
 def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
@@ -120,7 +121,7 @@ def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) 
     """
     sin_a, cos_a = sin_cos_deg(dip_direction_deg)
     sin_d, cos_d = sin_cos_deg(dip_deg)
-    return _join_components(sin_a * sin_d, cos_a * sin_d, cos_d)
+    return _stack_components(sin_a * sin_d, cos_a * sin_d, cos_d)
 
 
 def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
@@ -165,8 +166,8 @@ def vectors_to_lines(
         trend = np.degrees(np.arctan2(x, y))
         plunge = np.degrees(np.arctan2(-z, np.hypot(x, y)))
     if not is_directed:
-        up = plunge < 0
-        trend = np.where(up, trend + 180.0, trend)
+        is_upward = plunge < 0
+        trend = np.where(is_upward, trend + 180.0, trend)
         plunge = np.abs(plunge)
         is_flat = plunge < ANGLE_TOLERANCE_DEG
         plunge = np.where(is_flat, 0.0, plunge)
@@ -277,7 +278,7 @@ class Line:
         trend, plunge, _ = vectors_to_lines(v, is_directed=is_directed)
         return cls(float(trend[0]), float(plunge[0]))
 
-    def downward(self) -> Line:
+    def to_downward(self) -> Line:
         """Return the same axis with a plunge in [0, 90]."""
         if self.plunge_deg >= 0:
             return self
@@ -285,7 +286,7 @@ class Line:
 
     def normal_plane(self) -> Plane:
         """Return the plane whose pole is this line."""
-        line = self.downward()
+        line = self.to_downward()
         if line.undefined:
             return Plane(0.0, 0.0)
         if line.plunge_deg < ANGLE_TOLERANCE_DEG:
@@ -405,8 +406,8 @@ def _to_vector(vector: npt.ArrayLike, name: str) -> FloatArray:
 
 def _angle_deg(a: FloatArray, b: FloatArray, *, is_axial: bool) -> float:
     sine = float(np.linalg.norm(np.cross(a, b)))
-    projections = float(a @ b)
-    return math.degrees(math.atan2(sine, abs(projections) if is_axial else projections))
+    cosine = float(a @ b)
+    return math.degrees(math.atan2(sine, abs(cosine) if is_axial else cosine))
 
 
 def angle_between_lines(a: Line, b: Line, *, is_directed: bool = False) -> float:
@@ -482,7 +483,7 @@ def intersection(a: Plane, b: Plane) -> Line:
 # Rakes ---------------------------------------------------------------------------------------
 
 
-def rake_of(line: Line, plane: Plane) -> float:
+def compute_rake(line: Line, plane: Plane) -> float:
     """Return the rake of an axial lineation, counted from the right-hand-rule strike.
 
     The rake is in [0, 180) degrees.
@@ -510,7 +511,7 @@ def line_from_rake(plane: Plane, rake_deg: float) -> Line:
     ----------
     plane : Plane
     rake_deg : float
-        Rake as returned by `rake_of`, taken modulo 180.
+        Rake as returned by `compute_rake`, taken modulo 180.
 
     Returns
     -------
@@ -530,7 +531,7 @@ def rake_vectors(
     dip_direction_deg, dip_deg : (n,) array_like
         As of `Plane`.
     rake_deg : (n,) array_like
-        Rakes as returned by `rake_of`.
+        Rakes as returned by `compute_rake`.
 
     Returns
     -------

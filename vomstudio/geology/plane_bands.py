@@ -76,11 +76,11 @@ class PlaneBand:
         return float(np.degrees(self.turn_rad))
 
     @property
-    def best(self) -> Plane | None:
+    def best_plane(self) -> Plane | None:
         """Plane in the middle of the band, or None if all rotations are equally likely."""
         return None if self.turn_rad >= np.pi / 2 else Plane.from_normal(self.axes[2])
 
-    def widths_at_rad(self, angle_rad: FloatArray) -> FloatArray:
+    def widths_at_angle_rad(self, angle_rad: FloatArray) -> FloatArray:
         """Return the half-widths (k,) at normals rotated about the line by `angle_rad`."""
         second_width, third_width = np.tan(self.widths_rad)
         return np.asarray(
@@ -101,7 +101,7 @@ class PlaneBand:
         local_points = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
         angles = np.arctan2(local_points[:, 1], local_points[:, 2])
         tilt_rad = np.arcsin(np.clip(local_points[:, 0], -1.0, 1.0))
-        squares = (np.tan(tilt_rad) / np.tan(self.widths_at_rad(angles))) ** 2
+        squares = (np.tan(tilt_rad) / np.tan(self.widths_at_angle_rad(angles))) ** 2
         if self.turn_rad < np.pi / 2:
             squares += ((np.abs((angles + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
         return np.asarray(squares)
@@ -113,7 +113,7 @@ class PlaneBand:
     def dips_deg(self) -> tuple[float, float]:
         """Return the smallest and largest dip in the band, degrees."""
         angle = np.linspace(-self.turn_rad, self.turn_rad, 721)
-        width = self.widths_at_rad(angle)
+        width = self.widths_at_angle_rad(angle)
         edge_dips = []
         for side in (-1.0, 0.0, 1.0):
             up = np.abs(self.normals(angle, side * width)[:, 2])
@@ -123,7 +123,7 @@ class PlaneBand:
     def outline(self, count: int = 181) -> tuple[FloatArray, FloatArray]:
         """Return the two edges (count, 3) of the band of normals."""
         angle = np.linspace(-self.turn_rad, self.turn_rad, count)
-        width = self.widths_at_rad(angle)
+        width = self.widths_at_angle_rad(angle)
         return self.normals(angle, width), self.normals(angle, -width)
 
     def likelihood(self, normals: FloatArray) -> FloatArray:
@@ -142,7 +142,7 @@ class PlaneBand:
         `rotation` is the rotation in radians.
         """
         quantile = float(joint_quantile(np.array([self.degrees_of_freedom]))[0])
-        scale = self.widths_at_rad(rotation) / np.sqrt(self.degrees_of_freedom * quantile)
+        scale = self.widths_at_angle_rad(rotation) / np.sqrt(self.degrees_of_freedom * quantile)
         return np.asarray(np.maximum(scale, MIN_SIGMA_RAD))
 
 
@@ -183,22 +183,23 @@ def find_plane_band(
         return None
     minor_width = np.tan(np.radians(min(minor_deg, 89.0)))
     # The error is proportional to the variance in the direction of the normal.
-    second = minor_width * np.sqrt(l2 / l3) if l3 > 0.0 else minor_width
+    second_width = minor_width * np.sqrt(l2 / l3) if l3 > 0.0 else minor_width
     min_width = 0.0
     if resolution_m is not None and fit.extent:
         # Half the point spacing divided by the length, or the whole spacing if the trace is no
         # wider than its wander, which shifts long stretches to one side.
-        spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
-        min_width = float(np.arctan(spacings * resolution_m / fit.extent))
-    turn_errors = np.radians(registration_deg or 0.0)
+        n_spacings = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
+        min_width = float(np.arctan(n_spacings * resolution_m / fit.extent))
+    turn_error_rad = np.radians(registration_deg or 0.0)
     widths = [
-        float(np.hypot(max(np.arctan(w), min_width), turn_errors)) for w in (second, minor_width)
+        float(np.hypot(max(np.arctan(w), min_width), turn_error_rad))
+        for w in (second_width, minor_width)
     ]
     half_width = float(np.degrees(max(widths)))
     if half_width > MAX_HALF_WIDTH_DEG or major_deg < MIN_ASPECT_RATIO * half_width:
         return None
     angle = (
-        np.pi / 2 if major_deg >= 89.999 else float(np.hypot(np.radians(major_deg), turn_errors))
+        np.pi / 2 if major_deg >= 89.999 else float(np.hypot(np.radians(major_deg), turn_error_rad))
     )
     return PlaneBand(
         np.asarray(fit.axes),
@@ -398,13 +399,13 @@ def _p_value(band: PlaneBand, prior: SetPrior) -> float:
     """Return the p-value of a plane of the set at the distance of the mean of the set."""
     local_points = band.axes @ np.asarray(prior.normal)
     misfit = float(np.arcsin(np.clip(abs(local_points[0]), 0.0, 1.0)))
-    variance_line = _line_error_rad(band, np.asarray(prior.normal)) ** 2
-    variance_set = 1.0 / prior.predictive_concentration
+    line_variance = _line_error_rad(band, np.asarray(prior.normal)) ** 2
+    set_variance = 1.0 / prior.predictive_concentration
     # Welch-Satterthwaite degrees of freedom of the sum of variances.
-    variance = variance_line + variance_set
+    variance = line_variance + set_variance
     dof = variance**2 / (
-        variance_line**2 / band.degrees_of_freedom
-        + variance_set**2 / max(2.0 * (prior.n - 1.0), 1.0)
+        line_variance**2 / band.degrees_of_freedom
+        + set_variance**2 / max(2.0 * (prior.n - 1.0), 1.0)
     )
     return f_tail(1.0, dof, misfit**2 / variance)
 

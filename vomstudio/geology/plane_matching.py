@@ -58,18 +58,18 @@ def compare_proposals(
     -------
     MutualAgreement
     """
-    placed_picks = [plane for plane in picked_planes if plane.position is not None]
-    placed_proposals = [plane for plane in proposed_planes if plane.position is not None]
-    if not (placed_picks and placed_proposals):
-        return MutualAgreement(len(placed_picks), 0, 0, len(placed_proposals), 0, 0, None)
-    is_near, agrees, angle = _compare_planes(placed_picks, placed_proposals)
+    located_picks = [plane for plane in picked_planes if plane.position is not None]
+    located_proposals = [plane for plane in proposed_planes if plane.position is not None]
+    if not (located_picks and located_proposals):
+        return MutualAgreement(len(located_picks), 0, 0, len(located_proposals), 0, 0, None)
+    is_near, agrees, angle = _compare_planes(located_picks, located_proposals)
     smallest_angles = np.where(is_near & agrees, angle, np.inf).min(axis=1)
     angles = smallest_angles[np.isfinite(smallest_angles)]
     return MutualAgreement(
-        len(placed_picks),
+        len(located_picks),
         int(is_near.any(axis=1).sum()),
         len(angles),
-        len(placed_proposals),
+        len(located_proposals),
         int(is_near.any(axis=0).sum()),
         int((is_near & agrees).any(axis=0).sum()),
         float(np.median(angles)) if len(angles) else None,
@@ -81,7 +81,7 @@ def _compare_planes(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which planes (k, m) are near each other, which ones agree, and their angles."""
 
-    def columns(planes: Sequence[OrientedPlane]) -> tuple[np.ndarray, ...]:
+    def plane_arrays(planes: Sequence[OrientedPlane]) -> tuple[np.ndarray, ...]:
         return (
             np.array([plane.normal for plane in planes], np.float64),
             np.array([plane.position for plane in planes], np.float64),
@@ -89,12 +89,10 @@ def _compare_planes(
             np.array([plane.error95_deg or 0.0 for plane in planes]),
         )
 
-    first_normals, first_positions, first_extents, first_errors = columns(first_planes)
-    second_normals, second_positions, second_extents, second_errors = columns(second_planes)
+    first_normals, first_positions, first_extents, first_errors = plane_arrays(first_planes)
+    second_normals, second_positions, second_extents, second_errors = plane_arrays(second_planes)
     angle = np.degrees(np.arccos(np.minimum(np.abs(first_normals @ second_normals.T), 1.0)))
     distance = np.linalg.norm(first_positions[:, None] - second_positions[None], axis=2)
     max_distance = np.maximum(first_extents[:, None], second_extents[None]) / 2.0
-    allowed_angles = np.maximum(
-        np.hypot(first_errors[:, None], second_errors[None]), MIN_TOLERANCE_DEG
-    )
-    return distance <= max_distance, angle <= allowed_angles, angle
+    max_angles = np.maximum(np.hypot(first_errors[:, None], second_errors[None]), MIN_TOLERANCE_DEG)
+    return distance <= max_distance, angle <= max_angles, angle

@@ -81,9 +81,11 @@ def governing_confidence_deg(fit: FittedPlane, kind: Kind = "trace") -> float | 
     float or None
         Degrees; None if undefined.
     """
-    confidence, hyperbolic = fit.max_confidence95_deg, fit.max_angular_error_deg
-    if hyperbolic is not None and (fit.long_roughness or kind == "patch"):
-        confidence = hyperbolic if confidence is None else max(confidence, hyperbolic)
+    confidence, hyperbolic_error_deg = fit.max_confidence95_deg, fit.max_angular_error_deg
+    if hyperbolic_error_deg is not None and (fit.long_roughness or kind == "patch"):
+        confidence = (
+            hyperbolic_error_deg if confidence is None else max(confidence, hyperbolic_error_deg)
+        )
     if confidence is None or not fit.bow_tilt_deg:
         return confidence
     return min(math.hypot(confidence, fit.bow_tilt_deg), 90.0)
@@ -119,8 +121,12 @@ def governing_half_angles(
     major_deg, minor_deg = governing_confidence_deg(fit, kind), fit.min_confidence95_deg
     if major_deg is None or minor_deg is None or fit.max_confidence95_deg is None:
         return None, None
-    widened = fit.long_roughness or kind == "patch"
-    if widened and major_deg > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
+    is_widened = fit.long_roughness or kind == "patch"
+    if (
+        is_widened
+        and major_deg > fit.max_confidence95_deg
+        and fit.min_angular_error_deg is not None
+    ):
         minor_deg = max(minor_deg, fit.min_angular_error_deg)
     is_undetermined = is_within_wander(fit, kind, resolution_m, outcrop_normal)
     stretch = stretch_error_deg or 0.0
@@ -206,8 +212,8 @@ def resolution_tilt_deg(
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
     # A strip of width w has a variance of w^2 / 12 across it.
-    shorter = math.sqrt(12.0 * max(fit.trace * float(fit.eigenvalues[1]), 0.0))
-    max_tilt = tilt_of_resolution_deg(resolution_m, shorter)
+    width = math.sqrt(12.0 * max(fit.trace * float(fit.eigenvalues[1]), 0.0))
+    max_tilt = tilt_of_resolution_deg(resolution_m, width)
     if kind == "patch":
         return max_tilt
     return min(max_tilt, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
@@ -218,8 +224,8 @@ def _tilt_of_points_deg(fit: FittedPlane, sigma_m: float) -> float:
 
     The errors of its points are assumed to be independent.
     """
-    independent_value = float(fit.n if fit.n_effective is None else fit.n_effective)
-    width = math.sqrt(independent_value * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
+    n_independent = float(fit.n if fit.n_effective is None else fit.n_effective)
+    width = math.sqrt(n_independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
     return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
@@ -374,12 +380,12 @@ def judge(
     """
     if fit.error is not None:
         return Verdict("poor", (fit.error,), limits=thresholds)
-    face_reasons, questions = _face_findings(fit, kind, outcrop_normal, resolution_m, thresholds)
-    assess = _judge_by_shape if thresholds.by == "shape" else _judge_by_error
+    face_reasons, face_notes = _face_findings(fit, kind, outcrop_normal, resolution_m, thresholds)
+    judge_points = _judge_by_shape if thresholds.by == "shape" else _judge_by_error
     errors = _ErrorParts.of(
         fit, resolution_m, kind, registration_deg, outcrop_normal, stretch_error_deg
     )
-    is_poor, reasons, notes = assess(
+    is_poor, reasons, notes = judge_points(
         fit, errors, kind, resolution_m, thresholds, registration_deg, stretch_error_deg
     )
     reasons += [*face_reasons, *surface_findings]
@@ -388,7 +394,7 @@ def judge(
     if bend_deg is not None and total_deg is not None and is_local(fit, bend_deg, total_deg):
         regional_deg = min(math.hypot(total_deg, bend_deg), 90.0)
         notes.append(Finding("plane.local", bend_deg=bend_deg, regional_deg=regional_deg))
-    return Verdict(quality, tuple(reasons), tuple(notes + questions), thresholds)
+    return Verdict(quality, tuple(reasons), tuple(notes + face_notes), thresholds)
 
 
 def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) -> bool:
@@ -409,8 +415,8 @@ def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) 
     -------
     bool
     """
-    bends = bend_deg is not None and total_deg is not None and bend_deg > total_deg
-    return bends or fit.long_roughness
+    is_bent = bend_deg is not None and total_deg is not None and bend_deg > total_deg
+    return is_bent or fit.long_roughness
 
 
 def _judge_by_error(
@@ -695,8 +701,8 @@ def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
         return None
     i, j, k = y * w - z * v, z * u - x * w, x * v - y * u
     # The arc cosine alone loses digits near 0.
-    normal_part, axial_part = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
-    return math.degrees(math.atan2(normal_part, axial_part))
+    cross_norm, cosine_product = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
+    return math.degrees(math.atan2(cross_norm, cosine_product))
 
 
 def _number_or_infinity(ratio: float | None) -> float:

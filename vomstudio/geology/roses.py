@@ -111,22 +111,22 @@ def count_histogram(
     angles, valid_weights, n_excluded = _valid_rows(
         np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights
     )
-    bin_of_row = np.minimum(np.floor((angles + 1e-7) / bin_deg).astype(np.intp), bins - 1)
-    sums = np.bincount(bin_of_row, valid_weights, minlength=bins)
+    bin_indices = np.minimum(np.floor((angles + 1e-7) / bin_deg).astype(np.intp), bins - 1)
+    sums = np.bincount(bin_indices, valid_weights, minlength=bins)
     total_weight = float(valid_weights.sum())
     if total_weight <= 0:
         return AngleHistogram(
             bin_deg, len(angles), total_weight, np.zeros(bins), None, None, n_excluded
         )
     mean = float(valid_weights @ angles) / total_weight
-    effective = total_weight**2 / float(valid_weights @ valid_weights)
+    effective_n = total_weight**2 / float(valid_weights @ valid_weights)
     std = None
-    if effective > 1.0 + 1e-9:
+    if effective_n > 1.0 + 1e-9:
         std = math.sqrt(
             float(valid_weights @ (angles - mean) ** 2)
             / total_weight
-            * effective
-            / (effective - 1.0)
+            * effective_n
+            / (effective_n - 1.0)
         )
     return AngleHistogram(
         bin_deg, len(angles), total_weight, sums / total_weight, mean, std, n_excluded
@@ -169,12 +169,12 @@ def count_rose(
     azimuths, valid_weights, n_excluded = _valid_rows(azimuths, weights)
     period = 180.0 if is_axial else 360.0
     # Add a small amount, so that 29.999999 instead of 30 is counted in the right bin.
-    bin_of_row = np.floor((azimuths % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
-    half_count = bins // 2
+    bin_indices = np.floor((azimuths % 360.0 + 1e-7) / bin_deg).astype(np.intp) % bins
+    n_half_circle = bins // 2
     sums = np.bincount(
-        bin_of_row % half_count if is_axial else bin_of_row,
+        bin_indices % n_half_circle if is_axial else bin_indices,
         valid_weights,
-        minlength=half_count if is_axial else bins,
+        minlength=n_half_circle if is_axial else bins,
     )
     total_weight = float(valid_weights.sum())
     fractions = sums / total_weight if total_weight > 0 else np.zeros(len(sums))
@@ -184,12 +184,12 @@ def count_rose(
     mean = None
     if resultant > 1e-9:
         mean = math.degrees(math.atan2(east, north)) % 360.0 * period / 360.0
-    full_circle = np.tile(fractions, 2) if is_axial else fractions
+    full_circle_shares = np.tile(fractions, 2) if is_axial else fractions
     resultant = min(resultant, 1.0)
-    counts = int((valid_weights > 0).sum())
+    n_weighted = int((valid_weights > 0).sum())
     p_value = (
         rayleigh_p(total_weight**2 / float(valid_weights @ valid_weights), resultant)
-        if counts >= MIN_RAYLEIGH_DIRECTIONS
+        if n_weighted >= MIN_RAYLEIGH_DIRECTIONS
         else None
     )
     return Rose(
@@ -197,7 +197,7 @@ def count_rose(
         is_axial,
         len(azimuths),
         total_weight,
-        full_circle,
+        full_circle_shares,
         mean,
         resultant,
         p_value,
@@ -273,11 +273,13 @@ def table_angles(table: OrientationRows, of: str) -> FloatArray:
     (n,) ndarray
         Degrees; NaN for rows of the other geometry and for undefined azimuths.
     """
-    lines = of in LINE_ANGLES
+    is_line_angle = of in LINE_ANGLES
     azimuth, angle = (
-        (table.trend_deg, table.plunge_deg) if lines else (table.dip_direction_deg, table.dip_deg)
+        (table.trend_deg, table.plunge_deg)
+        if is_line_angle
+        else (table.dip_direction_deg, table.dip_deg)
     )
-    return np.where(table.is_plane != lines, select_angles(azimuth, angle, of), np.nan)
+    return np.where(table.is_plane != is_line_angle, select_angles(azimuth, angle, of), np.nan)
 
 
 def select_angles(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> FloatArray:

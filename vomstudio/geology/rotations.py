@@ -54,13 +54,13 @@ def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
     return rotate_vectors(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
 
 
-def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
+def pairwise_intersections(poles: npt.ArrayLike, min_angle_deg: float = 1.0) -> FloatArray:
     """Return the downward intersection lines of all pairs of planes.
 
     Parameters
     ----------
     poles : (n, 3) array_like
-    least_deg : float, optional
+    min_angle_deg : float, optional
         Minimum angle between two planes in degrees; below it, their intersection is random and the
         pair is excluded.
 
@@ -72,6 +72,6 @@ def pairwise_intersections(poles: npt.ArrayLike, least_deg: float = 1.0) -> Floa
     first_rows, second_rows = np.triu_indices(len(p), 1)
     lines = np.cross(p[first_rows], p[second_rows])
     length = np.linalg.norm(lines, axis=1)
-    is_valid = length > float(np.sin(np.radians(least_deg)))
+    is_valid = length > float(np.sin(np.radians(min_angle_deg)))
     lines = lines[is_valid] / length[is_valid, None]
     return np.asarray(np.where(lines[:, 2:] > 0, -lines, lines))

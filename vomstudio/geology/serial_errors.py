@@ -12,7 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 
-MIN_ERRORS = 10
+MIN_RESIDUALS = 10
 RHO_GRID = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 0.94])
 RHO_STEPS = (0.1, 0.05, 0.02)
 MAX_RHO = 0.98
@@ -41,17 +41,17 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
         Correlation; 0 if it is not significant or if there are too few errors.
     """
     n = len(residuals)
-    if n < MIN_ERRORS or not np.abs(residuals).max() > MAX_ROUNDING:
+    if n < MIN_RESIDUALS or not np.abs(residuals).max() > MAX_ROUNDING:
         return 0.0
     likelihood_by_rho = {
-        float(rho): _restricted_likelihood(derivatives, residuals, rho) for rho in RHO_GRID
+        float(rho): _restricted_log_likelihood(derivatives, residuals, rho) for rho in RHO_GRID
     }
     best_rho = max(likelihood_by_rho, key=lambda rho: likelihood_by_rho[rho])
     if best_rho == 0.0:
         return 0.0
     for step in RHO_STEPS:
         for rho in (best_rho - step, min(best_rho + step, MAX_RHO)):
-            likelihood_by_rho[rho] = _restricted_likelihood(derivatives, residuals, rho)
+            likelihood_by_rho[rho] = _restricted_log_likelihood(derivatives, residuals, rho)
         best_rho = max(likelihood_by_rho, key=lambda rho: likelihood_by_rho[rho])
     return (
         best_rho
@@ -139,26 +139,28 @@ def variance_inflation(
     float
         Variance factor, at least 1.
     """
-    expected_freedom = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
-    remaining_freedom = (
+    expected_dof = count - 2.0 * np.trace(projection) + np.trace(projection @ projection)
+    correlated_dof = (
         count - 2.0 * np.trace(correlated_projection) + np.trace(correlated_projection @ projection)
     )
-    return float(np.clip(expected_freedom / max(remaining_freedom, 1e-300), 1.0, MAX_INFLATION))
+    return float(np.clip(expected_dof / max(correlated_dof, 1e-300), 1.0, MAX_INFLATION))
 
 
-def _restricted_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: float) -> float:
+def _restricted_log_likelihood(derivatives: FloatArray, residuals: FloatArray, rho: float) -> float:
     """Return the logarithm of the restricted likelihood up to a constant."""
     n, d, k = derivatives.shape
     x = whiten(derivatives, rho).reshape(n * d, k)
     y = whiten(residuals, rho).ravel()
     _, sizes, axes = np.linalg.svd(x, full_matrices=False)
     is_determined = sizes > 1e-9 * max(float(sizes[0]), 1e-300)
-    remainder = y - x @ (
+    whitened_residuals = y - x @ (
         axes[is_determined].T @ (axes[is_determined] @ (x.T @ y) / sizes[is_determined] ** 2)
     )
     dof = n * d - int(is_determined.sum())
     log_det_errors = d * (n - 1) * np.log(1.0 - rho**2)
     log_det_unknowns = 2.0 * float(np.log(sizes[is_determined]).sum())
     return -0.5 * float(
-        dof * np.log(max(float(remainder @ remainder), 1e-300)) + log_det_errors + log_det_unknowns
+        dof * np.log(max(float(whitened_residuals @ whitened_residuals), 1e-300))
+        + log_det_errors
+        + log_det_unknowns
     )

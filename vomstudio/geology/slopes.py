@@ -72,7 +72,7 @@ class SlopeFace:
         return np.array([[sin_a, cos_a, 0.0], [-cos_a, sin_a, 0.0], [0.0, 0.0, 1.0]])
 
     @property
-    def slides(self) -> bool:
+    def can_slide(self) -> bool:
         """Whether the face is steeper than the friction angle.
 
         Otherwise no block slides or topples by flexure.
@@ -102,8 +102,11 @@ class Margins(NamedTuple):
 
     def zones(self) -> Zones:
         """Return the zone inside both limits, and the zone outside the lateral limits only."""
-        is_inside, is_within = self.zone >= -MAX_ROUNDING_SINE, self.lateral >= -MAX_ROUNDING_SINE
-        return Zones(is_inside & is_within, is_inside & ~is_within)
+        is_inside, is_within_limits = (
+            self.zone >= -MAX_ROUNDING_SINE,
+            self.lateral >= -MAX_ROUNDING_SINE,
+        )
+        return Zones(is_inside & is_within_limits, is_inside & ~is_within_limits)
 
 
 def to_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
@@ -141,9 +144,9 @@ def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     is_level = sines <= MIN_ANGLE_RAD
     # Scalar product of the dip line (x z, y z, -flat^2) / flat and the normal of the face.
-    daylight = sin_d * x * z / np.where(is_level, 1.0, sines) - cos_d * sines
-    slide = np.where(is_level, -1.0, sines * cos_f - z * sin_f)
-    return Margins(np.minimum(daylight, slide), _lateral_margin(face, x, y))
+    daylight_margin = sin_d * x * z / np.where(is_level, 1.0, sines) - cos_d * sines
+    sliding_margin = np.where(is_level, -1.0, sines * cos_f - z * sin_f)
+    return Margins(np.minimum(daylight_margin, sliding_margin), _lateral_margin(face, x, y))
 
 
 def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
@@ -180,12 +183,12 @@ def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     x, y, z = np.moveaxis(normals, -1, 0)
     # Horizontal component of the downward pole; it points into the face if the plane dips away from
     # it.
-    out = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
+    outward_sines = np.where(z < MIN_ANGLE_RAD, np.abs(x), -x)
     limit = face.plane.dip_deg - face.options.friction_deg
     if limit <= ANGLE_TOLERANCE_DEG:
-        return Margins(np.full(x.shape, -1.0), _lateral_margin(face, out, y))
+        return Margins(np.full(x.shape, -1.0), _lateral_margin(face, outward_sines, y))
     sin_l, cos_l = _sin_cos(limit)
-    return Margins(sin_l * out - cos_l * z, _lateral_margin(face, out, y))
+    return Margins(sin_l * outward_sines - cos_l * z, _lateral_margin(face, outward_sines, y))
 
 
 def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
@@ -222,8 +225,8 @@ def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, _ = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
-    daylight = np.where(z < -MIN_ANGLE_RAD, sin_d * x + cos_d * z, -1.0)
-    return Margins(np.minimum(daylight, -z - sin_f), np.ones(x.shape))
+    daylight_margin = np.where(z < -MIN_ANGLE_RAD, sin_d * x + cos_d * z, -1.0)
+    return Margins(np.minimum(daylight_margin, -z - sin_f), np.ones(x.shape))
 
 
 def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
@@ -292,12 +295,12 @@ def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
     _, cos_f = _sin_cos(face.options.friction_deg)
     margins = direct_margins(face, lines)
     sines_into_slope = np.where(-z < MIN_ANGLE_RAD, np.abs(x), -x)
-    oblique = (
+    is_oblique = (
         (-z >= cos_f - MAX_ROUNDING_SINE)
         & (sines_into_slope >= -MAX_ROUNDING_SINE)
         & (margins.lateral < -MAX_ROUNDING_SINE)
     )
-    return Zones(margins.zones().critical, oblique)
+    return Zones(margins.zones().critical, is_oblique)
 
 
 class PairCounts(NamedTuple):
@@ -383,11 +386,11 @@ def count_critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntAr
         is_level = -steep_lines[:, 2] < MIN_ANGLE_RAD
         sines_into_slope[is_level] = np.abs(sines_into_slope[is_level])
         is_inside = -steep_lines[:, 2:] - cos_d >= -MAX_ROUNDING_SINE
-        is_within = (
+        is_within_limits = (
             sines_into_slope * sin_l - np.abs(steep_lines @ strike_axes.T) * cos_l
             >= -MAX_ROUNDING_SINE
         )
-        counts[rows, 1] = (is_inside & is_within).sum(axis=0)
+        counts[rows, 1] = (is_inside & is_within_limits).sum(axis=0)
     return counts
 
 
@@ -493,15 +496,18 @@ def intersections(
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), is_line, np.stack([a, b])
 
 
-def _lateral_margin(face: SlopeFace, out: FloatArray, lateral_cosines: FloatArray) -> FloatArray:
+def _lateral_margin(
+    face: SlopeFace, outward_sines: FloatArray, lateral_cosines: FloatArray
+) -> FloatArray:
     """Return the margin to the lateral limits.
 
-    `out` is the component out of (or into) the face, `lateral_cosines` the component along it.
+    `outward_sines` is the component out of (or into) the face, `lateral_cosines` the component
+    along it.
     """
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     if face.options.limits == "curved":
         return np.asarray(sin_l - np.abs(lateral_cosines))
-    return np.asarray(out * sin_l - np.abs(lateral_cosines) * cos_l)
+    return np.asarray(outward_sines * sin_l - np.abs(lateral_cosines) * cos_l)
 
 
 def _sin_cos(angle_deg: float) -> tuple[float, float]:

@@ -75,11 +75,11 @@ def orientation_tensor(
     if weights is not None:
         v = v * np.sqrt(weights)[:, None]
     rows = v if len(v) >= 3 else np.vstack([v, np.zeros((3 - len(v), 3))])
-    _, singular, axes = np.linalg.svd(rows, full_matrices=False)
-    values = singular**2
+    _, singular_values, axes = np.linalg.svd(rows, full_matrices=False)
+    values = singular_values**2
     values = values / values.sum()
-    down = np.array([Line.from_vector(axis).vector() for axis in axes])
-    signs = np.sign(np.sum(down * axes, axis=1))
+    downward_axes = np.array([Line.from_vector(axis).vector() for axis in axes])
+    signs = np.sign(np.sum(downward_axes * axes, axis=1))
     return values, axes * signs[:, None]
 
 
@@ -101,8 +101,8 @@ def woodcock(eigenvalues: npt.ArrayLike) -> tuple[float | None, float | None]:
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     if s3 < ZERO_EIGENVALUE:
         return (0.0 if s2 >= ZERO_EIGENVALUE else None), None
-    flat_value = math.log(s2 / s3)
-    shape = math.log(s1 / s2) / flat_value if flat_value > 1e-9 else None
+    girdle_log_ratio = math.log(s2 / s3)
+    shape = math.log(s1 / s2) / girdle_log_ratio if girdle_log_ratio > 1e-9 else None
     return shape, math.log(s1 / s3)
 
 
@@ -138,7 +138,7 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     return Line.from_vector(axes[0])
 
 
-def flip_to(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> FloatArray:
+def flip_to_hemisphere(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> FloatArray:
     """Flip axes into the hemisphere of an axis.
 
     Parameters
@@ -201,7 +201,7 @@ def fisher(vectors: npt.ArrayLike, is_directed: bool, weights: FloatArray | None
     v = unit_vectors(vectors)
     used_weights = np.ones(len(v)) if weights is None else weights
     if not is_directed:
-        v = flip_to(v, orientation_tensor(v, weights)[1][0])
+        v = flip_to_hemisphere(v, orientation_tensor(v, weights)[1][0])
     n = len(v)
     resultant_vector = used_weights @ v
     resultant = float(np.linalg.norm(resultant_vector))
@@ -282,8 +282,8 @@ def no_fisher_reason(vectors: npt.ArrayLike, is_directed: bool) -> Finding | Non
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
             return Finding("fisher.no-mean")
         return None
-    point, girdle, random = vollmer(orientation_tensor(v)[0])
-    if max(girdle, random) <= point:
+    point, girdle, random_index = vollmer(orientation_tensor(v)[0])
+    if max(girdle, random_index) <= point:
         return None
-    code = "fisher.girdle" if girdle > random else "fisher.uniform"
-    return Finding(code, point=point, girdle=girdle, random=random)
+    code = "fisher.girdle" if girdle > random_index else "fisher.uniform"
+    return Finding(code, point=point, girdle=girdle, random=random_index)

@@ -336,22 +336,22 @@ def split_at_primitive(curve: npt.ArrayLike) -> list[FloatArray]:
     list of (k, 3) ndarray
     """
     c = np.asarray(curve, dtype=np.float64)
-    up = c[:, 2] > 1e-12
+    is_upward = c[:, 2] > 1e-12
     parts: list[FloatArray] = []
-    start: list[FloatArray] = []
+    part_points: list[FloatArray] = []
     for i in range(len(c)):
-        if i and up[i] != up[i - 1]:
+        if i and is_upward[i] != is_upward[i - 1]:
             weight = c[i - 1, 2] / (c[i - 1, 2] - c[i, 2])
             crossing = c[i - 1] + weight * (c[i] - c[i - 1])
             crossing[2] = 0.0
             crossing = crossing / np.linalg.norm(crossing)
-            start.append(-crossing if up[i - 1] else crossing)
-            parts.append(np.array(start))
-            start = [-crossing if up[i] else crossing]
-        start.append(-c[i] if up[i] else c[i])
-    parts.append(np.array(start))
-    closed_count = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
-    if closed_count:
+            part_points.append(-crossing if is_upward[i - 1] else crossing)
+            parts.append(np.array(part_points))
+            part_points = [-crossing if is_upward[i] else crossing]
+        part_points.append(-c[i] if is_upward[i] else c[i])
+    parts.append(np.array(part_points))
+    is_closed = len(parts) > 1 and np.allclose(c[0], c[-1], atol=1e-9)
+    if is_closed:
         # The curve starts within a part, so its last part continues into the first one.
         parts[0] = np.vstack([parts.pop()[:-1], parts[0]])
     return [part for part in parts if len(part) > 1]

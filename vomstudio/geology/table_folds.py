@@ -10,13 +10,13 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.domains import (
     DomainFigures,
-    OneAxisFigures,
+    OneAxisTest,
     apply_domain_verdict,
     domain_axes,
 )
@@ -42,11 +42,11 @@ class _Counts:
 @dataclass(frozen=True)
 class _Domains:
     domains: Mapping[str, DomainFigures] | None
-    one_axis: OneAxisFigures | None
+    one_axis: OneAxisTest | None
 
 
 @dataclass(frozen=True)
-class _Reading:
+class _TableProperties:
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Finding, ...]
@@ -54,7 +54,7 @@ class _Reading:
 
 # The fields of the last base class precede those of the other base classes.
 @dataclass(frozen=True, repr=False)
-class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
+class TableFold(PrintableResult, _TableProperties, _Domains, AxisFigures, _Counts):
     """Fold axis of the planes of a table. See `FoldAxis` for the figures of the axis.
 
     Parameters
@@ -90,22 +90,24 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     """
     options = FoldOptions() if options is None else options
     sets = None if options.sets is None else set_names(options.sets)
-    domain, waviness_deg = options.by, options.waviness_deg
-    selection_filter = FoldFilter(options.quality, options.only_set)
+    domain_column, waviness_deg = options.by, options.waviness_deg
+    fold_filter = FoldFilter(options.quality, options.only_set)
     selection = _Selection(table)
-    axis = selection.find_axis(options.kind, sets, waviness_deg, selection_filter)
+    axis = selection.find_axis(options.kind, sets, waviness_deg, fold_filter)
     domains, one_axis = None, None
-    if domain is not None:
-        domains, one_axis = _domains(table, selection, axis, domain, waviness_deg)
+    if domain_column is not None:
+        domains, one_axis = _domains(table, selection, axis, domain_column, waviness_deg)
         axis = apply_domain_verdict(axis, one_axis)
     figures = {field.name: getattr(axis.figures, field.name) for field in fields(AxisFigures)}
-    influential = axis.leave_one_out
-    if influential is not None:
-        rows = np.flatnonzero(selection.use)
-        figures["leave_one_out"] = replace(influential, id=str(table.ids[rows[influential.index]]))
+    influential_plane = axis.leave_one_out
+    if influential_plane is not None:
+        rows = np.flatnonzero(selection.is_used)
+        figures["leave_one_out"] = replace(
+            influential_plane, id=str(table.ids[rows[influential_plane.index]])
+        )
     return TableFold(
         n=len(table),
-        used=int(selection.use.sum()),
+        used=int(selection.is_used.sum()),
         not_good=selection.not_good,
         left_out=tuple(selection.left_out),
         **figures,
@@ -115,7 +117,7 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
         dropped_lines=tuple(table.dropped),
         warnings=(
             *table.warnings,
-            *not_good_warning(selection.not_good, int(selection.use.sum())),
+            *not_good_warning(selection.not_good, int(selection.is_used.sum())),
         ),
     )
 
@@ -126,10 +128,10 @@ def _domains(
     axis: FoldAxis,
     column: str,
     waviness_deg: float | None,
-) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
+) -> tuple[dict[str, DomainFigures], OneAxisTest]:
     names = table.column(column)
     members: dict[str, list[int]] = {}
-    for i in np.flatnonzero(selection.use):
+    for i in np.flatnonzero(selection.is_used):
         members.setdefault(names[i].strip() or UNASSIGNED_NAME, []).append(int(i))
     if len(members) < 2:
         raise UsageError(
@@ -165,18 +167,18 @@ def set_names(text: str) -> list[str]:
     return names
 
 
-def fold_of_table(
+def fold_axis_of_table(
     table: OrientationRows,
-    selection_filter: FoldFilter,
-    turn: Callable[[FloatArray], FloatArray] | None = None,
+    fold_filter: FoldFilter,
+    rotate: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
     """Return the fold axis of `table_fold` and the number of its planes that are not good.
 
     Parameters
     ----------
     table : OrientationRows
-    selection_filter : FoldFilter
-    turn : callable or None
+    fold_filter : FoldFilter
+    rotate : callable or None
         Function that rotates normals (n, 3) like a rotated net; registrations are then ignored.
 
     Raises
@@ -185,7 +187,7 @@ def fold_of_table(
         See `table_fold`.
     """
     selection = _Selection(table)
-    axis = selection.find_axis(None, None, None, selection_filter, turn)
+    axis = selection.find_axis(None, None, None, fold_filter, rotate)
     return axis, selection.not_good
 
 
@@ -211,7 +213,7 @@ class _Selection:
 
     def __init__(self, table: OrientationRows) -> None:
         self.table = table
-        self.use: BoolArray = np.ones(len(table), dtype=bool)
+        self.is_used: BoolArray = np.ones(len(table), dtype=bool)
         self.left_out: list[ExcludedRows] = []
         self.not_good: int | None = None
 
@@ -221,40 +223,42 @@ class _Selection:
         sets: Sequence[str] | None,
         waviness_deg: float | None,
         fold_filter: FoldFilter,
-        turn: Callable[[FloatArray], FloatArray] | None = None,
+        rotate: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
         """Return the axis of the selected planes, or of the named sets."""
-        self.select_planes_only()
+        self.exclude_lines()
         # Ignore an empty column of kinds, as written by `fit`.
         has_kinds = self.table.kinds is not None and any(self.table.kinds)
         if kind is not None or (sets is None and has_kinds):
             self.select_kind(kind)
         self.apply_filter(fold_filter)
         try:
-            axis = self.axis(waviness_deg, turn) if sets is None else self.common_axis(sets)
+            axis = self.axis(waviness_deg, rotate) if sets is None else self.common_axis(sets)
         except GeometryError as error:
-            raise GeometryError(cause_of(error), file=self.table.path, field=error.field) from error
-        self.not_good = select_planes(*self._verdicts_and_sets(self.use), FoldFilter()).not_good
+            raise GeometryError(
+                cause_finding(error), file=self.table.path, field=error.field
+            ) from error
+        self.not_good = select_planes(*self._verdicts_and_sets(self.is_used), FoldFilter()).not_good
         return axis
 
     def apply_filter(self, fold_filter: FoldFilter) -> None:
         """Select the planes that pass the filter for sets and verdicts."""
         table = self.table
-        qualities, sets = self._verdicts_and_sets(self.use)
+        qualities, sets = self._verdicts_and_sets(self.is_used)
         if fold_filter.min_quality is not None and not any(qualities):
             raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
         if fold_filter.set_name is not None and not any(
-            _has_equal_names(set_, fold_filter.set_name) for set_ in sets
+            _are_equal_names(set_, fold_filter.set_name) for set_ in sets
         ):
             present_sets = sorted(set(sets) - {""})
             finding = Finding("sets.unknown", set=fold_filter.set_name, sets=present_sets or None)
             raise self._error(finding, "--only-set")
         selected_planes = select_planes(qualities, sets, fold_filter)
         self.left_out += selected_planes.left_out
-        rows = np.flatnonzero(self.use)
-        self.use = np.zeros(len(table), bool)
-        self.use[rows[selected_planes.is_used]] = True
-        if not self.use.any():
+        rows = np.flatnonzero(self.is_used)
+        self.is_used = np.zeros(len(table), bool)
+        self.is_used[rows[selected_planes.is_used]] = True
+        if not self.is_used.any():
             finding = Finding("fold.none-good-enough", quality=fold_filter.min_quality)
             raise self._error(finding, "--quality")
 
@@ -268,12 +272,12 @@ class _Selection:
         sets = table.sets or ("",) * len(table)
         return [parse_verdict(words[i]) for i in rows], [sets[i] for i in rows]
 
-    def select_planes_only(self) -> None:
+    def exclude_lines(self) -> None:
         lines = int((~self.table.is_plane).sum())
         if lines:
             self.left_out.append(ExcludedRows("lines", lines, Finding("fold.only-planes")))
-            self.use &= self.table.is_plane
-        if not self.use.any():
+            self.is_used &= self.table.is_plane
+        if not self.is_used.any():
             raise self._error(Finding("orientation.no-planes"), "element")
 
     def select_kind(self, requested_kind: str | None) -> None:
@@ -283,29 +287,31 @@ class _Selection:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
         name = requested_kind or DEFAULT_KIND
         present_kinds = Counter(
-            kind for kind, is_used in zip(kinds, self.use, strict=True) if is_used
+            kind for kind, is_used in zip(kinds, self.is_used, strict=True) if is_used
         )
-        if not any(_has_equal_names(kind, name) for kind in present_kinds):
+        if not any(_are_equal_names(kind, name) for kind in present_kinds):
             listed_kinds = [kind or "(empty)" for kind in present_kinds]
             raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed_kinds), "kind")
         for i, kind in enumerate(kinds):
-            self.use[i] &= _has_equal_names(kind, name)
+            self.is_used[i] &= _are_equal_names(kind, name)
         for kind, n in present_kinds.items():
-            if not _has_equal_names(kind, name):
+            if not _are_equal_names(kind, name):
                 kind_name = kind or "no kind"
                 self.left_out.append(
                     ExcludedRows(kind_name, n, Finding("fold.only-kind", kind=name))
                 )
 
     def axis(
-        self, waviness_deg: float | None, turn: Callable[[FloatArray], FloatArray] | None = None
+        self, waviness_deg: float | None, rotate: Callable[[FloatArray], FloatArray] | None = None
     ) -> FoldAxis:
         selected_rotation_errors = (
-            None if self.table.rotation_errors is None else self.table.rotation_errors.of(self.use)
+            None
+            if self.table.rotation_errors is None
+            else self.table.rotation_errors.of(self.is_used)
         )
-        azimuth, dip = self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use]
-        if turn is not None:
-            azimuth, dip, _ = normals_to_planes(turn(planes_to_normals(azimuth, dip)))
+        azimuth, dip = self.table.dip_direction_deg[self.is_used], self.table.dip_deg[self.is_used]
+        if rotate is not None:
+            azimuth, dip, _ = normals_to_planes(rotate(planes_to_normals(azimuth, dip)))
             selected_rotation_errors = None
         return fold_axis(
             azimuth,
@@ -313,7 +319,7 @@ class _Selection:
             selected_rotation_errors,
             self.table.bowed_deg,
             waviness_deg,
-            [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
+            [str(id_) for id_ in np.asarray(self.table.ids)[self.is_used]],
             self._overturned(),
         )
 
@@ -322,7 +328,7 @@ class _Selection:
         flags = self.table.overturned
         if flags is None:
             return None
-        return np.array([flag is True for flag in flags])[self.use]
+        return np.array([flag is True for flag in flags])[self.is_used]
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
         """Return the common axis of sets, each represented by its mean with equal weight."""
@@ -331,14 +337,14 @@ class _Selection:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
             raise self._error(finding, "--sets")
         present_sets = Counter(
-            name for name, is_used in zip(names_by_row, self.use, strict=True) if is_used
+            name for name, is_used in zip(names_by_row, self.is_used, strict=True) if is_used
         )
         attitudes: dict[str, tuple[FloatArray, FloatArray]] = {}
         rotation_errors: dict[str, RotationErrors] = {}
         is_used = np.zeros(len(self.table), dtype=bool)
         for name in names:
-            members = self.use & np.array(
-                [_has_equal_names(row_name, name) for row_name in names_by_row], dtype=bool
+            members = self.is_used & np.array(
+                [_are_equal_names(row_name, name) for row_name in names_by_row], dtype=bool
             )
             if not members.any():
                 listed_sets = [present_set or "(empty)" for present_set in present_sets]
@@ -351,17 +357,17 @@ class _Selection:
                 rotation_errors[name] = self.table.rotation_errors.of(members)
             is_used |= members
         for name, n in present_sets.items():
-            if not any(_has_equal_names(name, requested_name) for requested_name in names):
+            if not any(_are_equal_names(name, requested_name) for requested_name in names):
                 set_name_text = name or "no set"
                 self.left_out.append(
                     ExcludedRows(set_name_text, n, Finding("fold.only-named-sets"))
                 )
-        self.use = is_used
+        self.is_used = is_used
         return common_axis(attitudes, rotation_errors or None)
 
     def _error(self, finding: Finding, field: str) -> UsageError:
         return UsageError(finding, file=self.table.path, field=field)
 
 
-def _has_equal_names(first_name: str, second_name: str) -> bool:
+def _are_equal_names(first_name: str, second_name: str) -> bool:
     return first_name.strip().casefold() == second_name.strip().casefold()

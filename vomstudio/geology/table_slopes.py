@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.progress import Progress, ResumedProgress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
@@ -36,12 +36,12 @@ MAX_DRAWN_PLANES = 1_500_000
 MAX_DRAWN_PAIRS = 30_000_000
 """Maximum number of drawn intersections, which limits the number of draws."""
 MIN_DRAWS = 4
-PLANES_PER_PORTION = 65_536
+PLANES_PER_BLOCK = 65_536
 """Number of drawn planes kept in memory at a time."""
 
 
 @dataclass(frozen=True)
-class Mode:
+class FailureMode:
     """Figures of a failure mode.
 
     Attributes
@@ -64,14 +64,14 @@ class Mode:
 
 
 @dataclass(frozen=True)
-class PlanesMode(Mode):
+class PlaneFailureMode(FailureMode):
     """Failure mode of individual planes, with the ids of the critical planes."""
 
     ids: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class PairsMode(Mode):
+class PairFailureMode(FailureMode):
     """Failure mode of the intersections of pairs of planes.
 
     `of` excludes `parallel` pairs, which do not intersect, and pairs of the `same_set`, whose
@@ -83,10 +83,10 @@ class PairsMode(Mode):
 
 
 @dataclass(frozen=True)
-class TopplingMode(PairsMode):
+class TopplingMode(PairFailureMode):
     """Direct toppling: `bases` are the possible base planes, `secondary` is oblique toppling."""
 
-    bases: PlanesMode
+    bases: PlaneFailureMode
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,9 @@ class TableSlope(PrintableResult):
     friction_deg: float
     lateral_deg: float
     limits: str
-    planar: PlanesMode
-    wedge: PairsMode
-    flexural_toppling: PlanesMode
+    planar: PlaneFailureMode
+    wedge: PairFailureMode
+    flexural_toppling: PlaneFailureMode
     direct_toppling: TopplingMode
     with_error: int
     draws: tuple[int, int] | None
@@ -151,7 +151,7 @@ def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
     except InputError as error:
-        raise UsageError(cause_of(error), field="--face") from error
+        raise UsageError(cause_finding(error), field="--face") from error
     return SlopeFace(plane, options)
 
 
@@ -181,9 +181,9 @@ def table_slope(
     n_pairs = count_pairs_between_sets(len(rows), sets)
     progress.stage(tr("Intersecting pairs of planes"), n_pairs)
     pairs = count_pairs(face, normals[None], progress, sets)
-    expected_counts = _expected(face, planes, sets, progress)
+    expected_counts = _estimate_expected_shares(face, planes, sets, progress)
     plane_modes = [
-        PlanesMode(
+        PlaneFailureMode(
             int(zone.critical.sum()),
             len(rows),
             float(zone.critical.mean()),
@@ -208,7 +208,7 @@ def table_slope(
         lateral_deg=float(face.options.lateral_deg),
         limits=face.options.limits,
         planar=planar,
-        wedge=PairsMode(
+        wedge=PairFailureMode(
             wedge,
             of,
             _critical_share(wedge, of),
@@ -234,7 +234,7 @@ def table_slope(
         dropped_lines=tuple(table.dropped),
         warnings=(
             *table.warnings,
-            *_messages(face, len(rows), len(table), n_known, of, parallel, same_set),
+            *_result_findings(face, len(rows), len(table), n_known, of, parallel, same_set),
         ),
     )
 
@@ -295,15 +295,15 @@ def list_critical_planes(
         "flexural_toppling": slope.flexural_toppling.ids,
         "bases": slope.direct_toppling.bases.ids,
     }
-    critical_rows = {
+    critical_planes = {
         mode: tuple(CriticalPlane(id_) for id_ in ids) for mode, ids in planes_by_mode.items()
     }
     for mode, counts in (("wedge", members.wedge), ("direct_toppling", members.toppling)):
         order = np.argsort(-counts, kind="stable")
-        critical_rows[mode] = tuple(
+        critical_planes[mode] = tuple(
             CriticalPlane(table.ids[rows[i]], int(counts[i])) for i in order if counts[i]
         )
-    return critical_rows
+    return critical_planes
 
 
 def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zones]:
@@ -320,7 +320,7 @@ def _critical_share(critical_count: int, total_count: int) -> float | None:
 
 
 @dataclass(frozen=True)
-class _Expected:
+class _ExpectedShares:
     """Expected shares of the three zones of planes, and of wedges and direct toppling."""
 
     planes: tuple[float | None, float | None, float | None] = (None, None, None)
@@ -328,44 +328,44 @@ class _Expected:
     draw_counts: tuple[int, int] | None = None
 
 
-def _expected(
+def _estimate_expected_shares(
     face: SlopeFace,
     planes: TiltedPlanes,
     sets: IntArray | None,
     progress: Progress,
-) -> _Expected:
+) -> _ExpectedShares:
     """Estimate probabilities from random draws of the planes within their errors (fixed seed).
 
     Smaller tables are drawn more often. Planes without a known error do not vary.
     """
     if not planes.has_known_error.any():
-        return _Expected()
+        return _ExpectedShares()
     n = len(planes.normals)
     draw_count = _n_draws(MAX_DRAWN_PLANES, n)
     generator = np.random.default_rng(SEED)
     critical_counts = np.zeros(3)
     progress.stage(tr("Estimating probabilities of planes"), draw_count)
-    for done_count, portion in _split_draws(draw_count, n):
+    for done_count, block_size in _split_draws(draw_count, n):
         progress.step(done_count)
-        normals = to_face_frame(face, planes.draw(portion, generator))
+        normals = to_face_frame(face, planes.draw(block_size, generator))
         critical_counts += [zone.critical.sum() for zone in _plane_zones(face, normals)]
-    a, b, c = (critical_counts / (draw_count * n)).tolist()
+    planar, flexural, base = (critical_counts / (draw_count * n)).tolist()
     if n < 2:
-        return _Expected((a, b, c), draw_counts=(draw_count, 0))
+        return _ExpectedShares((planar, flexural, base), draw_counts=(draw_count, 0))
     pairs = count_pairs_between_sets(n, sets)
     if not pairs:
-        return _Expected((a, b, c), draw_counts=(draw_count, 0))
+        return _ExpectedShares((planar, flexural, base), draw_counts=(draw_count, 0))
     pair_draws = _n_draws(MAX_DRAWN_PAIRS, pairs)
     n_expected = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
-    for done_count, portion in _split_draws(pair_draws, n):
-        normals = to_face_frame(face, planes.draw(portion, generator))
+    for done_count, block_size in _split_draws(pair_draws, n):
+        normals = to_face_frame(face, planes.draw(block_size, generator))
         counts = count_pairs(face, normals, ResumedProgress(progress, done_count * pairs), sets)
         n_expected += int(counts.of.sum())
         wedge += int(counts.wedge.sum())
         topple += int(counts.toppling.sum())
-    return _Expected(
-        (a, b, c),
+    return _ExpectedShares(
+        (planar, flexural, base),
         (_critical_share(wedge, n_expected), _critical_share(topple, n_expected)),
         (draw_count, pair_draws),
     )
@@ -377,13 +377,13 @@ def _n_draws(max_draws: int, count: int) -> int:
 
 def _split_draws(draw_count: int, n: int) -> list[tuple[int, int]]:
     """Return the number of draws before each block, and the number within it."""
-    max_draws = max(1, PLANES_PER_PORTION // n)
+    max_draws = max(1, PLANES_PER_BLOCK // n)
     return [
         (start, min(max_draws, draw_count - start)) for start in range(0, draw_count, max_draws)
     ]
 
 
-def _messages(
+def _result_findings(
     face: SlopeFace,
     n: int,
     rows: int,
@@ -400,7 +400,7 @@ def _messages(
         )
     if rows > n:
         findings.append(Finding("sets.lines-left-out", count=rows - n))
-    if not face.slides:
+    if not face.can_slide:
         findings.append(
             Finding(
                 "slope.gentle-face",

@@ -45,11 +45,11 @@ class TiltedPlanes:
     @property
     def has_known_error(self) -> BoolArray:
         """Whether any error of each plane (n,) is known."""
-        has_own_error = np.asarray(self.axes.any(axis=(1, 2)))
+        has_individual_error = np.asarray(self.axes.any(axis=(1, 2)))
         return (
-            has_own_error
+            has_individual_error
             if self.rotation_errors is None
-            else has_own_error | (self.rotation_errors.group >= 0)
+            else has_individual_error | (self.rotation_errors.group >= 0)
         )
 
     def draw(self, count: int, generator: np.random.Generator) -> FloatArray:
@@ -60,9 +60,11 @@ class TiltedPlanes:
         )
         if self.rotation_errors is not None and self.rotation_errors.has_known_errors:
             group = self.rotation_errors.group
-            halves = np.array([_root(covariance) for covariance in self.rotation_errors.rotations])
-            gauss = generator.standard_normal((count, len(halves), 3))
-            rotations = np.einsum("gij,kgj->kgi", halves, gauss)
+            covariance_roots = np.array(
+                [_covariance_root(covariance) for covariance in self.rotation_errors.rotations]
+            )
+            normal_draws = generator.standard_normal((count, len(covariance_roots), 3))
+            rotations = np.einsum("gij,kgj->kgi", covariance_roots, normal_draws)
             rotated_normals = np.cross(rotations[:, np.maximum(group, 0)], self.normals)
             displacement += np.where((group >= 0)[:, None], rotated_normals, 0.0)
         angle = np.linalg.norm(displacement, axis=-1, keepdims=True)
@@ -126,7 +128,7 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
     `excluded_deg` (n,) are 95 % half-angles that are removed from the total error.
     """
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
-    major_rad, minor_rad, total_deg, rake = (
+    major_deg, minor_deg, total_deg, rake = (
         column_numbers(table, rows, name)
         for name in (
             "max_confidence95_deg",
@@ -135,27 +137,31 @@ def _axes(table: OrientationRows, rows: IntArray, excluded_deg: FloatArray) -> F
             "error_rake_deg",
         )
     )
-    long_axes, cross_axes = (
+    dip_errors_deg, direction_errors_deg = (
         column_numbers(table, rows, name) for name in ("dip_error_deg", "dip_direction_error_deg")
     )
     # An error of the dip direction tilts the plane along its strike by the sine of the dip.
-    cross_axes = cross_axes * np.sin(np.radians(dip))
-    has_split_errors = ~np.isfinite(major_rad) & ~np.isfinite(total_deg) & np.isfinite(long_axes)
-    major_rad = np.where(has_split_errors, long_axes, major_rad)
-    minor_rad = np.where(
-        has_split_errors,
-        np.where(np.isfinite(cross_axes), cross_axes, long_axes),
-        minor_rad,
+    direction_errors_deg = direction_errors_deg * np.sin(np.radians(dip))
+    has_split_errors = (
+        ~np.isfinite(major_deg) & ~np.isfinite(total_deg) & np.isfinite(dip_errors_deg)
     )
-    minor_rad = np.where(np.isfinite(rake) | has_split_errors, minor_rad, major_rad)
+    major_deg = np.where(has_split_errors, dip_errors_deg, major_deg)
+    minor_deg = np.where(
+        has_split_errors,
+        np.where(np.isfinite(direction_errors_deg), direction_errors_deg, dip_errors_deg),
+        minor_deg,
+    )
+    minor_deg = np.where(np.isfinite(rake) | has_split_errors, minor_deg, major_deg)
     rake = np.where(has_split_errors, 90.0, rake)
-    error_axis_angles = np.nan_to_num(major_rad)
-    narrow = np.where(np.isfinite(minor_rad), minor_rad, error_axis_angles)
-    semi = np.stack(
-        enlarged_semi_axes(error_axis_angles, narrow, np.nan_to_num(total_deg), excluded_deg),
+    known_major_deg = np.nan_to_num(major_deg)
+    known_minor_deg = np.where(np.isfinite(minor_deg), minor_deg, known_major_deg)
+    semi_axes_deg = np.stack(
+        enlarged_semi_axes(
+            known_major_deg, known_minor_deg, np.nan_to_num(total_deg), excluded_deg
+        ),
         axis=-1,
     )
-    sigma = np.radians(np.minimum(semi, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
+    sigma = np.radians(np.minimum(semi_axes_deg, MAX_SEMI_AXIS_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 
 
@@ -201,7 +207,7 @@ def _number(cell: str) -> float:
     return value if 0.0 <= value <= 180.0 else math.nan
 
 
-def _root(covariance: FloatArray) -> FloatArray:
+def _covariance_root(covariance: FloatArray) -> FloatArray:
     """Return a matrix whose product with its transpose is the covariance."""
     values, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(values, 0.0)))

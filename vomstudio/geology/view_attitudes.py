@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 
 # Minimum horizontal component of a view for its azimuth to be defined.
-MIN_HORIZONTAL = 1e-9
+MIN_HORIZONTAL_LENGTH = 1e-9
 
 
 def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
@@ -81,7 +81,7 @@ def view_angles(rotations: npt.ArrayLike) -> FloatArray:
     """
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
     horizontal_lengths = np.hypot(forward[:, 0], forward[:, 1])
-    is_steep = horizontal_lengths < MIN_HORIZONTAL
+    is_steep = horizontal_lengths < MIN_HORIZONTAL_LENGTH
     # The top of the photo is forward for downward views, and backward for upward views.
     forward_direction = np.where(
         is_steep[:, None], np.where(forward[:, 2:] < 0, -down[:, :2], down[:, :2]), forward[:, :2]
@@ -119,8 +119,8 @@ def nadir_to_view_angles(angles: npt.ArrayLike) -> FloatArray:
     )
     forward, right, down = np.moveaxis(view_rotations.as_matrix(), 2, 0)
     cameras = np.stack([right, -forward, down], axis=2)
-    to_world = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    return view_angles(to_world @ cameras)
+    world_axes = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    return view_angles(world_axes @ cameras)
 
 
 def rotations_from_vertical(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:

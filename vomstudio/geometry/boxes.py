@@ -27,7 +27,7 @@ class ClipBox(Result):
     high: tuple[float, float, float]
 
     @classmethod
-    def around(cls, points: FloatArray) -> ClipBox:
+    def from_points(cls, points: FloatArray) -> ClipBox:
         """Return the box of World points (n, 3)."""
         low, high = points.min(axis=0), points.max(axis=0)
         is_flat = high - low < 1e-3
@@ -67,12 +67,12 @@ class ClipBox(Result):
             low[axis] = min(value, high[axis] - min_thickness)
         return ClipBox(_triple(np.array(low)), _triple(np.array(high)))
 
-    def meets_box(self, other_box: ClipBox) -> bool:
+    def intersects_box(self, other_box: ClipBox) -> bool:
         """Return whether the boxes have a point in common."""
-        own_corners, other_corners = (self.low, self.high), (other_box.low, other_box.high)
+        limits, other_limits = (self.low, self.high), (other_box.low, other_box.high)
         return bool(
-            (np.array(own_corners[0]) <= other_corners[1]).all()
-            and (np.array(other_corners[0]) <= own_corners[1]).all()
+            (np.array(limits[0]) <= other_limits[1]).all()
+            and (np.array(other_limits[0]) <= limits[1]).all()
         )
 
     def contains(self, points: FloatArray) -> BoolArray:
@@ -80,12 +80,12 @@ class ClipBox(Result):
         points = np.asarray(points, float).reshape(-1, 3)
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))
 
-    def meets_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
+    def intersects_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
         """Return whether balls in World, (n, 3) and (n,), are partly inside."""
         offset = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
         return np.asarray(np.einsum("ij,ij->i", offset, offset) <= radii * radii)
 
-    def stretch(
+    def ray_range(
         self, origin: FloatArray, direction: FloatArray, max_distance: float = 0.0
     ) -> tuple[float, float] | None:
         """Return the range of a World ray inside the box, or None if the ray misses the box.
@@ -94,8 +94,8 @@ class ClipBox(Result):
         """
         low, high = np.array([self.low]) - max_distance, np.array([self.high]) + max_distance
         entry, exit_ = box_range(low, high, origin, direction)
-        first_distance, last_distance = max(float(entry[0]), 0.0), float(exit_[0])
-        return (first_distance, last_distance) if last_distance >= first_distance else None
+        entry_distance, exit_distance = max(float(entry[0]), 0.0), float(exit_[0])
+        return (entry_distance, exit_distance) if exit_distance >= entry_distance else None
 
 
 def _triple(values: FloatArray) -> tuple[float, float, float]:

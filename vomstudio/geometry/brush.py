@@ -16,21 +16,21 @@ from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray, I
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import position_keys, weld_points
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
+from vomstudio.geometry.outlines.surface_area import area_inside, clip_to_outline
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
 
 # Random points on a surface are connected if each point has about 4.5 others within the linking
 # distance (continuum percolation). A distance of 1.8 mean spacings contains 10 points and includes
 # the diagonal neighbours in a grid.
-LINK_SPACINGS = 1.8
+MAX_LINK_SPACINGS = 1.8
 N_NEIGHBOURS = 16
 BLOCK_SIZE = 1_000_000
 # Some faces of a model, such as those that close holes, are far longer than the others.
 LONG_FACE_RATIO = 8.0
 
 
-class PaintSurface(Surface, Protocol):
+class SelectableSurface(Surface, Protocol):
     """Surface whose faces or points can be selected, in the model's file frame."""
 
     @property
@@ -44,7 +44,7 @@ class PaintSurface(Surface, Protocol):
     def extent(self) -> float:
         """Diagonal of the bounding box."""
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
+    def connected_ids_in_ball(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         """Return sorted ids of the faces (by centroid) or points in a ball connected to `index`.
 
         The connecting path must not leave the ball. `index` itself is always included.
@@ -53,7 +53,7 @@ class PaintSurface(Surface, Protocol):
     def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         """Return the points (k, 3) of a selection and their areas, or None for equal areas."""
 
-    def area_of(self, ids: IntArray) -> float | None: ...
+    def selected_area(self, ids: IntArray) -> float | None: ...
 
     def corners(self, ids: IntArray) -> FloatArray:
         """Return the vertices (k, 3, 3) of faces, or the points (k, 3) of a cloud."""
@@ -67,13 +67,13 @@ class PaintSurface(Surface, Protocol):
         See `outlines.surface_area.area_inside`.
         """
 
-    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
+    def clip_to_outline(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the triangles (k, 3, 3) inside a ring.
 
         Returns None for points, and if the ring is invalid.
         """
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
+    def local_normal(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         """Return the unit normal (3,) of the surface in a ball; its sign is arbitrary.
 
         Returns None if the normal is unknown.
@@ -88,9 +88,9 @@ class MeshSurface(VertexSurface):
     def __init__(self, mesh: Mesh) -> None:
         super().__init__(mesh.vertices, lambda: mesh.undivided.vertices)
         self._mesh = mesh
-        self._faces_of: tuple[Int32Array, IntegerArray] | None = None
+        self._faces_by_vertex: tuple[Int32Array, IntegerArray] | None = None
         # Position of each vertex among the vertices being examined, -1 for all other vertices.
-        self._place: Int32Array | None = None
+        self._local_index: Int32Array | None = None
         self._lengths: tuple[float, IntArray] | None = None
 
     @property
@@ -107,45 +107,49 @@ class MeshSurface(VertexSurface):
         shape = (len(faces), len(self._vertices))
         # Compressing by column is a counting sort, which runs in C and releases the GIL.
         columns = csr_array((np.ones(faces.size, np.bool_), faces.ravel(), starts), shape).tocsc()
-        self._faces_of = (columns.indices, columns.indptr)
+        self._faces_by_vertex = (columns.indices, columns.indptr)
         self._long_faces()
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
+    def connected_ids_in_ball(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         centre = np.asarray(centre, dtype=np.float64)
-        positions = self._places()
+        local_indices = self._local_indices()
         hit_corners = self.corners(np.array([index]))[0]
-        longest_value = float(
+        longest_edge = float(
             np.linalg.norm(hit_corners - np.roll(hit_corners, 1, axis=0), axis=1).max()
         )
-        vertices = _join(
-            self._ids_in_ball(centre, radius + longest_value), self._vertices_at(hit_corners)
+        vertices = _union_ids(
+            self._ids_in_ball(centre, radius + longest_edge), self._vertices_at(hit_corners)
         )
-        positions[vertices] = np.arange(len(vertices), dtype=np.int32)
+        local_indices[vertices] = np.arange(len(vertices), dtype=np.int32)
         try:
-            inner_faces = self._inside(self._faces_at(vertices), index, centre, radius)
+            inner_faces = self._select_in_ball(self._faces_at(vertices), index, centre, radius)
             while True:
                 corners = self._mesh.faces[inner_faces]
                 # Faces much longer than the hit face extend beyond the vertices found so far.
-                missing_vertices = _unique_ids(corners[positions[corners] < 0])
+                missing_vertices = _unique_ids(corners[local_indices[corners] < 0])
                 if not len(missing_vertices):
                     break
                 new_vertices = self._vertices_at(self._vertices[missing_vertices])
-                new_vertices = new_vertices[positions[new_vertices] < 0]
-                positions[new_vertices] = np.arange(
+                new_vertices = new_vertices[local_indices[new_vertices] < 0]
+                local_indices[new_vertices] = np.arange(
                     len(vertices), len(vertices) + len(new_vertices), dtype=np.int32
                 )
                 vertices = np.concatenate([vertices, new_vertices])
-                new_faces = self._inside(self._faces_at(new_vertices), index, centre, radius)
-                inner_faces = _join(inner_faces, new_faces)
-            nodes = weld_points(self._vertices[vertices])[positions[self._mesh.faces[inner_faces]]]
+                new_faces = self._select_in_ball(
+                    self._faces_at(new_vertices), index, centre, radius
+                )
+                inner_faces = _union_ids(inner_faces, new_faces)
+            nodes = weld_points(self._vertices[vertices])[
+                local_indices[self._mesh.faces[inner_faces]]
+            ]
         finally:
-            positions[vertices] = -1
-        return inner_faces[_is_reached(nodes, int(np.searchsorted(inner_faces, index)))]
+            local_indices[vertices] = -1
+        return inner_faces[_is_connected_face(nodes, int(np.searchsorted(inner_faces, index)))]
 
     def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return face_points(self._mesh, ids)
 
-    def area_of(self, ids: IntArray) -> float | None:
+    def selected_area(self, ids: IntArray) -> float | None:
         return float(face_areas(self._mesh, ids).sum())
 
     def corners(self, ids: IntArray) -> FloatArray:
@@ -168,7 +172,7 @@ class MeshSurface(VertexSurface):
         edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
         return np.asarray(edges[border_sides])
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
+    def local_normal(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         a, b, c = self.corners(np.array([index]))[0]
         face_normal = np.cross(b - a, c - a)
         size = float(np.linalg.norm(face_normal))
@@ -178,24 +182,24 @@ class MeshSurface(VertexSurface):
         return face_normal / size if size > 0.0 else None
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
-        faces_around = self._vertices_around(ring)
-        return None if faces_around is None else area_inside(faces_around, ring)
+        nearby_corners = self._nearby_face_corners(ring)
+        return None if nearby_corners is None else area_inside(nearby_corners, ring)
 
-    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
-        faces_around = self._vertices_around(ring)
-        return None if faces_around is None else part_inside(faces_around, ring)
+    def clip_to_outline(self, ring: npt.ArrayLike) -> FloatArray | None:
+        nearby_corners = self._nearby_face_corners(ring)
+        return None if nearby_corners is None else clip_to_outline(nearby_corners, ring)
 
-    def _vertices_around(self, ring: npt.ArrayLike) -> FloatArray | None:
+    def _nearby_face_corners(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the vertices of all faces that an outline may enclose."""
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
             return None
         centre = xyz.mean(axis=0)
         radius = float(np.linalg.norm(xyz - centre, axis=1).max())
-        short_face_tree, long_faces = self._long_faces()
+        max_edge_length, long_faces = self._long_faces()
         # A face that intersects the ball has a vertex within its length of it.
-        near_faces = self._faces_at(self._ids_in_ball(centre, radius + short_face_tree))
-        return self.corners(_join(near_faces, long_faces))
+        near_faces = self._faces_at(self._ids_in_ball(centre, radius + max_edge_length))
+        return self.corners(_union_ids(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
         """Return the maximum edge length of usual faces, and the sorted ids of longer faces."""
@@ -207,16 +211,16 @@ class MeshSurface(VertexSurface):
                 longest_edges[start : start + BLOCK_SIZE] = np.sqrt(
                     (edges**2).sum(axis=2).max(axis=1)
                 )
-            median = (
+            max_length = (
                 LONG_FACE_RATIO * float(np.median(longest_edges)) if len(longest_edges) else 0.0
             )
-            self._lengths = median, np.flatnonzero(longest_edges > median)
+            self._lengths = max_length, np.flatnonzero(longest_edges > max_length)
         return self._lengths
 
-    def _places(self) -> Int32Array:
-        if self._place is None:
-            self._place = np.full(len(self._vertices), -1, np.int32)
-        return self._place
+    def _local_indices(self) -> Int32Array:
+        if self._local_index is None:
+            self._local_index = np.full(len(self._vertices), -1, np.int32)
+        return self._local_index
 
     def _vertices_at(self, points: FloatArray) -> IntArray:
         """Return the ids of all vertices that coincide with points (k, 3)."""
@@ -235,8 +239,8 @@ class MeshSurface(VertexSurface):
 
     def _faces_at(self, vertices: IntArray) -> IntArray:
         """Return the sorted ids of the faces that have any of these vertices."""
-        if self._faces_of is not None:
-            faces, starts = self._faces_of
+        if self._faces_by_vertex is not None:
+            faces, starts = self._faces_by_vertex
             first_rows = starts[vertices].astype(np.int64)
             size = starts[vertices + 1] - first_rows
             shift = np.repeat(first_rows - (np.cumsum(size) - size), size)
@@ -249,7 +253,9 @@ class MeshSurface(VertexSurface):
             face_blocks.append(start + np.flatnonzero(is_marked[a] | is_marked[b] | is_marked[c]))
         return np.concatenate(face_blocks)
 
-    def _inside(self, faces: IntArray, index: int, centre: FloatArray, radius: float) -> IntArray:
+    def _select_in_ball(
+        self, faces: IntArray, index: int, centre: FloatArray, radius: float
+    ) -> IntArray:
         offsets = self.corners(faces).mean(axis=1) - centre
         is_inside = np.einsum("ij,ij->i", offsets, offsets) <= radius**2
         return np.asarray(faces[is_inside | (faces == index)])
@@ -271,27 +277,29 @@ class CloudSurface(VertexSurface):
         super().build()
         import scipy.sparse.csgraph  # noqa: F401 - as above
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
+    def connected_ids_in_ball(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         from scipy.spatial import cKDTree
 
         ids = np.sort(self._ids_in_ball(np.asarray(centre, dtype=np.float64), radius))
-        ids = _join(ids, np.array([index]))
+        ids = _union_ids(ids, np.array([index]))
         points = self.corners(ids)
         start = int(np.searchsorted(ids, index))
         tree = cKDTree(points, compact_nodes=False, balanced_tree=False)
         count = min(N_NEIGHBOURS + 1, len(ids))
-        farthest_value = float(np.max(tree.query(points[start], k=count)[0]))
-        if farthest_value <= 0.0:
+        max_neighbour_distance = float(np.max(tree.query(points[start], k=count)[0]))
+        if max_neighbour_distance <= 0.0:
             return ids
         # Mean spacing on a surface with this number of points within this distance.
-        max_distance = LINK_SPACINGS * farthest_value * float(np.sqrt(np.pi / max(count - 1, 1)))
+        max_distance = (
+            MAX_LINK_SPACINGS * max_neighbour_distance * float(np.sqrt(np.pi / max(count - 1, 1)))
+        )
         pairs = tree.query_pairs(max_distance, output_type="ndarray")
-        return ids[_are_linked(pairs, len(ids), start)]
+        return ids[_is_connected_point(pairs, len(ids), start)]
 
     def weighted_points(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return self.corners(ids), None
 
-    def area_of(self, ids: IntArray) -> float | None:
+    def selected_area(self, ids: IntArray) -> float | None:
         return None
 
     def corners(self, ids: IntArray) -> FloatArray:
@@ -303,14 +311,14 @@ class CloudSurface(VertexSurface):
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
         return None
 
-    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
+    def clip_to_outline(self, ring: npt.ArrayLike) -> FloatArray | None:
         return None
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
+    def local_normal(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         return self._normal(np.asarray(centre, dtype=np.float64), radius)
 
 
-def _join(a: IntArray, b: IntArray) -> IntArray:
+def _union_ids(a: IntArray, b: IntArray) -> IntArray:
     return _unique_ids(np.concatenate([a, b]))
 
 
@@ -322,7 +330,7 @@ def _unique_ids(ids: IntegerArray) -> IntArray:
     return ids[is_first].astype(np.int64)
 
 
-def _is_reached(nodes: IntArray, start: int) -> BoolArray:
+def _is_connected_face(nodes: IntArray, start: int) -> BoolArray:
     """Return a mask of the faces (k, 3) of nodes that are connected to the face `start`."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -336,7 +344,7 @@ def _is_reached(nodes: IntArray, start: int) -> BoolArray:
     return np.asarray(label == label[start])
 
 
-def _are_linked(pairs: IntArray, count: int, start: int) -> BoolArray:
+def _is_connected_point(pairs: IntArray, count: int, start: int) -> BoolArray:
     """Return a mask of the points, among `count` points, connected to the point `start`."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

@@ -17,7 +17,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
-MODELS: dict[str, tuple[str, ...]] = {
+CAMERA_MODELS: dict[str, tuple[str, ...]] = {
     "SIMPLE_PINHOLE": ("f", "cx", "cy"),
     "PINHOLE": ("fx", "fy", "cx", "cy"),
     "SIMPLE_RADIAL": ("f", "cx", "cy", "k1"),
@@ -57,10 +57,10 @@ class Intrinsics:
     params: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        names = MODELS.get(self.model)
+        names = CAMERA_MODELS.get(self.model)
         if names is None:
             raise GeometryError(
-                Finding("lens.unknown-model", model=self.model, models=tuple(MODELS))
+                Finding("lens.unknown-model", model=self.model, models=tuple(CAMERA_MODELS))
             )
         if len(names) != len(self.params):
             raise GeometryError(
@@ -78,7 +78,7 @@ class Intrinsics:
 
     @cached_property
     def _named_parameters(self) -> dict[str, float]:
-        return dict(zip(MODELS[self.model], self.params, strict=True))
+        return dict(zip(CAMERA_MODELS[self.model], self.params, strict=True))
 
     @property
     def focal(self) -> tuple[float, float]:
@@ -102,7 +102,7 @@ class Intrinsics:
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
     @property
-    def distorts(self) -> bool:
+    def has_distortion(self) -> bool:
         parameters = self._named_parameters
         return self.model == "OPENCV_FISHEYE" or any(
             value != 0.0 for name, value in parameters.items() if name[0] in "kp"
@@ -118,9 +118,11 @@ class Intrinsics:
         with np.errstate(divide="ignore", invalid="ignore"):
             normalized_points = np.where(xyz[:, 2:] > 0, xyz[:, :2] / xyz[:, 2:], np.nan)
             normalized_points = np.where(
-                np.hypot(*normalized_points.T)[:, None] <= self._edge, normalized_points, np.nan
+                np.hypot(*normalized_points.T)[:, None] <= self._max_ideal_radius,
+                normalized_points,
+                np.nan,
             )
-            distorted_points = self._bend(normalized_points)
+            distorted_points = self._distort(normalized_points)
         return distorted_points * self.focal + self.centre
 
     def rays(self, pixels: npt.ArrayLike) -> FloatArray:
@@ -129,7 +131,7 @@ class Intrinsics:
         Directions are NaN outside the range of the lens.
         """
         normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
-        undistorted_points = self._straighten(normalized) if self.distorts else normalized
+        undistorted_points = self._undistort(normalized) if self.has_distortion else normalized
         return np.column_stack([undistorted_points, np.ones(len(undistorted_points))])
 
     def scaled(self, width: int, height: int) -> Intrinsics:
@@ -142,20 +144,20 @@ class Intrinsics:
             parameters["fx"], parameters["fy"] = parameters["fx"] * sx, parameters["fy"] * sy
         parameters["cx"], parameters["cy"] = parameters["cx"] * sx, parameters["cy"] * sy
         return Intrinsics(
-            self.model, width, height, tuple(parameters[n] for n in MODELS[self.model])
+            self.model, width, height, tuple(parameters[n] for n in CAMERA_MODELS[self.model])
         )
 
     # ------------------------------------------------------------------------------------------
-    def _bend(self, normalized_points: FloatArray) -> FloatArray:
+    def _distort(self, normalized_points: FloatArray) -> FloatArray:
         """Convert ideal to distorted image coordinates (n, 2), in units of the focal length."""
         parameters = self._named_parameters
         r2 = (normalized_points**2).sum(1)
         if self.model == "OPENCV_FISHEYE":
             r = np.sqrt(r2)
             with np.errstate(divide="ignore", invalid="ignore"):
-                factor = np.where(r > 1e-12, self._radius(r) / r, 1.0)
+                factor = np.where(r > 1e-12, self._distorted_radius(r) / r, 1.0)
             return normalized_points * factor[:, None]
-        distorted_points = normalized_points * self._factor(r2)[:, None]
+        distorted_points = normalized_points * self._radial_factor(r2)[:, None]
         p1, p2 = parameters.get("p1", 0.0), parameters.get("p2", 0.0)
         if p1 or p2:
             x, y = normalized_points.T
@@ -164,60 +166,60 @@ class Intrinsics:
             )
         return distorted_points
 
-    def _factor(self, r2: FloatArray) -> FloatArray:
+    def _radial_factor(self, r2: FloatArray) -> FloatArray:
         get = self._named_parameters.get
         numerator = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
         denominator = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
         return numerator / denominator
 
-    def _radius(self, r: FloatArray) -> FloatArray:
+    def _distorted_radius(self, r: FloatArray) -> FloatArray:
         """Convert an ideal radius to the distorted radius."""
         if self.model != "OPENCV_FISHEYE":
-            return r * self._factor(r * r)
+            return r * self._radial_factor(r * r)
         parameters, angle = self._named_parameters, np.arctan(r)
         a2 = angle * angle
         k1, k2, k3, k4 = (parameters[n] for n in ("k1", "k2", "k3", "k4"))
         return angle * (1 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))
 
     @cached_property
-    def _edge(self) -> float:
+    def _max_ideal_radius(self) -> float:
         """Ideal radius up to which the distorted radius increases."""
-        if not self.distorts:
+        if not self.has_distortion:
             return np.inf
         r = np.linspace(0.0, MAX_RADIUS, 5701)
         with np.errstate(divide="ignore", invalid="ignore"):
-            real = self._radius(r)
-        falling_rows = np.flatnonzero(~(np.diff(real) > 0))
+            distorted_radii = self._distorted_radius(r)
+        falling_rows = np.flatnonzero(~(np.diff(distorted_radii) > 0))
         return float(r[falling_rows[0]]) if len(falling_rows) else np.inf
 
-    def _straighten(self, distorted_points: FloatArray) -> FloatArray:
-        """Invert `_bend` by Newton's method.
+    def _undistort(self, distorted_points: FloatArray) -> FloatArray:
+        """Invert `_distort` by Newton's method.
 
         The radius is solved first, then the tangential distortion.
         """
-        edge = min(self._edge, MAX_RADIUS)
-        r = np.linspace(0.0, edge, 2000)
-        real = self._radius(r)
+        max_radius = min(self._max_ideal_radius, MAX_RADIUS)
+        r = np.linspace(0.0, max_radius, 2000)
+        distorted_radii = self._distorted_radius(r)
         radii: FloatArray = np.hypot(distorted_points[:, 0], distorted_points[:, 1])
-        first_guess = np.interp(radii, real, r)
+        initial_radii = np.interp(radii, distorted_radii, r)
         with np.errstate(divide="ignore", invalid="ignore"):
             normalized_points = np.where(
                 radii[:, None] > 1e-12,
-                distorted_points / radii[:, None] * first_guess[:, None],
+                distorted_points / radii[:, None] * initial_radii[:, None],
                 distorted_points,
             )
         step = 1e-6
         for _ in range(12):
-            residuals = self._bend(normalized_points) - distorted_points
+            residuals = self._distort(normalized_points) - distorted_points
             if not np.nanmax(np.abs(residuals), initial=0.0) > 1e-14:
                 break
             dx = (
-                self._bend(normalized_points + [step, 0.0])
-                - self._bend(normalized_points - [step, 0.0])
+                self._distort(normalized_points + [step, 0.0])
+                - self._distort(normalized_points - [step, 0.0])
             ) / (2 * step)
             dy = (
-                self._bend(normalized_points + [0.0, step])
-                - self._bend(normalized_points - [0.0, step])
+                self._distort(normalized_points + [0.0, step])
+                - self._distort(normalized_points - [0.0, step])
             ) / (2 * step)
             with np.errstate(divide="ignore", invalid="ignore"):
                 det = dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]
@@ -228,7 +230,8 @@ class Intrinsics:
                     ]
                 )
         has_failed = (
-            np.abs(self._bend(normalized_points) - distorted_points).max(axis=1, initial=0.0) > 1e-8
+            np.abs(self._distort(normalized_points) - distorted_points).max(axis=1, initial=0.0)
+            > 1e-8
         )
         normalized_points = np.where(has_failed[:, None], np.nan, normalized_points)
         return normalized_points
@@ -292,10 +295,10 @@ class View:
 
         The similarity is x' = scale * rotation @ x + translation.
         """
-        turned_rotation = self.rotation @ rotation.T
+        new_rotation = self.rotation @ rotation.T
         return View(
             self.name,
             self.intrinsics,
-            turned_rotation,
-            scale * self.translation - turned_rotation @ np.asarray(translation),
+            new_rotation,
+            scale * self.translation - new_rotation @ np.asarray(translation),
         )

@@ -101,7 +101,7 @@ def check_near_model(point: Sequence[float], bounds: FloatArray) -> Finding | No
     return Finding("coordinate.far-from-model", times=distance / max(size, 1e-300))
 
 
-def check_on_earth(longitude_deg: float, latitude_deg: float) -> Finding | None:
+def check_longitude_latitude(longitude_deg: float, latitude_deg: float) -> Finding | None:
     """Return a finding if these are not a longitude and a latitude.
 
     Parameters

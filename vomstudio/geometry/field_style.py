@@ -11,11 +11,11 @@ from vomstudio.geometry.mesh import Mesh
 
 ELEVATION = "elevation"
 """Name of the field of World heights, which is available for every model."""
-PERCENTILES = (2.0, 98.0)
+DEFAULT_PERCENTILES = (2.0, 98.0)
 
-Kind = Literal["sequential", "diverging", "cyclic", "categories"]
+PaletteKind = Literal["sequential", "diverging", "cyclic", "categories"]
 
-PALETTES: dict[Kind, tuple[str, ...]] = {
+PALETTES: dict[PaletteKind, tuple[str, ...]] = {
     "sequential": ("viridis", "cividis", "magma", "gray"),
     "diverging": ("RdBu_r", "PuOr_r"),
     "cyclic": ("twilight", "hsv"),
@@ -40,7 +40,7 @@ class FieldStyle(Result):
     name: str
     low: float | None = None
     high: float | None = None
-    percentiles: tuple[float, float] = PERCENTILES
+    percentiles: tuple[float, float] = DEFAULT_PERCENTILES
     palette: str | None = None
 
     @classmethod
@@ -48,12 +48,12 @@ class FieldStyle(Result):
         """Read a style. Raises ValueError if it is invalid."""
         try:
             ends = [None if values[k] is None else float(values[k]) for k in ("low", "high")]
-            first_percentile, last_percentile = (float(v) for v in values["percentiles"])
+            low_percentile, high_percentile = (float(v) for v in values["percentiles"])
             palette = values["palette"]
             if palette is not None and palette not in sum(PALETTES.values(), ()):
                 raise ValueError(f"palette {palette!r}")
             return cls(
-                str(values["name"]), ends[0], ends[1], (first_percentile, last_percentile), palette
+                str(values["name"]), ends[0], ends[1], (low_percentile, high_percentile), palette
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"not the style of a field: {values!r}") from error

@@ -96,19 +96,19 @@ class Frame:
 
     def known_text(self) -> str:
         """Describe which of north, vertical, scale and position are known."""
-        component_text = (
+        components = (
             (tr("north"), self.has_north),
             (tr("vertical"), self.has_up),
             (tr("scale"), self.has_metres),
             (tr("position"), self.kind == "crs"),
         )
-        known_text = ", ".join(name for name, is_known in component_text if is_known)
-        lacking_text = ", ".join(name for name, is_known in component_text if not is_known)
-        if not lacking_text:
-            return tr("Known: {what}.", what=known_text)
-        if not known_text:
-            return tr("Not known: {what}.", what=lacking_text)
-        return tr("Known: {known}. Not known: {lacking}.", known=known_text, lacking=lacking_text)
+        known_names = ", ".join(name for name, is_known in components if is_known)
+        missing_names = ", ".join(name for name, is_known in components if not is_known)
+        if not missing_names:
+            return tr("Known: {what}.", what=known_names)
+        if not known_names:
+            return tr("Not known: {what}.", what=missing_names)
+        return tr("Known: {known}. Not known: {lacking}.", known=known_names, lacking=missing_names)
 
 
 @lru_cache(maxsize=64)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cameras import View
 
-SHARE_OF_SPACING = 0.35
-SHARE_OF_DISTANCE = 0.2
+MAX_SPACING_SHARE = 0.35
+MAX_DISTANCE_SHARE = 0.2
 N_EDGE_STEPS = 6
 
 
@@ -40,17 +40,17 @@ class Frustum:
 
     def transform(self, matrix: npt.ArrayLike, origin: npt.ArrayLike = (0, 0, 0)) -> Frustum:
         """Transform to another frame: apply matrix (4, 4) to `origin` plus positions."""
-        m, shift = np.asarray(matrix, np.float64), np.asarray(origin, np.float64)
+        rows, shift = np.asarray(matrix, np.float64), np.asarray(origin, np.float64)
 
         def move(points: FloatArray) -> FloatArray:
-            return np.asarray((points + shift) @ m[:3, :3].T + m[:3, 3])
+            return np.asarray((points + shift) @ rows[:3, :3].T + rows[:3, 3])
 
         return Frustum(
             self.name, move(self.tip), move(self.corners), move(self.outline), self.is_weak
         )
 
 
-def edge(width: int, height: int, steps: int) -> FloatArray:
+def edge_pixels(width: int, height: int, steps: int) -> FloatArray:
     """Return pixels around the edge of a photo, clockwise from the top left corner.
 
     Parameters
@@ -91,8 +91,8 @@ def frustum(view: View, depth: float) -> Frustum:
     Frustum
     """
     lens = view.intrinsics
-    steps = N_EDGE_STEPS if lens.distorts else 1
-    pixels = edge(lens.width, lens.height, steps)
+    steps = N_EDGE_STEPS if lens.has_distortion else 1
+    pixels = edge_pixels(lens.width, lens.height, steps)
     rays = lens.rays(pixels)
     pixel_rays = np.column_stack([(pixels - lens.centre) / lens.focal, np.ones(len(pixels))])
     rays = np.where(np.isfinite(rays), rays, pixel_rays)
@@ -119,7 +119,7 @@ def choose_frustum_size(centres: npt.ArrayLike, distance: float) -> float:
     float
     """
     positions = np.asarray(centres, np.float64).reshape(-1, 3)
-    max_size = SHARE_OF_DISTANCE * distance if distance > 0 else np.inf
+    max_size = MAX_DISTANCE_SHARE * distance if distance > 0 else np.inf
     spacing = np.inf
     if len(positions) > 1:
         from scipy.spatial import cKDTree
@@ -130,7 +130,7 @@ def choose_frustum_size(centres: npt.ArrayLike, distance: float) -> float:
             distances[:, 1] > 1e-6 * max(1.0, float(np.ptp(positions, axis=0).max()))
         ]
         if len(spacings):
-            spacing = SHARE_OF_SPACING * float(np.median(spacings))
+            spacing = MAX_SPACING_SHARE * float(np.median(spacings))
     size = min(max_size, max(spacing, 0.05 * max_size) if np.isfinite(max_size) else spacing)
     return float(size) if np.isfinite(size) else 1.0
 
@@ -156,7 +156,7 @@ def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
     return [frustum(view, size) for view in views]
 
 
-def frustum_at(
+def find_frustum_at_pixel(
     apexes: FloatArray, corners: FloatArray, x: float, y: float, max_distance_px: float
 ) -> int | None:
     """Find the camera at a pixel.

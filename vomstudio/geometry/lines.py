@@ -64,21 +64,23 @@ def fit_line(points: npt.ArrayLike) -> FittedLine:
     local_points = xyz - xyz[0]
     mean = local_points.mean(axis=0)
     local_points = local_points - mean
-    _, singular, axes = np.linalg.svd(local_points, full_matrices=False)
+    _, singular_values, axes = np.linalg.svd(local_points, full_matrices=False)
     rounding = MIN_EXTENT_ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(xyz).max())
-    if singular[0] <= rounding * np.sqrt(n):
+    if singular_values[0] <= rounding * np.sqrt(n):
         raise GeometryError(Finding("points.coincident"))
     direction = axes[0] if axes[0, 2] <= 0.0 else -axes[0]
     projections = local_points @ direction
-    residual_squares = float((singular[1:] ** 2).sum())
+    residual_squares = float((singular_values[1:] ** 2).sum())
     confidence = None
     if n > 2:
         dof = 2.0 * n - 4.0
         # joint_quantile is 2 F / dof, and s^2 = across / free.
-        tangent = (
-            float(joint_quantile(np.array([dof]))[0]) * residual_squares / float(singular[0] ** 2)
+        squared_tangent = (
+            float(joint_quantile(np.array([dof]))[0])
+            * residual_squares
+            / float(singular_values[0] ** 2)
         )
-        confidence = float(np.degrees(np.arctan(np.sqrt(tangent))))
+        confidence = float(np.degrees(np.arctan(np.sqrt(squared_tangent))))
     return FittedLine(
         n=n,
         centroid=xyz[0] + mean,
@@ -140,13 +142,13 @@ class NearestApproach:
         Nearest point on the second polyline.
     distance : float
         Distance between the polylines.
-    along : float
+    distance_along_line : float
         Length of the first polyline up to its nearest point.
     """
 
     midpoint: FloatArray
     distance: float
-    along: float
+    distance_along_line: float
 
 
 def nearest_approach(line: npt.ArrayLike, other_line: npt.ArrayLike) -> NearestApproach:
@@ -170,25 +172,25 @@ def nearest_approach(line: npt.ArrayLike, other_line: npt.ArrayLike) -> NearestA
     p, q = (np.asarray(points, np.float64) - base for points in (line, other_line))
     steps = np.diff(q, axis=0)
     nearest: NearestApproach | None = None
-    length_so_far = 0.0
+    preceding_length = 0.0
     for start, end in pairwise(p):
         step = end - start
-        fractions_first, fractions_second = _nearest_of_segments(start, step, q[:-1], steps)
-        positions = q[:-1] + fractions_second[:, None] * steps
-        gaps = np.linalg.norm(start + fractions_first[:, None] * step - positions, axis=1)
+        first_fractions, second_fractions = _nearest_segment_fractions(start, step, q[:-1], steps)
+        positions = q[:-1] + second_fractions[:, None] * steps
+        gaps = np.linalg.norm(start + first_fractions[:, None] * step - positions, axis=1)
         i, length = int(np.argmin(gaps)), float(np.linalg.norm(step))
         if nearest is None or gaps[i] < nearest.distance:
             nearest = NearestApproach(
                 positions[i] + base,
                 float(gaps[i]),
-                length_so_far + float(fractions_first[i]) * length,
+                preceding_length + float(first_fractions[i]) * length,
             )
-        length_so_far += length
+        preceding_length += length
     assert nearest is not None
     return nearest
 
 
-def _nearest_of_segments(
+def _nearest_segment_fractions(
     start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the fractions 0 to 1 along one segment and each of (k, 3) others.
@@ -200,8 +202,12 @@ def _nearest_of_segments(
     b, c = steps @ step, start_offsets @ step
     f = np.einsum("ij,ij->i", steps, start_offsets)
     square = a * e - b * b
-    is_skew = square > MIN_EXTENT_ROUNDINGS * np.finfo(float).eps * a * e
-    s = np.where(is_skew, np.clip((b * f - c * e) / np.where(is_skew, square, 1.0), 0.0, 1.0), 0.0)
+    is_nonparallel = square > MIN_EXTENT_ROUNDINGS * np.finfo(float).eps * a * e
+    s = np.where(
+        is_nonparallel,
+        np.clip((b * f - c * e) / np.where(is_nonparallel, square, 1.0), 0.0, 1.0),
+        0.0,
+    )
     t = np.clip((b * s + f) / np.where(e > 0, e, 1.0), 0.0, 1.0)
     s = np.clip((b * t - c) / a, 0.0, 1.0) if a > 0 else np.zeros_like(t)
     return s, t

@@ -16,7 +16,7 @@ from vomstudio.geometry.plane_limits import (
     too_few_points_finding,
 )
 from vomstudio.geometry.planes import FittedPlane
-from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
+from vomstudio.geometry.vectors import MIN_TILT, dips_from_normals, flip_upward
 
 
 def fit_moments(
@@ -69,17 +69,19 @@ def fit_moments(
         raise GeometryError(degenerate_points_finding(n, is_coincident=False))
     values = np.where(values <= rounding_error, 0.0, values)
     values /= values.sum()
-    axes[2] = upward(axes[None, 2])[0]
-    floor = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
-    azimuth, dip, is_horizontal = dip_of_normals(axes[None, 2], np.array([min(floor, 1e-3)]))
+    axes[2] = flip_upward(axes[None, 2])[0]
+    min_tilt = max(MIN_TILT, rounding / float(np.sqrt(size * values[1])))
+    azimuth, dip, is_horizontal = dips_from_normals(axes[None, 2], np.array([min(min_tilt, 1e-3)]))
 
     is_known = n > 3
     rows = values[None]
     dof = max(min(float(n_effective or n), float(n)) - 3.0, 1.0)
     q = plane_errors.joint_quantile(np.array([dof]))
-    h_max, h_min, overflow = plane_errors.hyperbolic(np.array([max(n, 4)]), rows)
+    max_error_deg, min_error_deg, is_overflow = plane_errors.hyperbolic_errors_deg(
+        np.array([max(n, 4)]), rows
+    )
     major_rad, minor_rad = plane_errors.confidence_axes_rad(rows, q, q)
-    dip_error, azimuth_error, rake = plane_errors.split_rad(
+    dip_error, azimuth_error, rake = plane_errors.component_errors_rad(
         axes[None, 0], axes[None, 1], azimuth, dip, is_horizontal, major_rad, minor_rad
     )
     l1, l2, l3 = (float(x) for x in values)
@@ -99,9 +101,9 @@ def fit_moments(
         collinearity=l1 / l2,
         M=float(np.log(l1 / l3)) if l3 > 0.0 else None,
         K=float(np.log(l1 / l2) / np.log(l2 / l3)) if l3 > 0.0 and l2 > l3 else None,
-        max_angular_error_deg=_value_if_known(h_max, is_known),
-        min_angular_error_deg=_value_if_known(h_min, is_known),
-        hyperbolic_overflow=bool(overflow[0]) and is_known,
+        max_angular_error_deg=_value_if_known(max_error_deg, is_known),
+        min_angular_error_deg=_value_if_known(min_error_deg, is_known),
+        hyperbolic_overflow=bool(is_overflow[0]) and is_known,
         max_confidence95_deg=_value_if_known(np.degrees(major_rad), is_known),
         min_confidence95_deg=_value_if_known(np.degrees(minor_rad), is_known),
         error_rake_deg=_value_if_known(np.degrees(rake), is_known),

@@ -33,7 +33,7 @@ Triple = tuple[float, float, float]
 CELLS_PER_SIDE = 6
 POINTS_PER_CELL = 4
 TILT_SIGNIFICANCE, TILT_MARGIN, MIN_CELLS = 1e-4, 1.4, 9
-MAX_LEANING_POINTS = 40_000
+MAX_TILT_POINTS = 40_000
 MAX_SORTED_POINTS = 4_000
 """Maximum number of points that are sorted into cells; more points are assigned by bounds."""
 N_BOUND_POINTS = 5_000
@@ -79,19 +79,19 @@ def moments(
     Moments
     """
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    given_weights = np.ones(len(xyz)) if weights is None else np.asarray(weights, dtype=np.float64)
+    point_weights = np.ones(len(xyz)) if weights is None else np.asarray(weights, dtype=np.float64)
     if not len(xyz):
         zero_vector = (0.0, 0.0, 0.0)
         return Moments(0, zero_vector, (zero_vector, zero_vector, zero_vector), 0.0)
-    weight, positions = given_weights, xyz
+    weight, positions = point_weights, xyz
     if not are_distinct:
-        place_of_point = weld_points(xyz)
-        weight = np.bincount(place_of_point, given_weights).astype(np.float64)
+        position_ids = weld_points(xyz)
+        weight = np.bincount(position_ids, point_weights).astype(np.float64)
         positions = np.empty((len(weight), 3))
-        positions[place_of_point] = xyz
+        positions[position_ids] = xyz
     n = len(weight)
     if n > MAX_SORTED_POINTS:
-        return _many_moments(to_read_only_array(positions, np.float64), weight)
+        return _moments_of_many_points(to_read_only_array(positions, np.float64), weight)
     weight = weight * (n / weight.sum())
     origin = positions[0]
     local_points = positions - origin
@@ -107,7 +107,7 @@ def moments(
     )
 
 
-def _many_moments(positions: FloatArray, weight: FloatArray) -> Moments:
+def _moments_of_many_points(positions: FloatArray, weight: FloatArray) -> Moments:
     """Compute the moments of many points with few passes over the data."""
     n, centre, scatter = len(positions), positions[0].copy(), np.zeros((3, 3))
     if float(np.ptp(weight)) == 0.0:
@@ -154,9 +154,9 @@ def _effective_count(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     )
     # The scatter of the means does not reveal steps or a partial layer, in which the pieces of the
     # patch share an attitude that differs from that of the whole.
-    sample = slice(None, None, max(1, n // MAX_LEANING_POINTS))
+    sample = slice(None, None, max(1, n // MAX_TILT_POINTS))
     q = max(
-        q, _leaning_variance(u[sample], v[sample], r[sample], cells_per_side // 2) / white_variance
+        q, _tilt_variance(u[sample], v[sample], r[sample], cells_per_side // 2) / white_variance
     )
     return float(min(3.0 - 2.0 * np.log(SIGNIFICANCE) / np.log1p(q), n))
 
@@ -169,12 +169,12 @@ def _excess_variances(
     The first value is computed from side x side cells, the second from wider cells.
     """
     if len(u) > MAX_SORTED_POINTS:
-        count, sums = _sums(u, v, u, v, r, cells_per_side)
-        four = (cells_per_side // 2, 2, cells_per_side // 2, 2)
-        wide_counts, heights = (
-            x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2])
+        count, sums = _sum_cells(u, v, u, v, r, cells_per_side)
+        block_shape = (cells_per_side // 2, 2, cells_per_side // 2, 2)
+        coarse_counts, heights = (
+            x.reshape(block_shape).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2])
         )
-        return _excess_variance(count, sums[:, 2]), _excess_variance(wide_counts, heights)
+        return _excess_variance(count, sums[:, 2]), _excess_variance(coarse_counts, heights)
     fine_cells, coarse_cells = (equal_cells(u, v, k) for k in (cells_per_side, cells_per_side // 2))
     fine_excess, coarse_excess = (
         _excess_variance(np.bincount(c), np.bincount(c, r)) for c in (fine_cells, coarse_cells)
@@ -188,7 +188,7 @@ def _excess_variance(count: GenericArray, sums: GenericArray) -> float:
     return float((cell_sums * cell_sums / cell_counts).sum()) / (len(cell_sums) - 3.0)
 
 
-def _leaning_variance(u: FloatArray, v: FloatArray, r: FloatArray, cells_per_side: int) -> float:
+def _tilt_variance(u: FloatArray, v: FloatArray, r: FloatArray, cells_per_side: int) -> float:
     """Return the variance that would tilt the plane to the median attitude of its cells.
 
     The variance is 0 if the attitudes of the cells do not differ significantly from the plane.
@@ -228,7 +228,7 @@ def _products(
 ) -> tuple[FloatArray, ...]:
     """Return the sums of uu, uv, vv, ur and vr about the mean of each cell."""
     if len(u) > MAX_SORTED_POINTS:
-        count, sums = _sums(rows, columns, u, v, r, cells_per_side)
+        count, sums = _sum_cells(rows, columns, u, v, r, cells_per_side)
         a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
         mean_products = a * a, a * b, b * b, a * h, b * h
         return tuple(np.asarray(sums[:, 3 + i] - count * x) for i, x in enumerate(mean_products))
@@ -239,7 +239,7 @@ def _products(
     return tuple(np.asarray(np.bincount(cell, x), np.float64) for x in products)
 
 
-def _sums(
+def _sum_cells(
     rows: FloatArray,
     columns: FloatArray,
     u: FloatArray,
@@ -302,9 +302,9 @@ def _split_equally(position: IntArray, count: Any, parts: int) -> IntArray:
     """Assign ranks below `count` to parts of nearly equal size, larger parts first."""
     size, n_larger = np.divmod(count, parts)
     first_size = n_larger * (size + 1)
-    index_after = n_larger + (position - first_size) // np.maximum(size, 1)
+    later_indices = n_larger + (position - first_size) // np.maximum(size, 1)
     return np.asarray(
-        np.where(position < first_size, position // (size + 1), index_after), np.int64
+        np.where(position < first_size, position // (size + 1), later_indices), np.int64
     )
 
 

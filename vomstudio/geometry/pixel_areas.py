@@ -44,7 +44,7 @@ def polygon_area(corners: npt.ArrayLike, width: int, height: int) -> PixelArea:
     PixelArea
     """
     points = np.asarray(corners, np.float64).reshape(-1, 2)
-    left, top, box_width, box_height = _box(points, 0.0, width, height)
+    left, top, box_width, box_height = _pixel_box(points, 0.0, width, height)
     if not box_width or not box_height or len(points) < 3:
         return PixelArea(left, top, np.zeros((box_height, box_width), np.bool_))
     # In the rows whose centres it crosses, every edge toggles all pixels to its right.
@@ -80,12 +80,12 @@ def stroke_area(polyline: npt.ArrayLike, radius: float, width: int, height: int)
     PixelArea
     """
     points = np.asarray(polyline, np.float64).reshape(-1, 2)
-    left, top, box_width, box_height = _box(points, radius, width, height)
+    left, top, box_width, box_height = _pixel_box(points, radius, width, height)
     is_inside = np.zeros((box_height, box_width), np.bool_)
     starts = points[:-1] if len(points) > 1 else points
     ends = points[1:] if len(points) > 1 else points
     for start, end in zip(starts, ends, strict=True):
-        x0, y0, w, h = _box(np.array([start, end]), radius, width, height)
+        x0, y0, w, h = _pixel_box(np.array([start, end]), radius, width, height)
         x = np.arange(x0, x0 + w) + 0.5
         y = (np.arange(y0, y0 + h) + 0.5)[:, None]
         segments = end - start
@@ -136,7 +136,7 @@ class MaskChange:
             zlib.compress(np.packbits(is_changed).tobytes(), 1),
         )
 
-    def do(self, is_used: BoolArray) -> None:
+    def toggle(self, is_used: BoolArray) -> None:
         height, width = self.shape
         bits = np.frombuffer(zlib.decompress(self.bits), np.uint8)
         is_changed = (
@@ -169,7 +169,9 @@ def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChan
     return MaskChange.of(area, is_changed)
 
 
-def _box(points: FloatArray, margin: float, width: int, height: int) -> tuple[int, int, int, int]:
+def _pixel_box(
+    points: FloatArray, margin: float, width: int, height: int
+) -> tuple[int, int, int, int]:
     """Return left, top, width and height of the pixels around points, within the picture."""
     if not len(points):
         return 0, 0, 0, 0

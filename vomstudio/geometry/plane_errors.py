@@ -34,7 +34,9 @@ def joint_quantile(degrees_of_freedom: FloatArray) -> FloatArray:
         return np.asarray(np.expm1(-2.0 / degrees_of_freedom * np.log(SIGNIFICANCE)))
 
 
-def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+def hyperbolic_errors_deg(
+    n: IntArray, values: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Compute the largest and the smallest angular error of Quinn & Ehlmann (2019).
 
     If the hyperbola opens along the normal instead (h2 <= 0), the error is 90 degrees and
@@ -177,7 +179,7 @@ def regression_axes_rad(
     return np.cross(e2, normal), e2, np.arctan(tangent[:, 1]), np.arctan(tangent[:, 0])
 
 
-def split_rad(
+def component_errors_rad(
     e1: FloatArray,
     e2: FloatArray,
     dip_direction_deg: FloatArray,
@@ -249,12 +251,12 @@ MAX_BOW_OVER_EXTENT = 0.001
 the trace exclude it. This is our own choice, from tests/benchmarks/bench_conditional.py.
 """
 # 97.5 % quantile of Student's t distribution, tabulated over the inverse degrees of freedom.
-INVERSE_FREEDOM = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
+INVERSE_DEGREES_OF_FREEDOM = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
 STUDENT_QUANTILES = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
 
 def bow_tilt_rad(
-    residual_fields: tuple[FloatArray, FloatArray, FloatArray],
+    coordinates: tuple[FloatArray, FloatArray, FloatArray],
     starts: IntArray,
     counts: IntArray,
     values: FloatArray,
@@ -266,14 +268,14 @@ def bow_tilt_rad(
 
     Parameters
     ----------
-    residual_fields : three (N,) ndarray
+    coordinates : three (N,) ndarray
         Coordinates of the points along e1, e2 and e3, group after group, relative to their mean.
     starts, counts : (m,) ndarray of int
         First point and number of points of each group.
     values : (m, 3) ndarray
         Variances along the axes, in squared units of the coordinates.
     """
-    u, v, r = residual_fields
+    u, v, r = coordinates
     n = counts.astype(np.float64)
 
     def total(x: FloatArray) -> FloatArray:
@@ -299,8 +301,10 @@ def bow_tilt_rad(
         fitted_bow = total(bow_shape * r) / bow_squares
         residual_squares = np.maximum(n * values[:, 2] - fitted_bow**2 * bow_squares, 0.0)
         dof = np.maximum(n - 4.0, 1.0)
-        student = np.interp(1.0 / dof, INVERSE_FREEDOM, STUDENT_QUANTILES)
-        max_bow = np.abs(fitted_bow) + student * np.sqrt(residual_squares / dof / bow_squares)
+        student_quantile = np.interp(1.0 / dof, INVERSE_DEGREES_OF_FREEDOM, STUDENT_QUANTILES)
+        max_bow = np.abs(fitted_bow) + student_quantile * np.sqrt(
+            residual_squares / dof / bow_squares
+        )
     bow_size = MAX_BOW_OVER_EXTENT * length
     is_determined = (counts > 4) & (bow_squares > 1e-6 * n)
     bow_size = np.where(is_determined, np.fmin(bow_size, max_bow), bow_size)

@@ -16,7 +16,7 @@ from vomstudio.geometry.plane_limits import (
     MIN_EXTENT_ROUNDINGS,
     degenerate_points_finding,
 )
-from vomstudio.geometry.vectors import MIN_TILT, dip_of_normals, upward
+from vomstudio.geometry.vectors import MIN_TILT, dips_from_normals, flip_upward
 
 Method = Literal["pca", "regression"]
 
@@ -48,16 +48,16 @@ def figures(
     m = len(counts)
     starts = np.cumsum(counts) - counts
     n = counts.astype(np.float64)
-    local, scale = _centre_and_scale(xyz, starts, counts, n)
+    local_points, scale = _centre_and_scale(xyz, starts, counts, n)
     unit, rounding = scale.unit, scale.rounding
 
     covariance = np.empty((m, 3, 3))
     for i in range(3):
         for j in range(i, 3):
-            product = np.add.reduceat(local[i] * local[j], starts) / n
+            product = np.add.reduceat(local_points[i] * local_points[j], starts) / n
             covariance[:, i, j] = covariance[:, j, i] = product
     axes = np.linalg.eigh(covariance)[1].transpose(0, 2, 1)[:, ::-1]  # rows, descending
-    axes, (u, v, r), values = _sharpen(axes, local, starts, counts, n)
+    axes, (u, v, r), values = _refine_axes(axes, local_points, starts, counts, n)
 
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
@@ -70,13 +70,13 @@ def figures(
     trace = values.sum(axis=1)
     trace = np.where(trace > 0.0, trace, 1.0)
     axes = axes.copy()
-    axes[:, 2] = upward(axes[:, 2])
+    axes[:, 2] = flip_upward(axes[:, 2])
     normal = axes[:, 2]
     rms = np.sqrt(values[:, 2])
     residual = rms
     leverage = None
     if method == "regression":
-        normal, residual, is_parallel, leverage = _regress(covariance, axis, rounding)
+        normal, residual, is_parallel, leverage = _fit_regressions(covariance, axis, rounding)
         is_parallel |= _is_parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
         for i in np.flatnonzero(is_parallel & ~is_identical & ~is_collinear).tolist():
@@ -85,7 +85,7 @@ def figures(
     with np.errstate(divide="ignore", invalid="ignore"):
         min_tilt = np.maximum(MIN_TILT, rounding / np.sqrt(values[:, 1]))
         min_tilt = np.where(np.isfinite(min_tilt), np.minimum(min_tilt, 1e-3), MIN_TILT)
-    dip_direction, dip, is_horizontal = dip_of_normals(normal, min_tilt)
+    dip_direction, dip, is_horizontal = dips_from_normals(normal, min_tilt)
     error_figures = _errors(
         (u, v, r),
         starts,
@@ -112,7 +112,7 @@ def figures(
         "bow_tilt_deg": np.degrees(bow_tilt_rad)
         * np.where(np.isnan(error_figures["n_effective"]), np.nan, 1.0),
         "max_coordinate": scale.max_coordinate,
-        **_indices(values.T / trace),
+        **_shape_indices(values.T / trace),
         "dip_direction_deg": dip_direction,
         "dip_deg": dip,
         "undefined": is_horizontal,
@@ -168,7 +168,7 @@ def _centre_and_scale(
     return local_points, _GroupScale(centroid, size, unit, max_coordinate, rounding)
 
 
-def _indices(parts: FloatArray) -> dict[str, FloatArray]:
+def _shape_indices(parts: FloatArray) -> dict[str, FloatArray]:
     """Compute the shape indices from the normalised eigenvalues (3, m)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         l1, l2, l3 = parts
@@ -197,8 +197,12 @@ def members(starts: IntArray, counts: IntArray) -> IntArray:
     return np.asarray(np.arange(len(shift)) + shift)
 
 
-def _sharpen(
-    axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
+def _refine_axes(
+    axes: FloatArray,
+    local_points: list[FloatArray],
+    starts: IntArray,
+    counts: IntArray,
+    n: FloatArray,
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
     """Return axes, coordinates and variances, free of the rounding errors of the covariance.
 
@@ -206,7 +210,7 @@ def _sharpen(
     Therefore e2 and e3 are separated a second time, in the frame of the eigenvectors.
     """
     frame = axes
-    u, v, r = _errors_along(frame, local, counts)
+    u, v, r = _coordinates_along(frame, local_points, counts)
     b22 = np.add.reduceat(v * v, starts) / n
     b33 = np.add.reduceat(r * r, starts) / n
     b23 = np.add.reduceat(v * r, starts) / n
@@ -215,18 +219,18 @@ def _sharpen(
     frame = np.stack(
         [frame[:, 0], c * frame[:, 1] + s * frame[:, 2], c * frame[:, 2] - s * frame[:, 1]], axis=1
     )
-    u, v, r = _errors_along(frame, local, counts)
+    u, v, r = _coordinates_along(frame, local_points, counts)
     values = np.stack([np.add.reduceat(x * x, starts) / n for x in (u, v, r)], axis=1)
     return frame, (u, v, r), values
 
 
-def _errors_along(
-    frame: FloatArray, local: list[FloatArray], counts: IntArray
+def _coordinates_along(
+    frame: FloatArray, local_points: list[FloatArray], counts: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     def component(k: int) -> FloatArray:
         return sum(
-            (np.repeat(frame[:, k, i], counts) * local[i] for i in range(1, 3)),
-            start=np.repeat(frame[:, k, 0], counts) * local[0],
+            (np.repeat(frame[:, k, i], counts) * local_points[i] for i in range(1, 3)),
+            start=np.repeat(frame[:, k, 0], counts) * local_points[0],
         )
 
     return component(0), component(1), component(2)
@@ -234,16 +238,18 @@ def _errors_along(
 
 def _count_distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     """Count the distinct points of each group; repeated clicks are not independent."""
-    distinct = counts.copy()
-    is_short = counts <= MAX_POINTS_COUNTING_REPEATS
-    if not is_short.any():
-        return distinct
-    group = np.repeat(np.flatnonzero(is_short), counts[is_short])
-    part = xyz[members(starts[is_short], counts[is_short])]
-    order = np.lexsort((part[:, 2], part[:, 1], part[:, 0], group))
-    is_equal = (np.diff(part[order], axis=0) == 0.0).all(axis=1) & (np.diff(group[order]) == 0)
-    np.subtract.at(distinct, group[order][1:][is_equal], 1)
-    return distinct
+    distinct_counts = counts.copy()
+    has_few_points = counts <= MAX_POINTS_COUNTING_REPEATS
+    if not has_few_points.any():
+        return distinct_counts
+    group = np.repeat(np.flatnonzero(has_few_points), counts[has_few_points])
+    group_points = xyz[members(starts[has_few_points], counts[has_few_points])]
+    order = np.lexsort((group_points[:, 2], group_points[:, 1], group_points[:, 0], group))
+    is_equal = (np.diff(group_points[order], axis=0) == 0.0).all(axis=1) & (
+        np.diff(group[order]) == 0
+    )
+    np.subtract.at(distinct_counts, group[order][1:][is_equal], 1)
+    return distinct_counts
 
 
 MAX_SCATTER_RATIO = 3.0
@@ -264,7 +270,7 @@ def _is_parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArr
     return (np.abs(sine) < MAX_SINE) & (np.abs(sine) * np.sqrt(values[:, 1]) < scatter)
 
 
-def _regress(
+def _fit_regressions(
     covariance: FloatArray, axis: int, rounding: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Fit regressions that minimise the residuals of one coordinate.
@@ -293,56 +299,56 @@ def _regress(
     inverse[:, a, b] = inverse[:, b, a] = -sab / divisors
     projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     leverage = projector @ inverse @ projector * (normal[:, axis] ** 2)[:, None, None]
-    return upward(normal), np.sqrt(np.maximum(square, 0.0)), is_parallel, leverage
+    return flip_upward(normal), np.sqrt(np.maximum(square, 0.0)), is_parallel, leverage
 
 
 def _errors(
-    along_component: tuple[FloatArray, FloatArray, FloatArray],
+    coordinates: tuple[FloatArray, FloatArray, FloatArray],
     starts: IntArray,
     counts: IntArray,
     values: FloatArray,
     axes: FloatArray,
     attitude: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
-    distinct_indices: IntArray,
+    distinct_counts: IntArray,
     is_ordered: bool,
-    regression: FloatArray | None,
+    regression_leverage: FloatArray | None,
 ) -> dict[str, AnyArray]:
     """Compute both angular errors and their components, NaN below 4 distinct points.
 
-    `along_component` contains the coordinates along the axes. `attitude` contains the normal, the
+    `coordinates` contains the coordinates along the axes. `attitude` contains the normal, the
     dip direction, the dip and whether the plane is horizontal.
     """
     normal, dip_direction, dip, is_horizontal = attitude
-    is_known = distinct_indices > 3
+    is_known = distinct_counts > 3
     n = np.where(is_known, counts, 4)
-    dof = np.where(is_known, distinct_indices - 3.0, 1.0)
-    q1, q2, effective, is_long = plane_errors.quantiles(
-        *along_component, starts, counts, dof, is_ordered
+    dof = np.where(is_known, distinct_counts - 3.0, 1.0)
+    q1, q2, n_effective, is_long = plane_errors.quantiles(
+        *coordinates, starts, counts, dof, is_ordered
     )
     # Residuals of points that lie exactly in a plane are rounding errors, not roughness.
     is_exact = values[:, 2] == 0.0
-    effective, is_long = np.where(is_exact, dof + 3.0, effective), is_long & ~is_exact
-    h_max, h_min, overflow = plane_errors.hyperbolic(n, values)
-    if regression is None:
+    n_effective, is_long = np.where(is_exact, dof + 3.0, n_effective), is_long & ~is_exact
+    max_error_deg, min_error_deg, overflow = plane_errors.hyperbolic_errors_deg(n, values)
+    if regression_leverage is None:
         e1, e2 = axes[:, 0], axes[:, 1]
         major_rad, minor_rad = plane_errors.confidence_axes_rad(values, q1, q2)
     else:
         e1, e2, major_rad, minor_rad = plane_errors.regression_axes_rad(
-            regression, normal, np.maximum(q1, q2)
+            regression_leverage, normal, np.maximum(q1, q2)
         )
-    dip_error, azimuth_error, rake = plane_errors.split_rad(
+    dip_error, azimuth_error, rake = plane_errors.component_errors_rad(
         e1, e2, dip_direction, dip, is_horizontal, major_rad, minor_rad
     )
     nan_factors = np.where(is_known, 1.0, np.nan)
     return {
-        "max_angular_error_deg": h_max * nan_factors,
-        "min_angular_error_deg": h_min * nan_factors,
+        "max_angular_error_deg": max_error_deg * nan_factors,
+        "min_angular_error_deg": min_error_deg * nan_factors,
         "hyperbolic_overflow": overflow & is_known,
         "max_confidence95_deg": np.degrees(major_rad) * nan_factors,
         "min_confidence95_deg": np.degrees(minor_rad) * nan_factors,
         "error_rake_deg": np.degrees(rake) * nan_factors,
         "dip_error_deg": np.degrees(dip_error) * nan_factors,
         "dip_direction_error_deg": np.degrees(azimuth_error) * nan_factors,
-        "n_effective": effective * nan_factors,
+        "n_effective": n_effective * nan_factors,
         "long_roughness": is_long & is_known,
     }

@@ -52,7 +52,9 @@ def resolution_tilt_deg(resolution: float, width: float) -> float:
     return math.degrees(math.atan2(0.5 * resolution, width))
 
 
-def is_width_within_wander(second: float, extent: float, n: int, resolution: float) -> bool:
+def is_width_within_wander(
+    second_variance: float, extent: float, n: int, resolution: float
+) -> bool:
     """Return whether the width of a trace may be due to wandering along a flat face.
 
     Such a width does not determine the rotation of its plane about the line. Own choice: points
@@ -63,7 +65,7 @@ def is_width_within_wander(second: float, extent: float, n: int, resolution: flo
 
     Parameters
     ----------
-    second : float
+    second_variance : float
         Variance of the points along the second axis of their plane, m2.
     extent : float
         Length of the trace, m.
@@ -77,7 +79,7 @@ def is_width_within_wander(second: float, extent: float, n: int, resolution: flo
     term = 2.0 / (9.0 * dof)
     max_ratio = dof * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
     scale = min(max(2.0 * extent / max(n - 1, 1), 0.5 * resolution), resolution)
-    return second <= max_ratio * scale**2
+    return second_variance <= max_ratio * scale**2
 
 
 def _confidence95_deg(spread: float, noise: float, dof: float) -> float:
@@ -152,13 +154,13 @@ class PlaneSizes:
         return TEXTBOOK_RESOLUTIONS * self.resolution
 
     @property
-    def least(self) -> float:
+    def min_size(self) -> float:
         """Minimum extent with a reported error."""
         return MIN_RESOLUTIONS * self.resolution
 
     def error_deg(self, size: float) -> float | None:
-        """Return the expected 95 % half-angle for a diameter, or None below `least`."""
-        if not size >= self.least * (1.0 - 1e-9):
+        """Return the expected 95 % half-angle for a diameter, or None below `min_size`."""
+        if not size >= self.min_size * (1.0 - 1e-9):
             return None
         # One point per square of the resolution; the plane has three parameters.
         degrees_of_freedom = math.pi / 4.0 * (size / self.resolution) ** 2 - 3.0
@@ -168,20 +170,20 @@ class PlaneSizes:
         tilt = resolution_tilt_deg(self.resolution, math.sqrt(12.0) * size / 4.0)
         return min(90.0, math.hypot(max(fit, tilt), self.registration_deg))
 
-    def size_for(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
+    def size_for_error(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
         """Return the smallest diameter with this expected error.
 
         None if the error of the registration exceeds it.
         """
         if error_deg <= self.registration_deg:
             return None
-        low = high = self.least
+        low = high = self.min_size
         # The error decreases with size to that of the registration.
         while (self.error_deg(high) or 0.0) > error_deg:
             low, high = high, 2.0 * high
             if high > 1e9 * self.resolution:
                 return None
-        if high == self.least:
+        if high == self.min_size:
             return high
         for _ in range(60):
             centre = 0.5 * (low + high)
@@ -193,7 +195,7 @@ class PlaneSizes:
 
     def curve(self, *, is_metric: bool = True) -> tuple[PlaneError, ...]:
         """Return the errors from 10 to 1000 resolutions; `is_metric` if sizes are in metres."""
-        sizes = [times * self.resolution for times in CURVE_RESOLUTIONS]
+        sizes = [factor * self.resolution for factor in CURVE_RESOLUTIONS]
         errors = [(size, self.error_deg(size)) for size in sizes]
         return tuple(
             PlaneError(size, error) if is_metric else PlaneError(None, error, size)

@@ -163,22 +163,24 @@ class PlaneFits:
         if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
             raise IndexError(rows)
         part = slice(rows.start, rows.stop, rows.step)
-        columns = [_to_python(getattr(self, field.name), part, len(rows)) for field in fields(self)]
+        columns = [
+            _to_python_values(getattr(self, field.name), part, len(rows)) for field in fields(self)
+        ]
         return [FittedPlane(*values) for values in zip(*columns, strict=True)]
 
 
-def _to_python(column: Any, part: slice, count: int) -> list[Any]:
+def _to_python_values(column: Any, part: slice, count: int) -> list[Any]:
     """Convert a figure to plain Python values, with None for NaN and infinity.
 
     Vectors remain arrays.
     """
     if isinstance(column, str | bool):
         return [column] * count
-    values_of_rows = column[part]
-    if isinstance(values_of_rows, tuple) or values_of_rows.ndim > 1:
-        return list(values_of_rows)
-    values: list[Any] = values_of_rows.tolist()
-    if values_of_rows.dtype.kind == "f" and not np.isfinite(values_of_rows).all():
+    selected_values = column[part]
+    if isinstance(selected_values, tuple) or selected_values.ndim > 1:
+        return list(selected_values)
+    values: list[Any] = selected_values.tolist()
+    if selected_values.dtype.kind == "f" and not np.isfinite(selected_values).all():
         return [value if isfinite(value) else None for value in values]
     return values
 
@@ -256,7 +258,7 @@ def fit_planes(
         If an argument is invalid.
     """
     xyz = np.asarray(points, dtype=np.float64)
-    cuts = np.asarray(offsets, dtype=np.int64)
+    group_offsets = np.asarray(offsets, dtype=np.int64)
     if xyz.ndim != 2 or xyz.shape[1] != 3:
         raise GeometryError(Finding("points.invalid"), field="points")
     if method not in ("pca", "regression"):
@@ -269,23 +271,23 @@ def fit_planes(
             Finding("option.not-a-choice", value=axis, choices=("auto", *_AXES)), field="axis"
         )
     if (
-        cuts.ndim != 1
-        or len(cuts) < 1
-        or cuts[0] < 0
-        or cuts[-1] > len(xyz)
-        or (np.any(np.diff(cuts) < 0))
+        group_offsets.ndim != 1
+        or len(group_offsets) < 1
+        or group_offsets[0] < 0
+        or group_offsets[-1] > len(xyz)
+        or (np.any(np.diff(group_offsets) < 0))
     ):
         raise GeometryError(Finding("points.offsets"), field="offsets")
-    counts = np.diff(cuts)
+    counts = np.diff(group_offsets)
     if method == "regression" and axis == "auto":
-        return _along_nearest_axes(xyz, cuts, is_ordered)
-    reasons, is_valid_group = _valid_groups(xyz, cuts, counts)
+        return _fit_along_nearest_axes(xyz, group_offsets, is_ordered)
+    reasons, is_valid_group = _valid_groups(xyz, group_offsets, counts)
     result = _blank_figures(counts)
     if is_valid_group.any():
         if is_valid_group.all():
-            points_used = xyz[cuts[0] : cuts[-1]]
+            points_used = xyz[group_offsets[0] : group_offsets[-1]]
         else:
-            points_used = xyz[members(cuts[:-1][is_valid_group], counts[is_valid_group])]
+            points_used = xyz[members(group_offsets[:-1][is_valid_group], counts[is_valid_group])]
         part, errors = figures(
             points_used, counts[is_valid_group], method, _axis_index(axis), is_ordered
         )
@@ -305,11 +307,13 @@ def _axis_index(axis: Axis) -> int:
     return 2 if axis == "auto" else _AXES.index(axis)
 
 
-def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> PlaneFits:
+def _fit_along_nearest_axes(
+    xyz: FloatArray, group_offsets: IntArray, is_ordered: bool
+) -> PlaneFits:
     """Fit regressions along the axis nearest to the PCA normal of each plane."""
-    pca_fits = fit_planes(xyz, cuts, is_ordered=is_ordered)
+    pca_fits = fit_planes(xyz, group_offsets, is_ordered=is_ordered)
     steepest_axes = np.abs(np.nan_to_num(pca_fits.normal)).argmax(axis=1)
-    counts = np.diff(cuts)
+    counts = np.diff(group_offsets)
     result = _blank_figures(counts)
     reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
@@ -317,7 +321,7 @@ def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, is_ordered: bool) -> Pl
         if not len(rows):
             continue
         offsets = np.concatenate([[0], np.cumsum(counts[rows])])
-        points_used = xyz[members(cuts[:-1][rows], counts[rows])]
+        points_used = xyz[members(group_offsets[:-1][rows], counts[rows])]
         part = fit_planes(
             points_used, offsets, method="regression", axis=axis, is_ordered=is_ordered
         )
@@ -344,7 +348,7 @@ def _blank_figures(counts: IntArray) -> dict[str, AnyArray]:
 
 
 def _valid_groups(
-    xyz: FloatArray, cuts: IntArray, counts: IntArray
+    xyz: FloatArray, group_offsets: IntArray, counts: IntArray
 ) -> tuple[list[Finding | None], BoolArray]:
     """Return the reason why each group cannot be fitted, and a mask of the valid groups."""
     has_points = counts >= 3
@@ -352,8 +356,10 @@ def _valid_groups(
     # One maximum suffices in the usual case, in which all points are valid. A comparison with NaN
     # is false.
     if len(xyz) and not np.abs(xyz).max() < MAX_COORDINATE:
-        bad_counts = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < MAX_COORDINATE).all(axis=1))])
-        is_finite = bad_counts[cuts[1:]] == bad_counts[cuts[:-1]]
+        invalid_counts = np.concatenate(
+            [[0], np.cumsum(~(np.abs(xyz) < MAX_COORDINATE).all(axis=1))]
+        )
+        is_finite = invalid_counts[group_offsets[1:]] == invalid_counts[group_offsets[:-1]]
     reasons: list[Finding | None] = [None] * len(counts)
     for i in np.flatnonzero(~(has_points & is_finite)).tolist():
         reasons[i] = (

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IntArray, IntegerArray, UInt64Array
-from vomstudio.core.threads import PROCESSORS, thread_pool
+from vomstudio.core.threads import PROCESSOR_COUNT, thread_pool
 
 POINTS_PER_NODE = 50_000
 MAX_LEVEL = 13
@@ -91,7 +91,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         )
     # A mapped file is an array subclass, which would slow down every block.
     points = np.asarray(points)
-    with thread_pool(min(_MAX_THREADS, PROCESSORS)) as pool:
+    with thread_pool(min(_MAX_THREADS, PROCESSOR_COUNT)) as pool:
 
         def map_blocks(work: Callable[[slice], None], count: int) -> None:
             def run_checked(start: int) -> None:
@@ -100,7 +100,7 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
 
             list(pool.map(run_checked, range(0, count, BLOCK_SIZE)))
 
-        low, high = _bounds(points, map_blocks)
+        low, high = _compute_bounds(points, map_blocks)
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
             finite_indices = np.flatnonzero(np.isfinite(points).all(axis=1))
             arrangement = arrange(points[finite_indices], check)
@@ -110,11 +110,11 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         cube_size = float((high - low).max()) * (1.0 + 1e-9) or 1.0
         row_bits = max(1, len(points).bit_length())
         depth = _depth(row_bits)
-        keys = _keys(points, low, cube_size, depth, row_bits, map_blocks)
+        keys = _pack_keys(points, low, cube_size, depth, row_bits, map_blocks)
         check()
         keys.sort()
         check()
-        levels, spacing = _levels(keys >> np.uint64(row_bits), cube_size, depth, map_blocks)
+        levels, spacing = _assign_levels(keys >> np.uint64(row_bits), cube_size, depth, map_blocks)
         check()
         order = np.argsort(levels, kind="stable")
         keys = keys.take(order)
@@ -123,13 +123,13 @@ def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Pro
         starts, node_levels, parents = _cut_into_nodes(keys, np.bincount(levels, minlength=1))
         bounds = np.empty((len(parents), 2, 3))
 
-        def bound(node: int) -> None:
+        def store_bounds(node: int) -> None:
             check()
             node_points = points.take(rows[starts[node] : starts[node + 1]], axis=0)
             for axis in range(3):
                 bounds[node, :, axis] = node_points[:, axis].min(), node_points[:, axis].max()
 
-        list(pool.map(bound, range(len(parents))))
+        list(pool.map(store_bounds, range(len(parents))))
     return ProgressiveOrder(rows, starts, bounds, spacing[node_levels], parents)
 
 
@@ -141,7 +141,7 @@ def _depth(row_bits: int) -> int:
 _RunBlocks = Callable[[Callable[[slice], None], int], None]
 
 
-def _bounds(points: FloatArray, item: _RunBlocks) -> tuple[FloatArray, FloatArray]:
+def _compute_bounds(points: FloatArray, run_blocks: _RunBlocks) -> tuple[FloatArray, FloatArray]:
     """Return the lower and upper bounds, which are not finite if any point is not finite."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
@@ -150,21 +150,21 @@ def _bounds(points: FloatArray, item: _RunBlocks) -> tuple[FloatArray, FloatArra
         lows.append(np.array([points[part, axis].min() for axis in range(3)]))
         highs.append(np.array([points[part, axis].max() for axis in range(3)]))
 
-    item(reduce_block, len(points))
+    run_blocks(reduce_block, len(points))
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _keys(
+def _pack_keys(
     points: FloatArray,
     low: FloatArray,
     cube_size: float,
     depth: int,
     row_bits: int,
-    item: _RunBlocks,
+    run_blocks: _RunBlocks,
 ) -> UInt64Array:
     """Pack curve positions and rows into integers, which sort faster than argsort."""
     keys = np.empty(len(points), np.uint64)
-    tables = [_table(axis, depth) for axis in range(3)]
+    tables = [_bit_table(axis, depth) for axis in range(3)]
     cells = 2**depth
 
     def encode(part: slice) -> None:
@@ -176,11 +176,11 @@ def _keys(
         rows = np.arange(part.start, part.stop, dtype=np.uint64)
         keys[part] = code << np.uint64(row_bits) | rows
 
-    item(encode, len(points))
+    run_blocks(encode, len(points))
     return keys
 
 
-def _table(axis: int, depth: int) -> UInt64Array:
+def _bit_table(axis: int, depth: int) -> UInt64Array:
     """Return the bits that each cell along an axis contributes to the curve position."""
     cells = np.arange(2**depth, dtype=np.uint64)
     bits = np.zeros(2**depth, np.uint64)
@@ -206,8 +206,8 @@ def _shuffle(code: UInt64Array, depth: int) -> None:
         code ^= parent_code
 
 
-def _levels(
-    codes: UInt64Array, cube_size: float, depth: int, item: _RunBlocks
+def _assign_levels(
+    codes: UInt64Array, cube_size: float, depth: int, run_blocks: _RunBlocks
 ) -> tuple[ByteArray, FloatArray]:
     """Return the level of each point along the curve, and the spacing of every level."""
     count = len(codes)
@@ -220,7 +220,7 @@ def _levels(
         for level in range(1, depth + 1):
             shared_levels[start : part.stop] += differences < np.uint64(1 << 3 * (depth - level))
 
-    item(compare, count)
+    run_blocks(compare, count)
     # Number of cubes that contain a point, from the outermost level inwards.
     filled_counts = np.cumsum(np.bincount(shared_levels, minlength=depth + 1))[:depth]
     filled_counts = np.concatenate([[1], filled_counts])
@@ -228,13 +228,13 @@ def _levels(
     if count > POINTS_PER_NODE:
         top = max(1, int(np.searchsorted(filled_counts, POINTS_PER_NODE, side="right")) - 1)
     levels = np.maximum(shared_levels, top - 1) - np.uint8(top - 1)
-    cumulated = np.cumsum(np.bincount(levels, minlength=1))
+    cumulative_counts = np.cumsum(np.bincount(levels, minlength=1))
     # On a surface, the spacing scales with the square root of the number of points per cube.
     coarser_counts = np.maximum(
-        np.searchsorted(filled_counts, cumulated / 2.0, side="right") - 1, 0
+        np.searchsorted(filled_counts, cumulative_counts / 2.0, side="right") - 1, 0
     )
     return levels, cube_size / 2.0**coarser_counts * np.sqrt(
-        filled_counts[coarser_counts] / np.maximum(cumulated, 1)
+        filled_counts[coarser_counts] / np.maximum(cumulative_counts, 1)
     )
 
 
@@ -249,10 +249,10 @@ def _cut_into_nodes(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, 
     parent_nodes = [-1]
     position = 0
     for level, count in enumerate(counts.tolist()):
-        keys_of_level = keys[position : position + count]
+        level_keys = keys[position : position + count]
         later_starts = [starts[node] for node in parent_nodes[1:]]
         cuts = (
-            [0, *np.searchsorted(keys_of_level, keys[later_starts]).tolist(), count]
+            [0, *np.searchsorted(level_keys, keys[later_starts]).tolist(), count]
             if later_starts
             else [0, count]
         )

@@ -40,31 +40,31 @@ def change_world(
     if registration.covariance is not None:
         change = np.eye(7)
         change[:3, :3], change[4:, 4:] = rotation, scale * rotation
-        covariance_before = np.array(registration.covariance, np.float64)
-        covariance = tuple(map(tuple, (change @ covariance_before @ change.T).tolist()))
+        old_covariance = np.array(registration.covariance, np.float64)
+        covariance = tuple(map(tuple, (change @ old_covariance @ change.T).tolist()))
     rotations = registration.rotation_error_deg
     if rotations is not None:
         up, east, north = rotations
-        east, north, up = _rotated_sigma((east, north, up), rotation)
+        east, north, up = _rotate_sigma((east, north, up), rotation)
         rotations = (up, east, north)
 
     def scale_length(length: float | None) -> float | None:
         return None if length is None else scale * length
 
     def transform_point(point: Point) -> Point:
-        return _point(transform.apply(rows, [point])[0])
+        return _to_point(transform.apply(rows, [point])[0])
 
     def transform_control(point: RegistrationPoint) -> RegistrationPoint:
         sigma = point.sigma_m
         if sigma is not None:
-            sigma = _point(scale * np.array(_rotated_sigma(sigma, rotation)))
-        residual = _point(scale * rotation @ np.array(point.residual))
+            sigma = _to_point(scale * np.array(_rotate_sigma(sigma, rotation)))
+        residual = _to_point(scale * rotation @ np.array(point.residual))
         return replace(point, world=transform_point(point.world), residual=residual, sigma_m=sigma)
 
     return replace(
         registration,
         frame=frame,
-        matrix=_matrix(rows @ transform.matrix(registration.matrix)),
+        matrix=_to_matrix(rows @ transform.matrix(registration.matrix)),
         rotation_error_deg=rotations,
         rms_control_m=scale_length(registration.rms_control_m),
         rms_check_m=scale_length(registration.rms_check_m),
@@ -75,7 +75,7 @@ def change_world(
         normal=(
             None
             if registration.normal is None
-            else _point(rotation @ np.array(registration.normal))
+            else _to_point(rotation @ np.array(registration.normal))
         ),
     )
 
@@ -93,14 +93,14 @@ def change_file_frame(registration: Registration, change_matrix: npt.ArrayLike) 
         Similarity from the old to the new file coordinates.
     """
     rows = transform.matrix(np.asarray(change_matrix, np.float64))
-    matrix_before = transform.matrix(registration.matrix)
+    old_matrix = transform.matrix(registration.matrix)
     if np.array_equal(rows, np.eye(4)):
         return registration
     matrix = IDENTITY
-    if not np.array_equal(rows, matrix_before):
-        matrix = _matrix(matrix_before @ transform.invert(rows))
+    if not np.array_equal(rows, old_matrix):
+        matrix = _to_matrix(old_matrix @ transform.invert(rows))
     control = tuple(
-        replace(point, model=_point(transform.apply(rows, [point.model])[0]))
+        replace(point, model=_to_point(transform.apply(rows, [point.model])[0]))
         for point in registration.control
     )
     return replace(registration, matrix=matrix, control=control)
@@ -126,17 +126,17 @@ def is_same_registration(first: Registration, second: Registration) -> bool:
     return renamed_registration == second
 
 
-def _rotated_sigma(sigma: Point, rotation: FloatArray) -> Point:
+def _rotate_sigma(sigma: Point, rotation: FloatArray) -> Point:
     """Return independent one-sigma errors along rotated axes."""
     variances = np.einsum("ij,j->i", rotation**2, np.square(sigma))
-    return _point(np.sqrt(variances))
+    return _to_point(np.sqrt(variances))
 
 
-def _matrix(rows: FloatArray) -> Matrix:
+def _to_matrix(rows: FloatArray) -> Matrix:
     a, b, c, d = ((row[0], row[1], row[2], row[3]) for row in rows.tolist())
     return (a, b, c, d)
 
 
-def _point(values: FloatArray) -> Point:
+def _to_point(values: FloatArray) -> Point:
     x, y, z = (float(value) for value in values)
     return (x, y, z)

@@ -16,7 +16,7 @@ Method = Literal["gps", "control", "local", "points", "attitudes", "lines", "ref
 
 
 @dataclass(frozen=True)
-class ReadNorth:
+class NorthReference:
     """North reference of the azimuths by which a model was placed.
 
     Attributes
@@ -147,7 +147,7 @@ class Registration:
     normal: Point | None = None
     lens_bowing95_deg: float | None = None
     lens_stretch95: float | None = None
-    read_north: ReadNorth | None = None
+    read_north: NorthReference | None = None
     observations: tuple[ObservationGroup, ...] = ()
     click_sigma_m: float | None = None
 
@@ -193,8 +193,8 @@ class Registration:
         if self.covariance is not None and self.centre is not None:
             covariance_matrix = np.array(self.covariance, np.float64)
             variance = 0.0
-            for corner_index in np.ndindex(2, 2, 2):
-                x, y, z = np.where(corner_index, bounds[1], bounds[0]) - self.centre
+            for is_upper in np.ndindex(2, 2, 2):
+                x, y, z = np.where(is_upper, bounds[1], bounds[0]) - self.centre
                 # A rotation w moves the corner by w x p, a change of scale along p.
                 derivatives = np.hstack(
                     [

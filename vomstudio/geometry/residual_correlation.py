@@ -59,13 +59,13 @@ WHITE_POINTS, WHITE_POWER, MIN_WHITE_WEIGHT = 43.0, 2.0, 0.083
 # obvious, and too narrow if a wide model has a medium weight. Sharper weights compensate for both.
 SHARPNESS = 2.0
 # The degrees of freedom of the variance of correlated noise are themselves estimated.
-FREEDOM_FACTOR = 0.74
+DOF_FACTOR = 0.74
 
-LOG_LEVEL = np.log(0.05)
+LOG_SIGNIFICANCE = np.log(0.05)
 MIN_FLOAT = float(np.finfo(np.float64).tiny)
 
 
-def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
+def _list_models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Return the length, white share, smoothness and weight of all models but the white one."""
     rows: list[tuple[float, float, bool, float]] = []
     for is_smooth in (False, True):
@@ -90,7 +90,7 @@ def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     return length, white_shares, smoothness, weight
 
 
-MODEL_LENGTHS, MODEL_WHITE_SHARES, IS_SMOOTH_MODEL, MODEL_WEIGHTS = _models()
+MODEL_LENGTHS, MODEL_WHITE_SHARES, IS_SMOOTH_MODEL, MODEL_WEIGHTS = _list_models()
 IS_PURE_MODEL = np.concatenate([[True], MODEL_WHITE_SHARES == 0.0])
 IS_LONG_MODEL = np.concatenate([[False], MODEL_LENGTHS > MIN_LONG_LENGTH])
 
@@ -133,8 +133,8 @@ class _ModelLibrary:
         Expected squared coefficients of the same transform for noise of variance 1.
     toeplitz : (models, n + 1) ndarray
         Weights that convert the power spectrum (rfft) of a series padded to 2 n into the quadratic
-        form series' R series, where R is the correlation matrix without `white`.
-    white : (models,) ndarray
+        form series' R series, where R is the correlation matrix without `white_shares`.
+    white_shares : (models,) ndarray
         Share of white noise; it adds this share of the squared norm of the series to the quadratic
         form.
     mean : (models,) ndarray
@@ -146,7 +146,7 @@ class _ModelLibrary:
     """
 
     def __init__(self, n: int, points_per_piece: int = 1) -> None:
-        rho, self.white = _correlations(n, points_per_piece)
+        rho, self.white_shares = _correlations(n, points_per_piece)
         rho[:, 0] = 0.0
         taper = 1.0 - np.arange(n) / n
         # Coefficient j: 1 + 2 sum_h rho(h) [(1 - h / n) cos(t h) - sin(t h) / (n sin t)],
@@ -160,16 +160,14 @@ class _ModelLibrary:
         self.square = s * s
         self.mean = 1.0 + 2.0 * (rho * taper).sum(axis=1)
         # Scale to a variance of 1 after a fit has removed the two lowest coefficients.
-        remaining_freedom = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
-        scaled_sums = (
-            s[:, :N_FREQUENCIES] * ((n - 3.0) / remaining_freedom)[:, None] + MIN_NOISE_SHARE
-        )
+        residual_dof = np.maximum(n - self.mean - s[:, 0] - s[:, 1], 1e-3 * n)
+        scaled_sums = s[:, :N_FREQUENCIES] * ((n - 3.0) / residual_dof)[:, None] + MIN_NOISE_SHARE
         self.log = np.log(scaled_sums)
         self.inverse = 1.0 / scaled_sums
         doubled_counts = np.full(n + 1, 2.0)
         doubled_counts[[0, n]] = 1.0
         self.toeplitz = (
-            ((1.0 - self.white)[:, None] + 2.0 * transform.real) * doubled_counts / (2 * n)
+            ((1.0 - self.white_shares)[:, None] + 2.0 * transform.real) * doubled_counts / (2 * n)
         )
         # A correlation below 1/e at the next point is equivalent to white noise.
         decay_length = np.where(IS_SMOOTH_MODEL, np.sqrt(2.0), 1.0) * MODEL_LENGTHS
@@ -179,7 +177,7 @@ class _ModelLibrary:
         self.log_weight = np.log(np.maximum(weight, MIN_FLOAT))
 
 
-_library = lru_cache(maxsize=256)(_ModelLibrary)
+_cached_library = lru_cache(maxsize=256)(_ModelLibrary)
 
 
 def inflate(
@@ -189,7 +187,7 @@ def inflate(
     starts: IntArray,
     counts: IntArray,
     degrees_of_freedom: FloatArray,
-    white_share: FloatArray,
+    white_quantiles: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Compute the quantiles for correlated residuals; see `plane_errors.quantiles`.
 
@@ -201,7 +199,7 @@ def inflate(
         First point and number of points of each group.
     degrees_of_freedom : (m,) ndarray
         Degrees of freedom.
-    white_share : (m,) ndarray
+    white_quantiles : (m,) ndarray
         Quantile for independent points.
 
     Returns
@@ -213,10 +211,10 @@ def inflate(
     long : (m,) ndarray of bool
         Whether the roughness is as long as the trace.
     """
-    q1, q2 = white_share.copy(), white_share.copy()
+    q1, q2 = white_quantiles.copy(), white_quantiles.copy()
     effective_counts = degrees_of_freedom + 3.0
     is_long = np.zeros(len(degrees_of_freedom), bool)
-    positions = _places(u, v, starts, counts)
+    positions = _positions_along_trace(u, v, starts, counts)
     order = np.argsort(counts, kind="stable")
     sizes, first_rows = np.unique(counts[order], return_index=True)
     for size, rows in zip(sizes.tolist(), np.split(order, first_rows[1:]), strict=True):
@@ -227,30 +225,32 @@ def inflate(
         index = starts[rows][:, None] + np.arange(size)
         series = np.stack([u[index], v[index], r[index]])
         variance_share, dof = np.ones(len(rows)), degrees_of_freedom[rows]
-        models = _library(min(size, MAX_PIECES), max(round(size / MAX_PIECES), 1))
+        models = _cached_library(min(size, MAX_PIECES), max(round(size / MAX_PIECES), 1))
         if size > MAX_PIECES:
             blocks, variance_share = _block_means(series)
             dof = np.minimum(dof, MAX_PIECES - 3.0)
-            g, freedom, weight, is_long[rows] = _compare_models(blocks, dof, models)
+            g, model_dof, weight, is_long[rows] = _compare_models(blocks, dof, models)
         else:
-            g, freedom, weight, is_long[rows] = _compare_models(series, dof, models)
+            g, model_dof, weight, is_long[rows] = _compare_models(series, dof, models)
         t = positions[index]
         is_uneven = ((np.diff(t) * (size - 1.0) - 1.0) ** 2).mean(axis=1) > MAX_UNEVENNESS**2
         if is_uneven.any():
-            place_inflation = _inflation_at_places(
+            position_inflation = _inflation_at_positions(
                 series[:2, is_uneven], t[is_uneven], dof[is_uneven], models
             )
-            g[:, is_uneven] = np.maximum(g[:, is_uneven], place_inflation)
-        q = _mixture_quantile(g, freedom, weight, dof) * variance_share
+            g[:, is_uneven] = np.maximum(g[:, is_uneven], position_inflation)
+        q = _mixture_quantile(g, model_dof, weight, dof) * variance_share
         q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.
         with np.errstate(divide="ignore"):  # q is 0 for points exactly on the plane
-            independent_count = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
+            independent_count = 3.0 - 2.0 * LOG_SIGNIFICANCE / np.log1p(q[1])
         effective_counts[rows] = np.minimum(independent_count, degrees_of_freedom[rows] + 3.0)
     return q1, q2, effective_counts, is_long
 
 
-def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) -> FloatArray:
+def _positions_along_trace(
+    u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray
+) -> FloatArray:
     """Return the position of each point along its trace, from 0 to 1."""
     step = np.hypot(np.diff(u, prepend=0.0), np.diff(v, prepend=0.0))
     step[starts] = 0.0
@@ -261,7 +261,7 @@ def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) ->
     return result
 
 
-def _inflation_at_places(
+def _inflation_at_positions(
     series: FloatArray, position: FloatArray, degrees_of_freedom: FloatArray, models: _ModelLibrary
 ) -> FloatArray:
     """Return the inflation (2, k, models) for the actual positions of the points.
@@ -280,11 +280,9 @@ def _inflation_at_places(
     sums = np.stack([sums[0], sums[1], np.full(k, np.sqrt(n))]) * np.sqrt(n / m)
     piece_sums = [np.bincount(piece.ravel(), x.ravel(), k * m).reshape(k, m) for x in series]
     spectrum = np.fft.rfft(np.stack(piece_sums) / sums[..., None], 2 * m)
-    loading = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white
-    remaining_freedom = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
-    return np.asarray(
-        np.maximum(loading[:2] * (degrees_of_freedom[:, None] / remaining_freedom), 1.0)
-    )
+    loading = (spectrum.real**2 + spectrum.imag**2) @ models.toeplitz.T + models.white_shares
+    residual_dof = np.maximum(m - loading.sum(axis=0), 1e-2 * m)
+    return np.asarray(np.maximum(loading[:2] * (degrees_of_freedom[:, None] / residual_dof), 1.0))
 
 
 def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -331,25 +329,25 @@ def _compare_models(
     # Loading of noise of variance 1 on each coordinate, the variance that remains after the fit,
     # and the degrees of freedom of this variance.
     power = (spectrum[:2].real ** 2 + spectrum[:2].imag ** 2) / sums[:2]
-    loading = power @ models.toeplitz.T + models.white
-    remaining_freedom = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
-    model_freedom = np.minimum(
-        FREEDOM_FACTOR * remaining_freedom**2 / (remaining_share @ models.square.T), n - 3.0
+    loading = power @ models.toeplitz.T + models.white_shares
+    residual_dof = np.maximum(n - models.mean - loading[0] - loading[1], 1e-3 * n)
+    model_dof = np.minimum(
+        DOF_FACTOR * residual_dof**2 / (remaining_share @ models.square.T), n - 3.0
     )
-    model_freedom[:, 0] = n - 3.0
-    freedom_ratio = degrees_of_freedom / (n - 3.0)
-    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / remaining_freedom), 1.0)
+    model_dof[:, 0] = n - 3.0
+    dof_ratio = degrees_of_freedom / (n - 3.0)
+    inflation = np.maximum(loading * (degrees_of_freedom[:, None] / residual_dof), 1.0)
     # Whittle likelihood with the scale profiled out.
     used_share = remaining_share[:, :N_FREQUENCIES]
     misfit = (
         squares[2, :, :N_FREQUENCIES] * (n - 3.0) + MIN_NOISE_SHARE * used_share
     ) @ models.inverse.T
-    model_counts = used_share.sum(axis=1) * freedom_ratio
-    likelihood = -0.5 * (used_share @ models.log.T + model_counts[:, None] * np.log(misfit))
+    likelihood_counts = used_share.sum(axis=1) * dof_ratio
+    likelihood = -0.5 * (used_share @ models.log.T + likelihood_counts[:, None] * np.log(misfit))
     weight = _normalize(SHARPNESS * (likelihood + models.log_weight))
-    plain_weight = _normalize(likelihood) * IS_PURE_MODEL
-    is_long = plain_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * plain_weight.sum(axis=1)
-    return inflation, model_freedom * freedom_ratio[:, None], weight, is_long
+    likelihood_weight = _normalize(likelihood) * IS_PURE_MODEL
+    is_long = likelihood_weight[:, IS_LONG_MODEL].sum(axis=1) > 0.5 * likelihood_weight.sum(axis=1)
+    return inflation, model_dof * dof_ratio[:, None], weight, is_long
 
 
 def _normalize(logarithms: FloatArray) -> FloatArray:
@@ -359,7 +357,7 @@ def _normalize(logarithms: FloatArray) -> FloatArray:
 
 
 def _mixture_quantile(
-    g: FloatArray, model_freedom: FloatArray, weight: FloatArray, degrees_of_freedom: FloatArray
+    g: FloatArray, model_dof: FloatArray, weight: FloatArray, degrees_of_freedom: FloatArray
 ) -> FloatArray:
     """Solve sum_j weight_j P(F_j > q) = 0.05 for q (2, k).
 
@@ -369,11 +367,11 @@ def _mixture_quantile(
     bounds and separately for each element, so that no result depends on the other elements.
     """
     _, k, models = g.shape
-    shape = np.broadcast_to(0.5 * model_freedom, g.shape).reshape(-1, models)
+    shape = np.broadcast_to(0.5 * model_dof, g.shape).reshape(-1, models)
     weight = np.broadcast_to(weight, g.shape).reshape(-1, models)
-    rate = (degrees_of_freedom[:, None] / (g * model_freedom)).reshape(-1, models)
+    rate = (degrees_of_freedom[:, None] / (g * model_dof)).reshape(-1, models)
     # A hundredth of a degree of freedom does not determine the plane.
-    single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / shape, 500.0)) / rate)
+    single_quantiles = np.log1p(np.expm1(np.minimum(-LOG_SIGNIFICANCE / shape, 500.0)) / rate)
     low, high = single_quantiles.min(axis=-1), single_quantiles.max(axis=-1)
     x = np.clip((weight * single_quantiles).sum(axis=-1), low, high)
     solution = np.empty_like(x)
@@ -384,7 +382,7 @@ def _mixture_quantile(
         tail_probabilities = weight * np.exp(-shape * np.log(base))
         value = tail_probabilities.sum(axis=-1)
         slope = (tail_probabilities * shape * rate * exponential / base).sum(axis=-1) / value
-        log_excess = np.log(value) - LOG_LEVEL
+        log_excess = np.log(value) - LOG_SIGNIFICANCE
         low, high = np.where(log_excess > 0.0, x, low), np.where(log_excess > 0.0, high, x)
         step = x + log_excess / slope
         # Convergence is quadratic, so a short step is the last one. Rounding may place the step on

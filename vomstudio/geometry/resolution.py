@@ -87,14 +87,14 @@ def effective_resolution(
     float or None
         In the unit of the points; None if the neighbouring points coincide.
     """
-    index = np.asarray(positions, np.float64).reshape(-1, 3)
+    query_points = np.asarray(positions, np.float64).reshape(-1, 3)
 
     def neighbours(count: int) -> FloatArray | None:
         k = min(count, tree.n)
-        if k < 2 or not len(index):
+        if k < 2 or not len(query_points):
             return None
-        rows = tree.query(index, k=k)[1]
-        return np.asarray(np.asarray(points)[rows.reshape(len(index), k)])
+        rows = tree.query(query_points, k=k)[1]
+        return np.asarray(np.asarray(points)[rows.reshape(len(query_points), k)])
 
     return resolution_from_neighbours(neighbours)
 
@@ -123,7 +123,9 @@ def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -
         areas_and_noises = neighbour_statistics(neighbour_points)
         if _inner_share(neighbour_points) >= MIN_INNER_SHARE or neighbour_points.shape[1] < count:
             break
-    return None if areas_and_noises is None else _larger_of_spacing_and_noise(*areas_and_noises)
+    return (
+        None if areas_and_noises is None else _resolution_from_areas_and_noises(*areas_and_noises)
+    )
 
 
 def _inner_share(neighbour_points: FloatArray) -> float:
@@ -132,7 +134,7 @@ def _inner_share(neighbour_points: FloatArray) -> float:
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
-def _larger_of_spacing_and_noise(areas: FloatArray, noises: FloatArray) -> float | None:
+def _resolution_from_areas_and_noises(areas: FloatArray, noises: FloatArray) -> float | None:
     """Return the larger of the median spacing and the median noise."""
     is_known = np.isfinite(areas) & (areas > 0)
     if not is_known.any():
@@ -169,14 +171,14 @@ def neighbour_statistics(neighbour_points: FloatArray) -> tuple[FloatArray, Floa
     )
     values = np.maximum(values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        gaps = np.where(distinct_counts > 1, distinct_counts - 1.0, np.nan)
+        n_gaps = np.where(distinct_counts > 1, distinct_counts - 1.0, np.nan)
         # Uniform in an ellipse, the variances are a quarter of the squared semi-axes; on a line,
         # a twelfth of the squared length.
-        unbiased = distinct_counts / gaps
-        ellipse = 4.0 * np.pi * unbiased * np.sqrt(values[:, 1] * values[:, 2]) / gaps
-        area = np.maximum(ellipse, 12.0 * values[:, 2] / gaps**2)
-        degrees_of_freedom = np.where(
+        bias_factor = distinct_counts / n_gaps
+        ellipse_area = 4.0 * np.pi * bias_factor * np.sqrt(values[:, 1] * values[:, 2]) / n_gaps
+        area = np.maximum(ellipse_area, 12.0 * values[:, 2] / n_gaps**2)
+        variance_factor = np.where(
             distinct_counts > 3, distinct_counts / (distinct_counts - 3.0), np.nan
         )
-        noise = np.sqrt(values[:, 0] * np.where(distinct_counts > 3, degrees_of_freedom, 0.0))
+        noise = np.sqrt(values[:, 0] * np.where(distinct_counts > 3, variance_factor, 0.0))
     return area, noise

@@ -107,14 +107,16 @@ def enlarged_semi_axes(
     largest, smallest : (n,) ndarray or float
         Degrees, at most 90.
     """
-    width, narrow, total, excluded_error = (
+    fit_major, fit_minor, total_error, excluded_error = (
         np.asarray(item, np.float64)
         for item in (largest_deg, smallest_deg, total_deg, excluded_deg)
     )
-    is_free = total >= 90.0
-    added_squares = np.where(is_free, 0.0, np.maximum(total**2 - width**2 - excluded_error**2, 0.0))
-    major_deg = np.where(is_free, 90.0, np.minimum(np.sqrt(width**2 + added_squares), 90.0))
-    return major_deg, np.minimum(np.sqrt(narrow**2 + added_squares), 90.0)
+    is_free = total_error >= 90.0
+    added_squares = np.where(
+        is_free, 0.0, np.maximum(total_error**2 - fit_major**2 - excluded_error**2, 0.0)
+    )
+    major_deg = np.where(is_free, 90.0, np.minimum(np.sqrt(fit_major**2 + added_squares), 90.0))
+    return major_deg, np.minimum(np.sqrt(fit_minor**2 + added_squares), 90.0)
 
 
 def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:

@@ -21,13 +21,13 @@ that rounding of the coordinates can cause is used.
 ROUNDING_FACTOR = 4.0
 MAX_DECIMALS = 7
 MAX_SAMPLED_VERTICES = 1000
-MIN_SHARE = 0.05
+MIN_INTERPOLATED_SHARE = 0.05
 """Minimum share of interpolated vertices in a divided mesh."""
 MIN_AREA_SHARE = 0.25
 """Minimum share of the area in divided triangles, which determine the number of faces per
 triangle.
 """
-FACE_RATIO = 1.5
+MAX_FACE_RATIO = 1.5
 
 
 def find_undivided(
@@ -47,8 +47,8 @@ def find_undivided(
     """
     if len(faces) < 8 or not len(vertices):
         return None
-    bend = _largest_bend(vertices, faces)
-    if _sampled_share(vertices, faces, bend) < MIN_SHARE:
+    bend = _rounding_bend_rad(vertices, faces)
+    if _sampled_flat_share(vertices, faces, bend) < MIN_INTERPOLATED_SHARE:
         return None
     used_corners, inverse = np.unique(faces, return_inverse=True)
     point_ids = weld_points(np.asarray(vertices[used_corners], np.float64))
@@ -62,24 +62,26 @@ def find_undivided(
     if len(face_numbers) < 8:
         return None
     patch = _flat_patches(face_numbers, normals, bend)
-    outlines, corner = _corners(positions, face_numbers, patch, bend)
+    corner_patch, corner = _corners(positions, face_numbers, patch, bend)
     count = np.bincount(patch)
     area = np.bincount(patch, areas)
-    corners = np.bincount(outlines, minlength=len(count))
+    corners = np.bincount(corner_patch, minlength=len(count))
     is_triangle = corners == 3
     is_divided = is_triangle & (count > 1)
     if area[is_divided].sum() < MIN_AREA_SHARE * area.sum():
         return None
     order = np.argsort(count[is_divided])
-    cumulated_area = np.cumsum(area[is_divided][order])
+    cumulative_area = np.cumsum(area[is_divided][order])
     faces_per_triangle = float(
-        count[is_divided][order][np.searchsorted(cumulated_area, 0.5 * cumulated_area[-1])]
+        count[is_divided][order][np.searchsorted(cumulative_area, 0.5 * cumulative_area[-1])]
     )
     ratio = count / np.maximum(corners - 2.0, 1.0) / faces_per_triangle
-    is_plain = ~is_triangle & ~((corners > 2) & (ratio < FACE_RATIO) & (ratio > 1.0 / FACE_RATIO))
+    is_unchanged = ~is_triangle & ~(
+        (corners > 2) & (ratio < MAX_FACE_RATIO) & (ratio > 1.0 / MAX_FACE_RATIO)
+    )
     # Corners are in order of patches.
     independent_faces = np.concatenate(
-        [corner[is_triangle[outlines]].reshape(-1, 3), face_numbers[is_plain[patch]]]
+        [corner[is_triangle[corner_patch]].reshape(-1, 3), face_numbers[is_unchanged[patch]]]
     )
     is_independent = np.zeros(len(positions), np.bool_)
     is_independent[corner] = is_independent[independent_faces.ravel()] = True
@@ -95,7 +97,7 @@ def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
         return cross_products / doubled_areas[:, None], 0.5 * doubled_areas
 
 
-def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
+def _rounding_bend_rad(vertices: FloatArray, faces: IntegerArray) -> float:
     """Return the angle by which rounding of the coordinates can bend a flat surface, radians."""
     sample = np.asarray(vertices[:: max(1, len(vertices) // MAX_SAMPLED_VERTICES)], np.float64)
     sample = sample[np.isfinite(sample).all(axis=1)]
@@ -114,7 +116,7 @@ def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
     return min(max(bend, MIN_BEND_RAD), MAX_BEND_RAD)
 
 
-def _sampled_share(vertices: FloatArray, faces: IntegerArray, bend: float) -> float:
+def _sampled_flat_share(vertices: FloatArray, faces: IntegerArray, bend: float) -> float:
     """Return the share of sampled vertices whose faces lie in at most two planes."""
     step = max(1, len(vertices) // MAX_SAMPLED_VERTICES)
     keys = position_keys(vertices)
@@ -158,31 +160,31 @@ def _corners(
 ) -> tuple[IntArray, IntArray]:
     """Return patch and vertex of each corner of the outlines, in order of patches."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    patch_of_side = np.repeat(patch, 3)
+    side_patch = np.repeat(patch, 3)
     size = int(faces.max()) + 1
     key = np.minimum(start, end) * size + np.maximum(start, end)
     # An edge within a patch occurs twice.
-    order = np.lexsort((key, patch_of_side))
-    is_inner = (np.diff(key[order]) == 0) & (np.diff(patch_of_side[order]) == 0)
+    order = np.lexsort((key, side_patch))
+    is_inner = (np.diff(key[order]) == 0) & (np.diff(side_patch[order]) == 0)
     is_border = np.ones(len(key), np.bool_)
     is_border[order[:-1][is_inner]] = is_border[order[1:][is_inner]] = False
-    start, end, patch_of_side = start[is_border], end[is_border], patch_of_side[is_border]
+    start, end, side_patch = start[is_border], end[is_border], side_patch[is_border]
     edges = positions[end] - positions[start]
     edges /= np.linalg.norm(edges, axis=1, keepdims=True)
     # At a vertex of an outline one side arrives and one leaves.
-    arrives = np.argsort(patch_of_side * size + end, kind="stable")
-    leaves = np.argsort(patch_of_side * size + start, kind="stable")
-    arriving, leaving = (
-        (patch_of_side * size + end)[arrives],
-        (patch_of_side * size + start)[leaves],
+    incoming_rows = np.argsort(side_patch * size + end, kind="stable")
+    outgoing_rows = np.argsort(side_patch * size + start, kind="stable")
+    incoming_keys, outgoing_keys = (
+        (side_patch * size + end)[incoming_rows],
+        (side_patch * size + start)[outgoing_rows],
     )
-    if not np.array_equal(arriving, leaving):
+    if not np.array_equal(incoming_keys, outgoing_keys):
         # Faces with different orientation, or outlines that touch themselves.
-        shared_corners = np.intersect1d(arriving, leaving)
-        arrives = arrives[np.searchsorted(arriving, shared_corners)]
-        leaves = leaves[np.searchsorted(leaving, shared_corners)]
-        arriving = shared_corners
-    bend = np.linalg.norm(np.cross(edges[arrives], edges[leaves]), axis=1)
-    forward = (edges[arrives] * edges[leaves]).sum(axis=1)
+        shared_corners = np.intersect1d(incoming_keys, outgoing_keys)
+        incoming_rows = incoming_rows[np.searchsorted(incoming_keys, shared_corners)]
+        outgoing_rows = outgoing_rows[np.searchsorted(outgoing_keys, shared_corners)]
+        incoming_keys = shared_corners
+    bend = np.linalg.norm(np.cross(edges[incoming_rows], edges[outgoing_rows]), axis=1)
+    forward = (edges[incoming_rows] * edges[outgoing_rows]).sum(axis=1)
     is_corner = (bend > max_bend) | (forward < 0.0)
-    return arriving[is_corner] // size, arriving[is_corner] % size
+    return incoming_keys[is_corner] // size, incoming_keys[is_corner] % size

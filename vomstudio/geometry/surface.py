@@ -35,7 +35,7 @@ BLOCK_SIZE = 1_000_000
 class Surface(Protocol):
     """Surface of a model, in the file frame."""
 
-    def resolution_near(self, points: FloatArray) -> float | None:
+    def local_resolution(self, points: FloatArray) -> float | None:
         """Return the effective resolution of the model around points (k, 3), m.
 
         It is the larger of the mean spacing and the noise of the vertices or points; see
@@ -69,11 +69,11 @@ class VertexSurface:
         `geometry.subdivision`), or is a function that returns them. If None, all vertices are used.
         """
         self._vertices = vertices
-        self._undivided = undivided_vertices
+        self._undivided_vertices = undivided_vertices
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
-        self._coarse = vertices[:: max(1, len(vertices) // MAX_COARSE_VERTICES)]
+        self._coarse_vertices = vertices[:: max(1, len(vertices) // MAX_COARSE_VERTICES)]
 
     def build(self) -> None:
         from scipy.spatial import cKDTree
@@ -86,25 +86,29 @@ class VertexSurface:
                     compact_nodes=False,
                     balanced_tree=False,
                 )
-                self._coarse_tree = cKDTree(np.asarray(self._coarse))
+                self._coarse_tree = cKDTree(np.asarray(self._coarse_vertices))
         if self._resolving_surface is not self:
             self._resolving_surface.build()
 
     @property
     def extent(self) -> float:
         """Diagonal of the bounding box."""
-        return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
+        return float(np.linalg.norm(np.ptp(self._coarse_vertices, axis=0)))
 
     @cached_property
     def _resolving_surface(self) -> VertexSurface:
         """Surface of the vertices that determine the resolution."""
-        vertices = self._undivided() if callable(self._undivided) else self._undivided
+        vertices = (
+            self._undivided_vertices()
+            if callable(self._undivided_vertices)
+            else self._undivided_vertices
+        )
         return self if vertices is None or vertices is self._vertices else VertexSurface(vertices)
 
-    def resolution_near(self, points: FloatArray) -> float | None:
+    def local_resolution(self, points: FloatArray) -> float | None:
         if self._resolving_surface is not self:
-            return self._resolving_surface.resolution_near(points)
-        positions = [self._nearest(point, 1)[0] for point in _sample(points, N_SAMPLES)]
+            return self._resolving_surface.local_resolution(points)
+        positions = [self._nearest(point, 1)[0] for point in _sample_points(points, N_SAMPLES)]
 
         def neighbours(count: int) -> FloatArray | None:
             # Use one call for all matrices, because a single 3 x 3 matrix takes as long.
@@ -114,23 +118,29 @@ class VertexSurface:
         return resolution_from_neighbours(neighbours)
 
     def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
-        line = _resample(points)
+        line = _resample_polyline(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
-        resolution = self.resolution_near(points) or 0.0
+        resolution = self.local_resolution(points) or 0.0
         plane_normal = _plane_within_wander(points, resolution)
         if plane_normal is not None:
-            neighbours = [self._nearest(point, N_NEIGHBOURS) for point in _sample(line, N_SAMPLES)]
-            face = _fit_face(line, np.unique(np.concatenate(neighbours), axis=0), 2.0 * resolution)
+            neighbours = [
+                self._nearest(point, N_NEIGHBOURS) for point in _sample_points(line, N_SAMPLES)
+            ]
+            face = _fit_face_normal(
+                line, np.unique(np.concatenate(neighbours), axis=0), 2.0 * resolution
+            )
             if face is not None and abs(float(face @ plane_normal)) > MIN_FACE_COSINE:
                 return face
         radius = max(FACE_EXTENT_RATIO * extent, 10.0 * resolution)
         near_points = self._vertices_near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
-        return _fit_face(line, near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)], radius)
+        return _fit_face_normal(
+            line, near_points[:: max(1, len(near_points) // MAX_FACE_POINTS)], radius
+        )
 
     def _vertices_near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Return vertices (k, 3) in a box that suffice to determine the attitude of the surface."""
-        is_inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
-        return np.asarray(self._coarse[is_inside])
+        is_inside = np.all((self._coarse_vertices >= low) & (self._coarse_vertices <= high), axis=1)
+        return np.asarray(self._coarse_vertices[is_inside])
 
     def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         """Return the ids of the vertices in a ball, in any order."""
@@ -154,7 +164,7 @@ class VertexSurface:
         """
         if self._tree is None or self._coarse_tree is None:
             return None
-        near_points = self._coarse[self._coarse_tree.query_ball_point(centre, radius)]
+        near_points = self._coarse_vertices[self._coarse_tree.query_ball_point(centre, radius)]
         if len(near_points) < MIN_NORMAL_POINTS:
             distance, index = self._tree.query(
                 centre, k=min(MIN_NORMAL_POINTS, len(self._vertices)), distance_upper_bound=radius
@@ -176,7 +186,7 @@ class VertexSurface:
         return np.asarray(self._vertices[index[np.argsort(square[index])]])
 
 
-def _fit_face(line: FloatArray, near_points: FloatArray, radius: float) -> FloatArray | None:
+def _fit_face_normal(line: FloatArray, near_points: FloatArray, radius: float) -> FloatArray | None:
     """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line.
 
     None if they are not a face.
@@ -214,14 +224,14 @@ def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | 
     return np.asarray(vectors[:, 0])
 
 
-def _sample(points: FloatArray, count: int) -> FloatArray:
+def _sample_points(points: FloatArray, count: int) -> FloatArray:
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) <= count:
         return points
     return np.asarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
 
 
-def _resample(points: FloatArray, pieces: int = 200) -> FloatArray:
+def _resample_polyline(points: FloatArray, pieces: int = 200) -> FloatArray:
     """Resample a polyline at even steps."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 2:

@@ -30,15 +30,15 @@ def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     marks = np.asarray(pixels, np.float64).reshape(-1, 2)
     if len(views) < 2:
         return np.full(3, np.nan)
-    normal, right = np.zeros((3, 3)), np.zeros(3)
+    normal_matrix, right_side = np.zeros((3, 3)), np.zeros(3)
     for view, mark in zip(views, marks, strict=True):
         ray = view.rays(mark)[0]
         projector = np.eye(3) - np.outer(ray, ray)
-        normal += projector
-        right += projector @ view.centre
-    if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e8:
+        normal_matrix += projector
+        right_side += projector @ view.centre
+    if not np.isfinite(normal_matrix).all() or np.linalg.cond(normal_matrix) > 1e8:
         return np.full(3, np.nan)
-    point = np.linalg.solve(normal, right)
+    point = np.linalg.solve(normal_matrix, right_side)
     step = 1e-6 * max(1e-9, float(np.linalg.norm(point - views[0].centre)))
     offsets = np.vstack([np.zeros(3), np.eye(3) * step, -np.eye(3) * step])
     for _ in range(10):

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 
 from vomstudio.core.words import tr
 
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+METRES_PER_UNIT = {
+    "m": 1.0,
+    "cm": 0.01,
+    "mm": 0.001,
+    "km": 1000.0,
+    "ft": 0.3048,
+    "us-ft": 1200 / 3937,
+}
 """Metres per unit of length, by the name that users type."""
 
 
@@ -62,7 +69,7 @@ class Axes:
         return f'LOCAL_CS["{name}",LOCAL_DATUM["Model",32767],{unit},{axes}]'
 
 
-WORLD = Axes()
+WORLD_AXES = Axes()
 UNPLACED_AXES = Axes(metric=False, north=False)
 
 MAX_ROUNDING_M = 1e-7
@@ -163,7 +170,7 @@ def round_length(max_length: float) -> float:
     )
 
 
-def bar_text(length_m: float, *, is_metric: bool = True) -> str:
+def scale_bar_text(length_m: float, *, is_metric: bool = True) -> str:
     """Format the round length of a scale bar with as few digits as possible.
 
     Parameters
@@ -184,12 +191,12 @@ def bar_text(length_m: float, *, is_metric: bool = True) -> str:
     return f"{length_m * 1e3:g} mm"
 
 
-def area_text(value_m2: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
+def area_text(area_m2: float | None, digits: int = 3, *, is_metric: bool = True) -> str:
     """Format an area with the given significant digits, but at least to whole units.
 
     Parameters
     ----------
-    value_m2 : float or None
+    area_m2 : float or None
     digits : int, optional
         Number of significant digits.
     is_metric : bool, optional
@@ -199,17 +206,17 @@ def area_text(value_m2: float | None, digits: int = 3, *, is_metric: bool = True
     -------
     str
     """
-    if value_m2 is None:
+    if area_m2 is None:
         return "–"
     if not is_metric:
-        return tr("{area} units²", area=_format_rounded(value_m2, digits))
-    if abs(value_m2) < MAX_ROUNDING_M**2:
+        return tr("{area} units²", area=_format_rounded(area_m2, digits))
+    if abs(area_m2) < MAX_ROUNDING_M**2:
         return "0 cm²"
     for unit, size, limit in (("cm²", 1e-4, 100.0), ("m²", 1.0, 1e4)):
-        text = _format_rounded(value_m2 / size, digits)
+        text = _format_rounded(area_m2 / size, digits)
         if abs(float(text)) < limit:
             return f"{text} {unit}"
-    return f"{_format_rounded(value_m2 / 1e6, digits)} km²"
+    return f"{_format_rounded(area_m2 / 1e6, digits)} km²"
 
 
 def _format_rounded(value: float, digits: int) -> str:

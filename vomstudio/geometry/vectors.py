@@ -36,7 +36,7 @@ def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
     return np.where(wrapped_angle >= 360.0, 0.0, wrapped_angle) + 0.0
 
 
-def upward(normals: FloatArray) -> FloatArray:
+def flip_upward(normals: FloatArray) -> FloatArray:
     """Flip normals upward; a horizontal normal points to an azimuth in [90, 270).
 
     In this half, the right-hand-rule strike of a vertical plane is in [0, 180).
@@ -59,7 +59,7 @@ def upward(normals: FloatArray) -> FloatArray:
     return result
 
 
-def dip_of_normals(
+def dips_from_normals(
     normals: FloatArray, min_tilt: FloatArray | float = MIN_TILT
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the dip direction and dip of upward normals.

@@ -16,7 +16,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
-STEEP_DEG = 89.9
+MIN_STEEP_DEG = 89.9
 """From this plunge on, up or down, image up is North."""
 
 ROUNDING_DEG = 1e-9
@@ -34,7 +34,7 @@ class ViewFrame:
     direction: FloatArray
 
     @classmethod
-    def looking(cls, direction: npt.ArrayLike) -> ViewFrame:
+    def from_direction(cls, direction: npt.ArrayLike) -> ViewFrame:
         """Return the frame of a viewer who looks along `direction` (3,), not zero."""
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
@@ -42,7 +42,7 @@ class ViewFrame:
             raise GeometryError(Finding("vector.invalid", name="view direction"))
         d = d / length + 0.0
         plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
-        is_steep = abs(plunge) >= STEEP_DEG - ROUNDING_DEG
+        is_steep = abs(plunge) >= MIN_STEEP_DEG - ROUNDING_DEG
         up = np.array([0.0, 1.0, 0.0] if is_steep else [0.0, 0.0, 1.0])
         right = np.cross(d, up)
         right = right / np.linalg.norm(right) + 0.0

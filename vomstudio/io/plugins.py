@@ -21,7 +21,7 @@ class LoadedPlugins(Generic[T]):
     """Loaded plugins, and a finding for each one that could not be loaded."""
 
     all: tuple[T, ...]
-    broken: tuple[Finding, ...]
+    problems: tuple[Finding, ...]
 
 
 def find_plugins(
@@ -43,8 +43,8 @@ def find_plugins(
     Returns
     -------
     LoadedPlugins
-        Loaded plugins. An object that cannot be loaded is reported in `broken` and does not affect
-        the others.
+        Loaded plugins. An object that cannot be loaded is reported in `problems` and does not
+        affect the others.
     """
     from importlib.metadata import entry_points
 

@@ -150,7 +150,7 @@ class Settings:
         limits: dict[str, Any] = dict(self.limits)
         return Thresholds(**limits, profile="own limits" if limits else "error")
 
-    def add_recent(self, path: Path) -> None:
+    def add_recent_project(self, path: Path) -> None:
         """Add a project to the list of recent projects."""
         text = str(path)
         self.recent = [text, *(path for path in self.recent if path != text)][:_MAX_RECENT]
@@ -243,17 +243,17 @@ def write_settings(
     path = path or settings_path()
     values = asdict(settings)
     if base is not None and path.is_file():
-        values = _merge(asdict(read_settings(path)[0]), asdict(base), values)
+        values = _merge_settings(asdict(read_settings(path)[0]), asdict(base), values)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TargetError(Finding("output.unwritable", reason=error.strerror), file=path) from error
-    text = _toml(values, _current_text(path))
-    with atomic_write(path, force=True) as part:
-        Path(part).write_text(text, encoding="utf-8")
+    text = _toml_text(values, _current_text(path))
+    with atomic_write(path, force=True) as temporary:
+        Path(temporary).write_text(text, encoding="utf-8")
 
 
-def _merge(
+def _merge_settings(
     stored_settings: dict[str, Any], base: dict[str, Any], current: dict[str, Any]
 ) -> dict[str, Any]:
     """Return the stored values with the changes of this window since `base`."""
@@ -267,8 +267,12 @@ def _merge(
     ]
     merged_settings["unclosed"] = [*unclosed_paths, *new_texts]
     # Files opened since then precede the file that was the newest.
-    newest, former = current["recent"], base["recent"][:1]
-    opened_paths = newest[: newest.index(former[0])] if former and former[0] in newest else newest
+    recent_paths, former_recent = current["recent"], base["recent"][:1]
+    opened_paths = (
+        recent_paths[: recent_paths.index(former_recent[0])]
+        if former_recent and former_recent[0] in recent_paths
+        else recent_paths
+    )
     merged_settings["recent"] = list(dict.fromkeys([*opened_paths, *stored_settings["recent"]]))[
         :_MAX_RECENT
     ]
@@ -288,17 +292,17 @@ class SettingsFile:
     `write_soon` writes in a thread so that a window does not wait for the disk.
     """
 
-    def __init__(self, settings: Settings, problem: Callable[[VomError], None]) -> None:
+    def __init__(self, settings: Settings, report_problem: Callable[[VomError], None]) -> None:
         """Create the writer.
 
         Parameters
         ----------
         settings : Settings
             Settings as they were read.
-        problem : callable
+        report_problem : callable
             Function that receives the error, in any thread, if settings cannot be written.
         """
-        self._base, self._problem = deepcopy(settings), problem
+        self._base, self._report_problem = deepcopy(settings), report_problem
         self._write_lock = threading.Lock()
         self._last_request = 0
 
@@ -328,24 +332,24 @@ class SettingsFile:
             try:
                 self._write_merged(settings, path)
             except VomError as error:
-                self._problem(error)
+                self._report_problem(error)
 
     def _write_merged(self, settings: Settings, path: Path) -> None:
         write_settings(settings, path, self._base)
         self._base = settings
 
 
-def _toml(values: dict[str, Any], older_text: str) -> str:
+def _toml_text(values: dict[str, Any], previous_text: str) -> str:
     """Return a TOML document with the values, based on an older document if it is valid."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
     try:
-        document = tomlkit.parse(older_text)
+        document = tomlkit.parse(previous_text)
     except (TOMLKitError, RecursionError):
         return tomlkit.dumps(values)
     expected_values_by_key = document.unwrap() | values
-    _set(document, values)
+    _update_table(document, values)
     text = tomlkit.dumps(document)
     # tomlkit may write dotted keys, and tables in several parts, incorrectly.
     return (
@@ -355,7 +359,7 @@ def _toml(values: dict[str, Any], older_text: str) -> str:
     )
 
 
-def _set(table: Any, values: dict[str, Any]) -> None:
+def _update_table(table: Any, values: dict[str, Any]) -> None:
     """Set values of a table, keeping equal values in their current form."""
     from tomlkit.items import AbstractTable
 
@@ -364,7 +368,7 @@ def _set(table: Any, values: dict[str, Any]) -> None:
         if isinstance(value, dict) and isinstance(current_value, AbstractTable):
             for removed_key in current_value.keys() - value.keys():
                 del current_value[removed_key]
-            _set(current_value, value)
+            _update_table(current_value, value)
         # True equals 1 in Python but not in TOML.
         elif current_value != value or isinstance(current_value, bool) != isinstance(value, bool):
             table[key] = value

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.legend import Legend
 
-_LETTER = 0.64
+_DIGIT_WIDTH = 0.64
 """Mean width of a digit relative to the font size."""
 _PLAIN_POWERS = range(-3, 6)
 """Powers of ten that are written as decimal numbers."""
@@ -49,8 +49,8 @@ def set_log_ticks(axis: Axis, font_pt: float) -> None:
     ticks = np.array([low, high])
     for ticks in _log_ticks(low, high):
         max_length = max(len(_plain_number(value)) for value in ticks.tolist())
-        needed_width = font_pt * (_LETTER * max_length + 1.0 if is_horizontal else 1.5)
-        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= needed_width:
+        required_width = font_pt * (_DIGIT_WIDTH * max_length + 1.0 if is_horizontal else 1.5)
+        if points_per_decade * float(np.diff(np.log10(ticks)).min()) >= required_width:
             break
     axis.set_major_locator(FixedLocator(ticks.tolist()))
     axis.set_major_formatter(FuncFormatter(lambda value, _: _plain_number(value)))
@@ -88,7 +88,7 @@ def _plain_number(value: float) -> str:
     return f"$10^{{{power}}}$" if abs(factor - 1) < 1e-6 else f"{factor:g}·$10^{{{power}}}$"
 
 
-def make_room_for_legend(axes: Axes, legend: Legend) -> None:
+def extend_limits_for_legend(axes: Axes, legend: Legend) -> None:
     """Extend the vertical limits until no curve or area lies below the legend.
 
     The limit on the side of the legend is extended. Draw everything first.
@@ -104,19 +104,19 @@ def make_room_for_legend(axes: Axes, legend: Legend) -> None:
     assert figure is not None
     renderer = FigureCanvasAgg(figure).get_renderer()
     box = legend.get_window_extent(renderer).transformed(axes.transAxes.inverted())
-    points = _drawn_points(axes)
-    heights_near = points[(points[:, 0] >= box.x0 - 0.01) & (points[:, 0] <= box.x1 + 0.01), 1]
-    if not len(heights_near):
+    points = _curve_points(axes)
+    nearby_heights = points[(points[:, 0] >= box.x0 - 0.01) & (points[:, 0] <= box.x1 + 0.01), 1]
+    if not len(nearby_heights):
         return
     scale = axes.yaxis.get_transform()
     low, high = scale.transform(np.array(axes.get_ylim()))
     if box.y0 + box.y1 > 1.0:
-        top = float(heights_near.max())
+        top = float(nearby_heights.max())
         limit = box.y0 - _LEGEND_GAP
         if top > limit:
             high = low + (high - low) * top / limit
     else:
-        bottom = float(heights_near.min())
+        bottom = float(nearby_heights.min())
         limit = box.y1 + _LEGEND_GAP
         if bottom < limit:
             low = high - (high - low) * (1.0 - bottom) / (1.0 - limit)
@@ -124,7 +124,7 @@ def make_room_for_legend(axes: Axes, legend: Legend) -> None:
     axes.set_ylim(new_low, new_high)
 
 
-def _drawn_points(axes: Axes) -> FloatArray:
+def _curve_points(axes: Axes) -> FloatArray:
     """Return points (n, 2) along all curves and areas, in shares of the axes."""
     curves = [line.get_transform().transform(line.get_xydata()) for line in axes.lines]
     for collection in axes.collections:
@@ -140,13 +140,21 @@ def _drawn_points(axes: Axes) -> FloatArray:
     return all_points[((all_points >= 0.0) & (all_points <= 1.0)).all(axis=1)]
 
 
-_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
+_LABEL_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
 """Positions (right, up) of a name relative to its symbol, the best first."""
-_ACROSS: Mapping[int, Literal["left", "center", "right"]] = {1: "left", 0: "center", -1: "right"}
-_ALONG: Mapping[int, Literal["bottom", "center", "top"]] = {1: "bottom", 0: "center", -1: "top"}
+_HORIZONTAL_ALIGNMENTS: Mapping[int, Literal["left", "center", "right"]] = {
+    1: "left",
+    0: "center",
+    -1: "right",
+}
+_VERTICAL_ALIGNMENTS: Mapping[int, Literal["bottom", "center", "top"]] = {
+    1: "bottom",
+    0: "center",
+    -1: "top",
+}
 
 
-def name_symbols(
+def label_symbols(
     axes: Axes,
     points: FloatArray,
     names: Mapping[int, str],
@@ -178,24 +186,26 @@ def name_symbols(
     figure.draw_without_rendering()
     renderer = FigureCanvasAgg(figure).get_renderer()
     positions = axes.transData.transform(points)
-    half_px = 0.5 * symbol_pt * figure.dpi / 72.0
-    occupied_boxes = [Bbox([position - half_px, position + half_px]) for position in positions]
+    half_size_px = 0.5 * symbol_pt * figure.dpi / 72.0
+    occupied_boxes = [
+        Bbox([position - half_size_px, position + half_size_px]) for position in positions
+    ]
     occupied_boxes += [text.get_window_extent(renderer) for text in axes.texts]
     if (legend := axes.get_legend()) is not None:
         occupied_boxes.append(legend.get_window_extent(renderer))
     axes_box = axes.get_window_extent(renderer)
     # Also keep a distance from the symbol itself.
-    distances = 0.5 * symbol_pt + 1.5
+    distance = 0.5 * symbol_pt + 1.5
     for row, name in names.items():
         x, y = points[row].tolist()
-        for right, up in _SIDES:
+        for right, up in _LABEL_SIDES:
             label = axes.annotate(
                 name,
                 (x, y),
-                xytext=(right * distances, up * distances),
+                xytext=(right * distance, up * distance),
                 textcoords="offset points",
-                ha=_ACROSS[right],
-                va=_ALONG[up],
+                ha=_HORIZONTAL_ALIGNMENTS[right],
+                va=_VERTICAL_ALIGNMENTS[up],
                 fontsize=font_pt,
                 color=color,
                 zorder=5,

@@ -16,7 +16,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import make_folder
-from vomstudio.core.files.regular import open_regular, read_whole
+from vomstudio.core.files.regular import open_regular_file, read_whole_file
 from vomstudio.core.findings import Finding
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Asset, Mask
@@ -47,7 +47,7 @@ def asset_path(project: Path, asset: Asset) -> Path:
 
 def is_intact(path: Path) -> bool:
     """Return whether the content of an asset matches its name."""
-    with open_regular(path) as stream:
+    with open_regular_file(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest() == path.stem
 
 
@@ -60,7 +60,7 @@ class Assets:
 
     def __init__(self, folder: Callable[[], Path], is_current: Callable[[], bool]) -> None:
         self._folder, self._is_current = folder, is_current
-        self._cached: dict[str, bytes] = {}
+        self._cached_contents: dict[str, bytes] = {}
         self._bytes = 0
         self._works_offline = False
         self._pending: set[str] = set()
@@ -81,7 +81,7 @@ class Assets:
         except (TargetError, OSError):
             pass
         self._pending.add(asset.path)
-        self._cached[asset.path] = data
+        self._cached_contents[asset.path] = data
         return asset
 
     def path(self, asset: Asset) -> Path:
@@ -89,7 +89,7 @@ class Assets:
         try:
             return asset_path(self._folder(), asset)
         except InputError:
-            data = self._cached.get(asset.path)
+            data = self._cached_contents.get(asset.path)
             if data is None:
                 raise
         if self._temporary_folder is None:
@@ -114,21 +114,23 @@ class Assets:
                 self._cache(record.file.path)
 
     def _cache(self, name: str) -> None:
-        if name in self._cached or self._bytes > MAX_CACHED_BYTES:
+        if name in self._cached_contents or self._bytes > MAX_CACHED_BYTES:
             return
         with contextlib.suppress(OSError, InputError):
-            self._cached[name] = read_whole(asset_path(self._folder(), Asset(name, 0)))
-            self._bytes += len(self._cached[name])
+            self._cached_contents[name] = read_whole_file(
+                asset_path(self._folder(), Asset(name, 0))
+            )
+            self._bytes += len(self._cached_contents[name])
 
     def write_pending(self) -> None:
         """Write the assets that exist only in memory, before their row. Raises TargetError."""
         for name in sorted(self._pending):
-            store_asset(self._folder(), self._cached[name], Path(name).suffix)
+            store_asset(self._folder(), self._cached_contents[name], Path(name).suffix)
             self._pending.discard(name)
 
     def write(self, project: Path) -> None:
         """Write missing or incomplete assets to another folder. Raises TargetError and OSError."""
-        for name, data in self._cached.items():
+        for name, data in self._cached_contents.items():
             path = project / name
             if not path.is_file() or path.stat().st_size != len(data):
                 (project / FOLDER).mkdir(exist_ok=True)

@@ -11,9 +11,9 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.matrices import Point
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.figures import Subject
-from vomstudio.project.records import Feature, Logged, Record, get, get_feature
+from vomstudio.project.records import Feature, LoggedFeature, Record, get, get_feature
 
-POINT = "#"
+POINT_PREFIX = "#"
 """Prefix of a boundary at a point of the line, followed by the 0-based number of the point."""
 
 
@@ -37,7 +37,7 @@ def describe_bed(
     DocumentError
         If the line does not exist or has no log, or if nothing would change.
     """
-    line = get(records, line_id, Logged)
+    line = get(records, line_id, LoggedFeature)
     if line is None:
         raise DocumentError(Finding("bed.no-line"))
     beds_by_boundary = {bed[0]: bed for bed in line.beds}
@@ -47,7 +47,9 @@ def describe_bed(
     beds = tuple(beds_by_boundary[key] for key in sorted(beds_by_boundary))
     if beds == tuple(sorted(line.beds)):
         raise DocumentError(Finding("edit.no-change"))
-    return change(records, f"Describe a bed along {line.name}", {line_id: line.but(beds=beds)})
+    return change(
+        records, f"Describe a bed along {line.name}", {line_id: line.replace_fields(beds=beds)}
+    )
 
 
 def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]:
@@ -57,36 +59,36 @@ def vertex_fields(feature: Feature, vertices: Sequence[Point]) -> dict[str, Any]
     with the point.
     """
     fields: dict[str, Any] = {"vertices": tuple(vertices)}
-    if not isinstance(feature, Logged) or not feature.beds:
+    if not isinstance(feature, LoggedFeature) or not feature.beds:
         return fields
     if len(vertices) != len(feature.vertices):
         fields["beds"] = tuple(_renumber_beds(feature, fields["vertices"]))
     return fields
 
 
-def _renumber_beds(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
+def _renumber_beds(line: LoggedFeature, vertices: tuple[Point, ...]) -> list[tuple[str, str, str]]:
     beds = []
     for boundary, lithology, notes in line.beds:
-        if boundary.startswith(POINT):
+        if boundary.startswith(POINT_PREFIX):
             boundary_number = _number(boundary)
             if (
                 not 0 <= boundary_number < len(line.vertices)
                 or line.vertices[boundary_number] not in vertices
             ):
                 continue
-            boundary = f"{POINT}{vertices.index(line.vertices[boundary_number])}"
+            boundary = f"{POINT_PREFIX}{vertices.index(line.vertices[boundary_number])}"
         beds.append((boundary, lithology, notes))
     return beds
 
 
 def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
     """Return one sentence per bed, for tables and layers that have no column for beds."""
-    if not isinstance(feature, Logged):
+    if not isinstance(feature, LoggedFeature):
         return []
     lines = []
     for boundary, lithology, notes in feature.beds:
         description = ", ".join(filter(None, (lithology, notes)))
-        if boundary.startswith(POINT):
+        if boundary.startswith(POINT_PREFIX):
             boundary_number = _number(boundary) + 1
             lines.append(
                 tr("bed from point {number}: {what}", number=boundary_number, what=description)
@@ -103,5 +105,5 @@ def notes_with_beds(subject: Subject) -> str:
 
 
 def _number(boundary: str) -> int:
-    digits = boundary.removeprefix(POINT)
+    digits = boundary.removeprefix(POINT_PREFIX)
     return int(digits) if digits.isdecimal() else -1

@@ -14,11 +14,11 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.figures import figure_in_degrees as _degrees
 from vomstudio.project.figures import figure_in_metres as _metres
 from vomstudio.project.figures import text_figure as _text
-from vomstudio.project.records import OnAModel
+from vomstudio.project.records import ModelFeature
 from vomstudio.project.slip_figures import SLIP
 
-NO_MODEL = to_translate("local frame: its model is missing")
-IN_WORLD = to_translate("grid north, as entered")
+MISSING_MODEL_TEXT = to_translate("local frame: its model is missing")
+GRID_NORTH_TEXT = to_translate("grid north, as entered")
 
 Value = Callable[[Subject], Any]
 
@@ -159,10 +159,10 @@ def _model(subject: Subject) -> str | None:
 
 
 def _frame(subject: Subject) -> str:
-    if not isinstance(subject.feature, OnAModel):
-        return tr(IN_WORLD)
+    if not isinstance(subject.feature, ModelFeature):
+        return tr(GRID_NORTH_TEXT)
     model = subject.model
-    return tr(NO_MODEL) if model is None else model.frame.name()
+    return tr(MISSING_MODEL_TEXT) if model is None else model.frame.name()
 
 
 def _is_overturned(subject: Subject) -> bool | None:
@@ -170,7 +170,7 @@ def _is_overturned(subject: Subject) -> bool | None:
     return None if value is None else bool(value)
 
 
-def _to_pick(subject: Subject) -> float | None:
+def _angle_to_pick(subject: Subject) -> float | None:
     pick = subject.nearest()
     return None if pick is None else pick.angle_deg
 
@@ -421,7 +421,7 @@ REGISTRATION_ERROR = _degrees(
     _measured_value("registration_error_deg"),
     short="reg_error",
 )
-TOTAL = _degrees(
+TOTAL_ERROR = _degrees(
     "total95_deg",
     _("95 % error"),
     _(
@@ -555,7 +555,7 @@ ORIENTATION: tuple[Figure, ...] = (
     DIP_ERROR,
     DIP_DIRECTION_ERROR,
     REGISTRATION_ERROR,
-    TOTAL,
+    TOTAL_ERROR,
     *NORMAL_COVARIANCE,
     RESOLUTION,
     EXTENT_OVER_RESOLUTION,
@@ -573,21 +573,21 @@ ORIENTATION: tuple[Figure, ...] = (
 )
 """Columns of the orientation table, in table order."""
 
-TO_PICK = _degrees(
+ANGLE_TO_PICK = _degrees(
     "to_pick_deg",
     _("Nearest pick"),
     _(
         "Angle between a compass reading and the nearest pick of its type (without position: the"
         " most similar)"
     ),
-    _to_pick,
+    _angle_to_pick,
 )
 ANGLE = _degrees(
     "angle_deg", _("Angle"), _("Angle between the two planes"), _measured_value("angle_deg")
 )
 
 # --- groups ----------------------------------------------------------------------------------
-NAMED = (ID, NAME, KIND, SET)
+NAME_FIGURES = (ID, NAME, KIND, SET)
 PLACE = (X, Y, Z)
 PLANE = (
     ELEMENT,
@@ -604,7 +604,7 @@ PLANE = (
 LINE = (ELEMENT, TREND, PLUNGE, UNDEFINED)
 SIZE = (N_POINTS, EXTENT, RMS)
 CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
-FITTED = (
+FIT_FIGURES = (
     *SIZE,
     LAMBDA_1,
     LAMBDA_2,
@@ -620,7 +620,7 @@ FITTED = (
     DIP_ERROR,
     DIP_DIRECTION_ERROR,
     REGISTRATION_ERROR,
-    TOTAL,
+    TOTAL_ERROR,
     *NORMAL_COVARIANCE,
     RESOLUTION,
     EXTENT_OVER_RESOLUTION,
@@ -629,4 +629,4 @@ FITTED = (
     METHOD,
 )
 VERDICT = (QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE)
-ON_A_MODEL = (MODEL, FRAME)
+MODEL_FIGURES = (MODEL, FRAME)

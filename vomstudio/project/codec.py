@@ -24,8 +24,8 @@ from vomstudio.core.plain_data import (
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import (
+    NorthReference,
     ObservationGroup,
-    ReadNorth,
     Registration,
     RegistrationPoint,
 )
@@ -67,7 +67,7 @@ _NESTED = NestedFields(
         "frame": Frame,
         "file": Asset,
         "limits": Thresholds,
-        "read_north": ReadNorth,
+        "read_north": NorthReference,
         **kinds.PARTS,
     },
     lists={"control": RegistrationPoint, "observations": ObservationGroup},

@@ -25,14 +25,14 @@ from vomstudio.project.codec import encode_edit
 from vomstudio.project.edit import Edit
 from vomstudio.project.journal.database import SqliteJournal
 from vomstudio.project.journal.failures import NotWritten
-from vomstudio.project.journal.file_watch import head_of
+from vomstudio.project.journal.file_watch import read_journal_head
 from vomstudio.project.journal.replay import RowKind
 from vomstudio.project.paths import JOURNAL_NAME
 from vomstudio.project.session import Session
-from vomstudio.project.verify import assets_of
+from vomstudio.project.verify import collect_assets
 
 BACKUP_NAME = "journal-before-compaction.sqlite"
-NEW_NAME = "journal-compacted.sqlite"
+NEW_JOURNAL_NAME = "journal-compacted.sqlite"
 _ASSETS_BACKUP = "assets-before-compaction"
 
 
@@ -67,7 +67,7 @@ def plan(folder: Path, session: Session, journal: SqliteJournal) -> CompactionPl
 
 
 @dataclass(frozen=True)
-class Compacted:
+class CompactionResult:
     """Result of a compaction.
 
     Attributes
@@ -82,7 +82,7 @@ class Compacted:
     last: int
 
 
-def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted:
+def compact(folder: Path, session: Session, journal: SqliteJournal) -> CompactionResult:
     """Rewrite the journal and move unused files to a backup folder.
 
     Raises
@@ -98,7 +98,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         raise DocumentError(Finding("compaction.in-memory"))
     if session.problems:
         raise DocumentError(Finding("compaction.damaged"))
-    new_path = folder / NEW_NAME
+    new_path = folder / NEW_JOURNAL_NAME
     try:
         seq_map = write_compacted_journal(new_path, session, journal)
         journal.copy_to(folder / BACKUP_NAME)
@@ -113,7 +113,7 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
         for path in _unused_files(folder, session):
             make_folder(backup, folder)
             path.replace(backup / path.name)
-    return Compacted(seq_map, journal.last_number)
+    return CompactionResult(seq_map, journal.last_number)
 
 
 def write_compacted_journal(
@@ -216,7 +216,7 @@ def replace_journal(
         also raised if the new journal cannot be opened immediately; the journal is then opened
         with the next step.
     """
-    head = head_of(new_path)
+    head = read_journal_head(new_path)
     # From here on, killing the process leaves either of the two journals complete.
     journal.close_file()
     try:
@@ -228,13 +228,13 @@ def replace_journal(
         raise write_error(folder / JOURNAL_NAME, error) from error
     session.use_journal(journal, seq_map)
     try:
-        journal.reopen_replaced(head)
+        journal.reopen_after_replacement(head)
     except VomError as error:
         raise write_error(folder / JOURNAL_NAME, error.__cause__ or error) from error
 
 
 def undo_compaction(
-    folder: Path, session: Session, journal: SqliteJournal, compacted: Compacted
+    folder: Path, session: Session, journal: SqliteJournal, compacted: CompactionResult
 ) -> None:
     """Restore the previous journal and files, followed by the steps made since the compaction.
 
@@ -246,7 +246,7 @@ def undo_compaction(
         If the project cannot be written. In this case nothing has changed, and the call can be
         repeated.
     """
-    backup_path, new_path = folder / BACKUP_NAME, folder / NEW_NAME
+    backup_path, new_path = folder / BACKUP_NAME, folder / NEW_JOURNAL_NAME
     if not backup_path.is_file():
         raise DocumentError(Finding("compaction.none"))
     # Restore the files first: a superfluous file is harmless, but a missing one is not.
@@ -263,9 +263,9 @@ def undo_compaction(
     try:
         for row in journal.rows():
             if row.seq > compacted.last:
-                undone_row = None if row.of_seq is None else seq_map.get(row.of_seq)
+                undone_seq = None if row.of_seq is None else seq_map.get(row.of_seq)
                 seq_map[row.seq] = old_journal.copy_row(
-                    row.kind, undone_row, row.label, row.before, row.after, row
+                    row.kind, undone_seq, row.label, row.before, row.after, row
                 )
     except BaseException:
         old_journal.close()
@@ -295,7 +295,7 @@ def _restore_assets(folder: Path) -> None:
 def discard_backup(folder: Path) -> None:
     """Delete the backup and the remains of a failed compaction when the project is closed."""
     remove(folder / BACKUP_NAME)
-    remove(folder / NEW_NAME)
+    remove(folder / NEW_JOURNAL_NAME)
     backup = folder / _ASSETS_BACKUP
     # The target of a link does not belong to the project.
     if backup.is_dir() and not special_files(str(folder), [_ASSETS_BACKUP]):
@@ -317,22 +317,22 @@ class _NewRow:
 
 def _rows(session: Session) -> Iterator[_NewRow]:
     """Yield the rows of a journal that contains only reachable steps."""
-    steps, undone = session.done_steps(), session.undone_steps()
+    steps, undone_steps = session.done_steps(), session.undone_steps()
     if not steps:
         return
     for seq, edit in steps:
-        yield _do(seq, edit)
+        yield _do_row(seq, edit)
         if seq == session.saved_top:
             yield _NewRow("save", 0, None, "", None, None)
-    for seq, edit in reversed(undone):
-        yield _do(seq, edit)
-    for seq, edit in undone:
+    for seq, edit in reversed(undone_steps):
+        yield _do_row(seq, edit)
+    for seq, edit in undone_steps:
         yield _NewRow("undo", 0, seq, edit.label, None, None)
     if session.draft is not None:
         yield _NewRow("draft", session.draft.seq, None, "", None, session.draft.state)
 
 
-def _do(seq: int, edit: Edit) -> _NewRow:
+def _do_row(seq: int, edit: Edit) -> _NewRow:
     old_values, new_values = encode_edit(edit)
     return _NewRow("do", seq, None, edit.label, old_values, new_values)
 
@@ -345,7 +345,8 @@ def _unused_files(folder: Path, session: Session) -> list[Path]:
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
     named_paths = {
-        asset.path for asset in assets_of(session.records.values(), session.saved.values(), steps)
+        asset.path
+        for asset in collect_assets(session.records.values(), session.saved.values(), steps)
     }
     return sorted(
         path for path in assets.iterdir() if path.relative_to(folder).as_posix() not in named_paths

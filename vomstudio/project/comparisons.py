@@ -19,7 +19,7 @@ import numpy as np
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.regular import is_regular, read_json
+from vomstudio.core.files.regular import is_regular_file, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.project.records import Model
 
@@ -27,8 +27,8 @@ Rows = tuple[tuple[float, ...], ...]
 
 FOLDER = "comparisons"
 """Name of the folder inside the project folder."""
-_REQUIRED = ("n", "beyond", "mean_m", "median_m", "mad_m", "rms_m")
-_OPTIONAL = ("std_m", "lod95_m", "significant_share")
+_REQUIRED_FIGURES = ("n", "beyond", "mean_m", "median_m", "mad_m", "rms_m")
+_OPTIONAL_FIGURES = ("std_m", "lod95_m", "significant_share")
 _DIRECTION = ("trend_deg", "plunge_deg")
 _MATRICES = ("to_world", "benchmark_to_world")
 
@@ -98,7 +98,7 @@ def store_comparison(comparison: StoredComparison) -> None:
     values = {name: value for name, value in vars(comparison).items() if name != "fields"}
     text = json.dumps({**values, "figures": dict(comparison.figures)}, indent=1, allow_nan=False)
     write_bytes(comparison.fields.with_suffix(".json"), text.encode(), force=True)
-    for other_comparison in _read_all(comparison.fields.parent):
+    for other_comparison in _read_comparisons(comparison.fields.parent):
         if other_comparison.fields != comparison.fields and other_comparison.replaces(comparison):
             for path in (other_comparison.fields, other_comparison.fields.with_suffix(".json")):
                 with suppress(OSError):
@@ -108,18 +108,20 @@ def store_comparison(comparison: StoredComparison) -> None:
 def stored_comparisons(folder: Path, model_id: str) -> list[StoredComparison]:
     """Return the readable comparisons of a model, newest first."""
     comparisons = [
-        comparison for comparison in _read_all(folder / FOLDER) if comparison.model_id == model_id
+        comparison
+        for comparison in _read_comparisons(folder / FOLDER)
+        if comparison.model_id == model_id
     ]
     return sorted(comparisons, key=lambda comparison: comparison.made, reverse=True)
 
 
-def _read_all(folder: Path) -> list[StoredComparison]:
+def _read_comparisons(folder: Path) -> list[StoredComparison]:
     comparisons = []
     for path in sorted(folder.glob("*.json")):
         fields = path.with_suffix(".npz")
         with suppress(InputError, OSError, ValueError, TypeError, KeyError, OverflowError):
             values = read_json(path)
-            if is_regular(fields) and _is_valid(values):
+            if is_regular_file(fields) and _is_valid(values):
                 comparisons.append(
                     StoredComparison(**{**values, **_matrices(values)}, fields=fields)
                 )
@@ -138,8 +140,8 @@ def _is_valid(values: Mapping[str, Any]) -> bool:
         and isinstance(figures, dict)
         and isinstance(figures["warnings"], list)
         and all(_is_finding(item) for item in figures["warnings"])
-        and all(_is_number(figures[name]) for name in _REQUIRED)
-        and all(figures[name] is None or _is_number(figures[name]) for name in _OPTIONAL)
+        and all(_is_number(figures[name]) for name in _REQUIRED_FIGURES)
+        and all(figures[name] is None or _is_number(figures[name]) for name in _OPTIONAL_FIGURES)
         and _is_direction_or_none(figures["positive_toward"])
         and (radius is None or _is_number(radius))
         and all(np.shape(values[name]) == (4, 4) for name in _MATRICES)

@@ -10,7 +10,7 @@ from vomstudio.project.edit import Edit, change
 from vomstudio.project.records import Compass, Model, Record, compass_id, get
 
 
-def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
+def get_compass(records: Mapping[str, Record], model_id: str) -> Compass | None:
     """Return the compass of a model, or None if it has not been declared."""
     return get(records, compass_id(model_id), Compass)
 

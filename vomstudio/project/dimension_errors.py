@@ -139,18 +139,18 @@ def thickness_error(
     """
     registration, plane_registration = _registration(model), _registration(plane_model)
     shape = None if registration is None else registration.shape_covariance()
-    offset_across = float(step @ normal)
-    variance = 0.0 if shape is None else offset_across**2 * float(shape[3, 3])
+    normal_offset = float(step @ normal)
+    variance = 0.0 if shape is None else normal_offset**2 * float(shape[3, 3])
     if (registration is None) != (plane_registration is None) or (
         registration and plane_registration and registration.id != plane_registration.id
     ):
-        lever = np.cross(step, normal)
+        lever_arm = np.cross(step, normal)
         if shape is not None:
-            gradient = np.append(lever, offset_across)
+            gradient = np.append(lever_arm, normal_offset)
             variance = float(gradient @ shape @ gradient)
         rotation = None if plane_registration is None else plane_registration.rotation_covariance()
         if rotation is not None:
-            variance += float(lever @ rotation @ lever)
+            variance += float(lever_arm @ rotation @ lever_arm)
         elif shape is None:
             return None
     elif shape is None:

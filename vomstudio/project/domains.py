@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
-from vomstudio.project.records import Record, Typed, get
+from vomstudio.project.records import Record, TypedFeature, get
 
 Records = Mapping[str, Record]
 
@@ -24,14 +24,14 @@ MIN_VERTICAL_DIP_DEG = 89.0
 """Dip above which a fault is considered vertical and has no hanging wall."""
 
 
-def domain_of(record: Record) -> str | None:
+def get_domain(record: Record) -> str | None:
     """Return the domain of a record, or None if it has no domain."""
-    return record.domain or None if isinstance(record, Typed) else None
+    return record.domain or None if isinstance(record, TypedFeature) else None
 
 
 def domain_names(records: RecordMap) -> list[str]:
     """Return the sorted names of the domains that are in use."""
-    return sorted(records.count_by(domain_of))
+    return sorted(records.count_by(get_domain))
 
 
 def split_by_plane(
@@ -54,7 +54,7 @@ def split_by_plane(
     DocumentError
         If the feature has no plane or nothing would change.
     """
-    fault = get(records, id_, Typed)
+    fault = get(records, id_, TypedFeature)
     fault_measurement = {} if fault is None else measured_callback([id_])
     if (
         fault is None
@@ -78,7 +78,7 @@ def split_by_plane(
     other_domains = [
         record
         for record in records.values()
-        if isinstance(record, Typed)
+        if isinstance(record, TypedFeature)
         and (record.type_id, record.set_name) != (fault.type_id, fault.set_name)
     ]
     measurements = measured_callback([other_domain.id for other_domain in other_domains])

@@ -38,7 +38,7 @@ class Edit:
     def inverse(self) -> Edit:
         return Edit(self.label, self.after, self.before)
 
-    def followed_by(self, later_edit: Edit) -> Edit:
+    def merge_with(self, later_edit: Edit) -> Edit:
         """Return this edit and a later one combined, with the label of the later one."""
         return Edit(
             later_edit.label,

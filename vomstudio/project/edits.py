@@ -21,11 +21,11 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project.bed_descriptions import vertex_fields
 from vomstudio.project.edit import Edit, change, check_name
-from vomstudio.project.kind import kind_of
+from vomstudio.project.kind import get_kind
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.measurement_cache import measure_one
-from vomstudio.project.record_map import RecordMap, highest_number, number_of
+from vomstudio.project.measurement_cache import measure_feature
+from vomstudio.project.record_map import RecordMap, highest_number, name_number
 from vomstudio.project.records import (
     PROFILE_ID,
     SURROUNDINGS_RULE,
@@ -33,11 +33,11 @@ from vomstudio.project.records import (
     Feature,
     FeatureType,
     Model,
-    OnAModel,
-    Picked,
+    ModelFeature,
+    PickedFeature,
     Record,
-    Surrounded,
-    Typed,
+    SurroundedFeature,
+    TypedFeature,
     VerdictProfile,
     compass_id,
 )
@@ -68,7 +68,7 @@ def declare_frame(
 
     A registered model is rejected unless `replaces_registration` is set.
     """
-    model = _get(records, model_id, Model)
+    model = _get_record(records, model_id, Model)
     if model.registration is not None and not replaces_registration:
         raise DocumentError(
             Finding("model.registered", model=model.name, registration=model.registration.name)
@@ -94,24 +94,24 @@ def set_registration(
     The models are those in `models` and those that the registration already places.
     """
     new_records: dict[str, Record | None] = {registration.id: registration}
-    models_to_place = [_get(records, id_, Model) for id_ in models]
+    models_to_place = [_get_record(records, id_, Model) for id_ in models]
     placed_models = [
         record
         for record in records.values()
-        if isinstance(record, Model) and _placed_by(record, registration)
+        if isinstance(record, Model) and _is_placed_by(record, registration)
     ]
     for model in (*models_to_place, *placed_models):
         new_records[model.id] = replace(model, placement=registration)
     return change(records, f"Register by {registration.name}", new_records)
 
 
-def _placed_by(model: Model, registration: Registration) -> bool:
+def _is_placed_by(model: Model, registration: Registration) -> bool:
     return model.registration is not None and model.registration.id == registration.id
 
 
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
     """Change the path of a model whose file has been moved."""
-    model = _get(records, model_id, Model)
+    model = _get_record(records, model_id, Model)
     if content_hash != model.content_hash:
         raise DocumentError(Finding("model.other-file", path=path, model=model.name))
     return change(records, f"Locate {model.name}", {model_id: replace(model, path=path)})
@@ -122,9 +122,9 @@ def remove_model(records: Records, model_id: str) -> Edit:
 
     Features need the frame of their model, which exists only as long as the model.
     """
-    model = _get(records, model_id, Model)
+    model = _get_record(records, model_id, Model)
     count = sum(
-        isinstance(record, OnAModel | FaceGrid) and record.model_id == model_id
+        isinstance(record, ModelFeature | FaceGrid) and record.model_id == model_id
         for record in records.values()
     )
     if count:
@@ -135,13 +135,13 @@ def remove_model(records: Records, model_id: str) -> Edit:
 
 def add_trace(records: Records, trace: Trace) -> Edit:
     """Add a trace. Raises GeometryError if its vertices do not define a plane."""
-    model = _get(records, trace.model_id, Model)
-    feature_type = _get(records, trace.type_id, FeatureType)
+    model = _get_record(records, trace.model_id, Model)
+    feature_type = _get_record(records, trace.type_id, FeatureType)
     if trace.id in records:
         raise DocumentError(Finding("record.exists", name=trace.name))
     if not trace.name:
         trace = replace(trace, name=next_name(records, feature_type))
-    measure_one(trace, model)
+    measure_feature(trace, model)
     return change(records, f"Add {feature_type.name.lower()} trace {trace.name}", {trace.id: trace})
 
 
@@ -158,7 +158,7 @@ def set_vertices(
 
     `rule` is the version of the rule with which resolution and normal were measured.
     """
-    trace = _get(records, trace_id, Trace)
+    trace = _get_record(records, trace_id, Trace)
     edited_feature = replace(
         trace,
         **vertex_fields(trace, vertices),
@@ -168,7 +168,7 @@ def set_vertices(
         rule=rule,
     )
     model = records.get(trace.model_id)
-    measure_one(edited_feature, model if isinstance(model, Model) else None)
+    measure_feature(edited_feature, model if isinstance(model, Model) else None)
     return change(records, f"Change trace {trace.name}", {trace_id: edited_feature})
 
 
@@ -207,9 +207,9 @@ def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[
     new_records: dict[str, Record | None] = {}
     for id_, values in measured_fields.items():
         feature = records.get(id_)
-        if not isinstance(feature, Surrounded):
+        if not isinstance(feature, SurroundedFeature):
             raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
-        new_records[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
+        new_records[id_] = feature.replace_fields(**values, rule=SURROUNDINGS_RULE)
     if not new_records:
         raise DocumentError(Finding("surroundings.up-to-date"))
     return change(records, f"Update the surroundings of {len(new_records)} features", new_records)
@@ -225,15 +225,15 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     for feature in features:
         if feature.id in records or feature.id in new_records:
             raise DocumentError(Finding("record.exists", name=feature.name))
-        if isinstance(feature, OnAModel):
-            _get(records, feature.model_id, Model)
+        if isinstance(feature, ModelFeature):
+            _get_record(records, feature.model_id, Model)
         feature_type: FeatureType | str
-        if isinstance(feature, Typed):
-            feature_type = _get(records, feature.type_id, FeatureType)
+        if isinstance(feature, TypedFeature):
+            feature_type = _get_record(records, feature.type_id, FeatureType)
         else:
-            feature_type = kind_of(feature).prefix(feature)
+            feature_type = get_kind(feature).prefix(feature)
         if not feature.name:
-            feature = feature.but(name=names.next_for(feature_type))
+            feature = feature.replace_fields(name=names.propose_name(feature_type))
         names.reserve(feature)
         new_records[feature.id] = feature
     if not new_records:
@@ -241,7 +241,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     first_record = next(iter(new_records.values()))
     description = f"{len(new_records)} features"
     if len(new_records) == 1 and isinstance(first_record, Feature):
-        description = f"{kind_of(first_record).noun(first_record)} {first_record.name}"
+        description = f"{get_kind(first_record).noun(first_record)} {first_record.name}"
     return change(records, f"Add {description}", new_records)
 
 
@@ -253,10 +253,10 @@ def set_line(
     resolution: float | None = None,
 ) -> Edit:
     """Replace the vertices of a lineation or dimension, and the resolution around them."""
-    feature = _get(records, feature_id, Picked)
-    if kind_of(feature).plane is not None:
+    feature = _get_record(records, feature_id, PickedFeature)
+    if get_kind(feature).plane is not None:
         raise DocumentError(Finding("feature.has-plane", feature=feature.name))
-    edited_feature = feature.but(**vertex_fields(feature, vertices))
+    edited_feature = feature.replace_fields(**vertex_fields(feature, vertices))
     if hasattr(edited_feature, "resolution"):
         edited_feature = replace(edited_feature, resolution=resolution)
     return change(records, f"Change {feature.name}", {feature_id: edited_feature})
@@ -283,11 +283,11 @@ def add_readings(
     all_records = {**records, **{feature_type.id: feature_type for feature_type in types}}
     names = NextNames(records)
     for reading in readings:
-        feature_type = _get(all_records, reading.type_id, FeatureType)
+        feature_type = _get_record(all_records, reading.type_id, FeatureType)
         if reading.id in records or reading.id in new_records:
             raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
-            reading = replace(reading, name=names.next_for(feature_type))
+            reading = replace(reading, name=names.propose_name(feature_type))
         names.reserve(reading)
         new_records[reading.id] = reading
     n = len(readings)
@@ -296,7 +296,7 @@ def add_readings(
 
 def change_feature(records: Records, feature: Feature, verb: str = "Change") -> Edit:
     """Replace a feature by another one with the same ID and kind; `verb` begins the label."""
-    _get(records, feature.id, type(feature))
+    _get_record(records, feature.id, type(feature))
     return change(records, f"{verb} {feature.name}", {feature.id: feature})
 
 
@@ -306,11 +306,11 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     The attributes are `name`, `type_id`, `set_name`, `domain`, `station`, `overturned`, `notes`,
     `method`, `plane_id`, `slip` and `slip_confidence`.
     """
-    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
+    features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
     if "type_id" in values:
-        _get(records, values["type_id"], FeatureType)
+        _get_record(records, values["type_id"], FeatureType)
     if "name" in values:
         check_name(str(values["name"]))
     # Checked once for each kind, because there may be thousands of features.
@@ -322,7 +322,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
     # A newly selected regression uses the axis nearest to the normal.
     defaults = {"axis": "auto"} if "method" in values else {}
     new_records: dict[str, Record | None] = {
-        feature.id: feature.but(**values, **defaults) for feature in features
+        feature.id: feature.replace_fields(**values, **defaults) for feature in features
     }
     attribute_names = (
         key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values
@@ -336,7 +336,7 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
 
 def _check_attributes(feature: Feature, values: Mapping[str, Any]) -> None:
     """Check that a feature has attributes, and that their values are valid for its kind."""
-    attributes = {attribute.field: attribute for attribute in kind_of(feature).attributes}
+    attributes = {attribute.field: attribute for attribute in get_kind(feature).attributes}
     for field, value in values.items():
         attribute = attributes.get(field)
         if attribute is None:
@@ -360,7 +360,7 @@ def _check_attributes(feature: Feature, values: Mapping[str, Any]) -> None:
             )
 
 
-def find_misnamed(records: Records, features: Iterable[Feature]) -> list[Feature]:
+def find_misnamed_features(records: Records, features: Iterable[Feature]) -> list[Feature]:
     """Return the features that have an automatic name of another type.
 
     Parameters
@@ -374,7 +374,7 @@ def find_misnamed(records: Records, features: Iterable[Feature]) -> list[Feature
         feature
         for feature in features
         if feature.name[:1] in other_prefixes.get(getattr(feature, "type_id", ""), ())
-        and isinstance(feature, Typed)
+        and isinstance(feature, TypedFeature)
         and _AUTOMATIC_NAME.fullmatch(feature.name)
     ]
 
@@ -410,10 +410,10 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     """
     names = NextNames(records)
     new_records: dict[str, Record | None] = {}
-    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
-    for feature in find_misnamed(records, features):
-        assert isinstance(feature, Typed)
-        name = names.next_for(_get(records, feature.type_id, FeatureType))
+    features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
+    for feature in find_misnamed_features(records, features):
+        assert isinstance(feature, TypedFeature)
+        name = names.propose_name(_get_record(records, feature.type_id, FeatureType))
         new_records[feature.id] = renamed_feature = replace(feature, name=name)
         names.reserve(renamed_feature)
     if not new_records:
@@ -432,7 +432,7 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
     """
     new_records: dict[str, Record | None] = {}
     for id_, name in names.items():
-        feature = _get(records, id_, Feature)
+        feature = _get_record(records, id_, Feature)
         if getattr(feature, "set_name", name) != name:
             new_records[id_] = replace(feature, set_name=name)
     if not new_records:
@@ -444,7 +444,7 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
     """Delete features. Features that depend on them are kept and report what is missing."""
-    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
+    features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
     description = features[0].name if len(features) == 1 else f"{len(features)} features"
@@ -481,7 +481,7 @@ def suggest_type(
 
 def change_type(records: Records, feature_type: FeatureType) -> Edit:
     """Change the name, colour or symbol of a type."""
-    _get(records, feature_type.id, FeatureType)
+    _get_record(records, feature_type.id, FeatureType)
     _check_type(records, feature_type)
     return change(
         records, f"Change feature type {feature_type.name}", {feature_type.id: feature_type}
@@ -490,9 +490,10 @@ def change_type(records: Records, feature_type: FeatureType) -> Edit:
 
 def remove_type(records: Records, type_id: str) -> Edit:
     """Remove a type that is not used by any feature."""
-    feature_type = _get(records, type_id, FeatureType)
+    feature_type = _get_record(records, type_id, FeatureType)
     count = sum(
-        isinstance(record, Typed) and record.type_id == type_id for record in records.values()
+        isinstance(record, TypedFeature) and record.type_id == type_id
+        for record in records.values()
     )
     if count:
         raise DocumentError(Finding("type.in-use", count=count, type=feature_type.name))
@@ -525,8 +526,8 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     """
     name = limits.profile.strip()
     check_name(name, "profile")
-    standard = PROFILES_BY_NAME.get(name)
-    if standard is not None and standard != limits:
+    standard_profile = PROFILES_BY_NAME.get(name)
+    if standard_profile is not None and standard_profile != limits:
         raise DocumentError(
             Finding("profile.fixed", profile=name),
             field="profile",
@@ -555,7 +556,7 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
 
 def next_name(records: Records, feature_type: FeatureType | str) -> str:
     """Return the next name for a type, such as B01, B02 ... for Bedding."""
-    return NextNames(records).next_for(feature_type)
+    return NextNames(records).propose_name(feature_type)
 
 
 class NextNames:
@@ -563,29 +564,29 @@ class NextNames:
 
     def __init__(self, records: Records) -> None:
         self._records = records
-        self._reserved: list[Record] = []
-        self._highest: dict[str, tuple[int, int]] = {}
+        self._reserved_records: list[Record] = []
+        self._highest_numbers: dict[str, tuple[int, int]] = {}
 
     def reserve(self, feature: Record) -> None:
         """Reserve the name of a feature."""
-        self._reserved.append(feature)
+        self._reserved_records.append(feature)
 
-    def next_for(self, kind: FeatureType | str) -> str:
+    def propose_name(self, kind: FeatureType | str) -> str:
         """Return the next name: the first letter and the highest number in use plus one."""
         prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
-        checked, highest = self._highest.get(prefix, (0, -1))
+        checked, highest = self._highest_numbers.get(prefix, (0, -1))
         if highest < 0:
             highest = highest_number(self._records, prefix)
-        for feature in self._reserved[checked:]:
-            highest = max(highest, number_of(prefix, feature) or 0)
-        self._highest[prefix] = len(self._reserved), highest
+        for feature in self._reserved_records[checked:]:
+            highest = max(highest, name_number(prefix, feature) or 0)
+        self._highest_numbers[prefix] = len(self._reserved_records), highest
         return f"{prefix}{highest + 1:02d}"
 
 
-def _get(records: Records, id_: str, cls: type[Any]) -> Any:
+def _get_record(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
         type_name = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
-        feature_type = "feature" if cls is Picked else type_name
+        feature_type = "feature" if cls is PickedFeature else type_name
         raise DocumentError(Finding("record.missing", kind=feature_type, id=id_))
     return record

@@ -16,7 +16,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.notation import format_error_deg as degrees
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project.measurement import Measurement, NearestPick
-from vomstudio.project.records import FeatureType, Model, OnAModel, Record, Typed, get
+from vomstudio.project.records import FeatureType, Model, ModelFeature, Record, TypedFeature, get
 from vomstudio.project.registration_errors import normal_covariance, normal_covariances
 
 Unit = Literal["", "deg", "m", "m2"]
@@ -49,13 +49,19 @@ class Subject:
     def type(self) -> FeatureType | None:
         feature = self.feature
         return (
-            get(self.records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
+            get(self.records, feature.type_id, FeatureType)
+            if isinstance(feature, TypedFeature)
+            else None
         )
 
     @property
     def model(self) -> Model | None:
         feature = self.feature
-        return get(self.records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
+        return (
+            get(self.records, feature.model_id, Model)
+            if isinstance(feature, ModelFeature)
+            else None
+        )
 
 
 def cache_normal_covariances(subjects: Sequence[Subject]) -> None:
@@ -109,9 +115,9 @@ class Figure:
         """Return the figure as text for the window."""
         if self.shown is not None:
             return self.shown(subject)
-        return self.words_for(self.value(subject), is_metric=subject.measured.metric)
+        return self.value_text(self.value(subject), is_metric=subject.measured.metric)
 
-    def words_for(self, value: Any, *, is_metric: bool = True) -> str:
+    def value_text(self, value: Any, *, is_metric: bool = True) -> str:
         """Return a value of this figure as text; `is_metric` is False if the scale is unknown."""
         match self.form:
             case "text":

@@ -14,8 +14,8 @@ from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.geology.fold_planes import ExcludedRows, FoldFilter, select_planes
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.project.measurement import Measurement, Records
-from vomstudio.project.records import Typed
-from vomstudio.project.registration_errors import max_bowing_deg, models_of, rotation_errors_of
+from vomstudio.project.records import TypedFeature
+from vomstudio.project.registration_errors import get_models, get_rotation_errors, max_bowing_deg
 from vomstudio.project.repeated_features import first_picks
 
 
@@ -38,7 +38,7 @@ class FoldPlanes:
         Planes of the same kind that are not used, with the reasons.
     """
 
-    features: tuple[Typed, ...]
+    features: tuple[TypedFeature, ...]
     azimuth_deg: FloatArray
     dip_deg: FloatArray
     rotation_errors: RotationErrors | None
@@ -102,7 +102,7 @@ def _axis(
 
 def fold_planes(
     records: Records,
-    features: Iterable[Typed],
+    features: Iterable[TypedFeature],
     measurements: Mapping[str, Measurement],
     fold_filter: FoldFilter,
 ) -> FoldPlanes:
@@ -133,12 +133,12 @@ def fold_planes(
         for used_feature in used_features
         if (plane := measurements[used_feature.id].plane) is not None
     ]
-    models = models_of(records, used_features)
+    models = get_models(records, used_features)
     return FoldPlanes(
         tuple(used_features),
         np.array([plane.dip_direction_deg for plane in planes], np.float64),
         np.array([plane.dip_deg for plane in planes], np.float64),
-        rotation_errors_of(models),
+        get_rotation_errors(models),
         max_bowing_deg(models),
         selection.not_good,
         selection.left_out,

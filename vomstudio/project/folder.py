@@ -20,9 +20,9 @@ from vomstudio.core.errors import DocumentError, InputError, TargetError, VomErr
 from vomstudio.core.files.containment import special_files
 from vomstudio.core.files.disk_errors import failure_reason, write_error
 from vomstudio.core.files.lock import ProjectLock
-from vomstudio.core.files.regular import is_folder, is_regular, path_exists
+from vomstudio.core.files.regular import is_folder, is_regular_file, path_exists
 from vomstudio.core.files.user_folders import state_folder
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.project import compaction
 from vomstudio.project.assets import FOLDER as ASSETS
@@ -38,7 +38,7 @@ from vomstudio.project.reconstructions import (
     move_reconstructions,
 )
 from vomstudio.project.records import Feature, Mask, Model, ReconstructionRecord
-from vomstudio.project.repair import Repaired, repair
+from vomstudio.project.repair import RepairResult, repair
 from vomstudio.project.session import Session
 
 MODELS = "models"
@@ -66,7 +66,7 @@ class ProjectFolder:
         self._use_journal(journal)
         self._settings = settings
         self.session = Session(journal, settings)
-        self._compacted: compaction.Compacted | None = None
+        self._compaction_result: compaction.CompactionResult | None = None
         self.problems: list[Finding] = list(self.session.problems)
         """Problems of journal rows that could not be read."""
 
@@ -163,8 +163,8 @@ class ProjectFolder:
         TargetError
             If the folder cannot be locked.
         """
-        whole_folder = project_folder(folder)
-        return cls._open_locked(whole_folder, settings, create=False, allow_unlocked=allow_unlocked)
+        full_folder = project_folder(folder)
+        return cls._open_locked(full_folder, settings, create=False, allow_unlocked=allow_unlocked)
 
     @classmethod
     def _open_locked(
@@ -195,7 +195,7 @@ class ProjectFolder:
         return self.folder.name.removesuffix(PROJECT_SUFFIX)
 
     @property
-    def untitled(self) -> bool:
+    def is_untitled(self) -> bool:
         return self.folder.parent == untitled_folder()
 
     @property
@@ -230,7 +230,7 @@ class ProjectFolder:
     @property
     def is_compacted(self) -> bool:
         """Whether the project has been compacted since it was opened, which can be undone."""
-        return self._compacted is not None
+        return self._compaction_result is not None
 
     def compact(self) -> None:
         """Remove unreachable rows and files, which `undo_compaction` can restore until closing.
@@ -238,16 +238,16 @@ class ProjectFolder:
         Raises DocumentError and TargetError.
         """
         compacted = compaction.compact(self.folder, self.session, self.journal)
-        self._compacted = compacted
+        self._compaction_result = compacted
 
     def undo_compaction(self) -> None:
         """Undo the compaction. Raises DocumentError if the project has not been compacted."""
-        if self._compacted is None:
+        if self._compaction_result is None:
             raise DocumentError(Finding("compaction.none"))
-        compaction.undo_compaction(self.folder, self.session, self.journal, self._compacted)
-        self._compacted = None
+        compaction.undo_compaction(self.folder, self.session, self.journal, self._compaction_result)
+        self._compaction_result = None
 
-    def repair(self) -> Repaired:
+    def repair(self) -> RepairResult:
         """Rewrite a journal that has damaged rows. Raises DocumentError and TargetError."""
         result = repair(self.folder, self.session, self.journal)
         self.problems = []
@@ -265,7 +265,7 @@ class ProjectFolder:
         if folder.exists() and any(folder.iterdir()):
             raise TargetError(Finding("folder.not-empty"), file=folder)
         part = folder.with_name(folder.name + ".part")
-        owns_folder, old_folder, untitled = self._owns_folder, self.folder, self.untitled
+        owns_folder, old_folder, is_untitled = self._owns_folder, self.folder, self.is_untitled
         is_failed = self.write_failure is not None
         try:
             shutil.rmtree(part, ignore_errors=True)
@@ -281,14 +281,14 @@ class ProjectFolder:
             raise write_error(folder, error) from error
         except VomError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise TargetError(cause_of(error), file=folder) from error
+            raise TargetError(cause_finding(error), file=folder) from error
         lock, journal = _open_saved(folder)
         was_modified = self.session.dirty
-        old_use_journal = self.session.use_journal(journal, seq_map)
-        if was_modified and not untitled and self.write_failure is None:
-            old_session = Session(old_use_journal)
+        old_journal = self.session.use_journal(journal, seq_map)
+        if was_modified and not is_untitled and self.write_failure is None:
+            old_session = Session(old_journal)
             old_session.discard_unsaved()
-        old_use_journal.close()
+        old_journal.close()
         self._release()
         self._delete_temporary_cache()
         self.folder, self._lock, self._cache = folder, lock, folder / "cache"
@@ -298,7 +298,7 @@ class ProjectFolder:
             self._report_failure(None)
         if is_moved:
             move_reconstructions(old_folder, folder)
-        if untitled and owns_folder:
+        if is_untitled and owns_folder:
             shutil.rmtree(old_folder, ignore_errors=True)
         return [] if owns_folder else self._report_missing_files()
 
@@ -307,7 +307,11 @@ class ProjectFolder:
         folder = self.folder / RECONSTRUCTIONS
         missing_names = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
-            *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
+            *(
+                m.photo
+                for m in self.session.of(Mask)
+                if not is_regular_file(self.folder / m.file.path)
+            ),
             *(
                 reconstruction.name
                 for reconstruction in self.session.of(ReconstructionRecord)
@@ -342,7 +346,7 @@ class ProjectFolder:
         for name in _COPIED_FOLDERS:
             if (self.folder / name).is_dir():
                 shutil.copytree(self.folder / name, part / name, ignore=special_files)
-        if self.untitled and _is_same_disk(self.folder, part):
+        if self.is_untitled and _is_same_disk(self.folder, part):
             return True
         copy_reconstructions(self.folder, part)
         return False
@@ -356,7 +360,7 @@ class ProjectFolder:
         session = self.session
         is_empty = not session.has_ever_contained(Feature) and not session.draft
         is_empty = is_empty and not self.has_reconstructions and not self.has_photo_tables
-        is_disposable = self.untitled and is_empty
+        is_disposable = self.is_untitled and is_empty
         owns_folder = self._owns_folder
         self.session.close()
         self.assets.close()
@@ -368,7 +372,7 @@ class ProjectFolder:
             return
         if is_disposable:
             shutil.rmtree(self.folder, ignore_errors=True)
-        elif self.untitled:
+        elif self.is_untitled:
             shutil.rmtree(self.cache, ignore_errors=True)
 
     def model_path(self, path: Path) -> str:
@@ -391,7 +395,7 @@ class ProjectFolder:
             self.folder / MODELS / stored_path.name,
             self.folder.parent / stored_path.name,
         ]
-        return next((position for position in positions if is_regular(position)), None)
+        return next((position for position in positions if is_regular_file(position)), None)
 
 
 def _temporary_folder(fallback: Path) -> Path:
@@ -429,11 +433,11 @@ def _is_same_disk(first_path: Path, second_path: Path) -> bool:
 
 def project_folder(path: Path) -> Path:
     """Return the project folder from its path or that of a file in it. Raises InputError."""
-    if is_regular(path) and path.parent.suffix == PROJECT_SUFFIX:
+    if is_regular_file(path) and path.parent.suffix == PROJECT_SUFFIX:
         path = path.parent
     if not path_exists(path):
         raise InputError(Finding("project.missing"), file=path)
-    if not is_regular(path / JOURNAL_NAME):
+    if not is_regular_file(path / JOURNAL_NAME):
         raise InputError(
             Finding("project.not-a-project"),
             file=path,
@@ -459,7 +463,7 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
 
 def is_free(folder: Path) -> bool:
     """Return whether a project exists and is not open in another window."""
-    if not is_regular(folder / JOURNAL_NAME):
+    if not is_regular_file(folder / JOURNAL_NAME):
         return False
     try:
         ProjectLock(folder / "lock").release()
@@ -479,7 +483,9 @@ def untitled_projects(*, finished: bool) -> list[Path]:
     """
     folders = []
     journals = untitled_folder().glob(f"*{PROJECT_SUFFIX}/{JOURNAL_NAME}")
-    for folder in (journal.parent for journal in sorted(journals, key=_time_of, reverse=True)):
+    for folder in (
+        journal.parent for journal in sorted(journals, key=_modification_time, reverse=True)
+    ):
         if not is_free(folder):
             continue
         try:
@@ -493,7 +499,7 @@ def untitled_projects(*, finished: bool) -> list[Path]:
     return folders
 
 
-def _time_of(path: Path) -> float:
+def _modification_time(path: Path) -> float:
     try:
         return path.stat().st_mtime
     except OSError:

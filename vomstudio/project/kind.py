@@ -1,6 +1,6 @@
 """Declaration of a kind of feature, which keeps other code independent of kinds.
 
-Each kind is defined by one module in `project/kinds`. `kind_of` returns the kind of a feature; its
+Each kind is defined by one module in `project/kinds`. `get_kind` returns the kind of a feature; its
 capabilities are read from its fields and never from the class of a record.
 """
 
@@ -20,9 +20,9 @@ from vomstudio.project.records import (
     DEFAULT_TYPES,
     Feature,
     FeatureType,
-    Painted,
+    PaintedFeature,
     Record,
-    Typed,
+    TypedFeature,
     get,
 )
 
@@ -32,7 +32,7 @@ are compared with them, and derived orientations are used for neither."""
 
 
 BED_TYPE = "bedding"
-OTHER_THAN_BEDS = frozenset(each.id for each in DEFAULT_TYPES) - {BED_TYPE}
+NON_BED_TYPES = frozenset(each.id for each in DEFAULT_TYPES) - {BED_TYPE}
 """Ids of the predefined types whose features are not beds."""
 
 
@@ -90,7 +90,7 @@ def may_be_overturned(feature: Any) -> bool:
     -------
     bool
     """
-    return feature.type_id not in OTHER_THAN_BEDS or bool(feature.overturned)
+    return feature.type_id not in NON_BED_TYPES or bool(feature.overturned)
 
 
 OVERTURNED = Attribute(
@@ -121,7 +121,7 @@ class Sketch:
     line: FloatArray
     anchor: FloatArray
     sign: FloatArray | None = None
-    faces: Painted | None = None
+    faces: PaintedFeature | None = None
     label: str | None = None
 
 
@@ -175,11 +175,11 @@ class KindGroup:
     icon: str
 
 
-def _nothing(*_: Any) -> list[Any]:
+def _no_lines(*_: Any) -> list[Any]:
     return []
 
 
-def _no_text(measurement: Measurement) -> str | None:
+def _no_headline(measurement: Measurement) -> str | None:
     return None
 
 
@@ -253,15 +253,15 @@ class Kind:
     sketch: Callable[[Subject, Lookup], Sketch | None]
     parts: Mapping[str, type] = field(default_factory=dict)
     class_name: Callable[[Any], str] | None = None
-    remarks: Callable[[Subject], list[str]] = _nothing
-    about: Callable[[Subject], list[str]] = _nothing
-    words: Callable[[Measurement], list[str]] = _nothing
-    headline: Callable[[Measurement], str | None] = _no_text
+    remarks: Callable[[Subject], list[str]] = _no_lines
+    about: Callable[[Subject], list[str]] = _no_lines
+    words: Callable[[Measurement], list[str]] = _no_lines
+    headline: Callable[[Measurement], str | None] = _no_headline
     orientations: tuple[Literal["plane", "line"], ...] = ()
     evidence: Evidence = ""
     plane: Callable[[Any], bool] | None = None
-    dependency_ids: Callable[[Any], Sequence[str]] = _nothing
-    dependencies: Callable[[Records, Any], Sequence[Feature]] = _nothing
+    dependency_ids: Callable[[Any], Sequence[str]] = _no_lines
+    dependencies: Callable[[Records, Any], Sequence[Feature]] = _no_lines
     has_dynamic_dependencies: bool = False
     tool: str = ""
     net: NetAppearance | None = None
@@ -278,7 +278,7 @@ class Kind:
     @property
     def has_feature_type(self) -> bool:
         """Whether the features have one of the project's feature types."""
-        return issubclass(self.record, Typed)
+        return issubclass(self.record, TypedFeature)
 
     @property
     def type_geometry(self) -> Literal["plane", "line"] | None:
@@ -290,7 +290,7 @@ class Kind:
     @property
     def depends_on_features(self) -> bool:
         """Whether an edit of another feature may change features of this kind."""
-        return self.has_dynamic_dependencies or self.dependency_ids is not _nothing
+        return self.has_dynamic_dependencies or self.dependency_ids is not _no_lines
 
     def noun(self, feature: Any) -> str:
         """Return the name of the class of a feature as a single word."""
@@ -305,30 +305,30 @@ def register(kind: Kind) -> None:
     _KINDS[kind.record] = kind
 
 
-def kind_of(feature: Feature) -> Kind:
+def get_kind(feature: Feature) -> Kind:
     """Return the kind of a feature."""
     return _KINDS[type(feature)]
 
 
-def color_of(feature: Feature, records: Records) -> str:
+def get_color(feature: Feature, records: Records) -> str:
     """Return the colour of a feature as "#rrggbb", or "" if its feature type was removed."""
-    kind = kind_of(feature)
+    kind = get_kind(feature)
     type_ = get(records, getattr(feature, "type_id", None), FeatureType)
     return kind.tint(feature) or kind.color or ("" if type_ is None else type_.color)
 
 
 def has_plane(record: Record | None) -> bool:
     """Return whether a record is a feature with a plane."""
-    plane = kind_of(record).plane if isinstance(record, Feature) else None
+    plane = get_kind(record).plane if isinstance(record, Feature) else None
     return plane is not None and plane(record)
 
 
 def may_have_plane(record: Record | None) -> bool:
     """Return whether a record is a feature of a kind that can have planes."""
-    return isinstance(record, Feature) and kind_of(record).plane is not None
+    return isinstance(record, Feature) and get_kind(record).plane is not None
 
 
-def planes_among(records: Records, ids: Sequence[str]) -> list[Feature]:
+def select_plane_features(records: Records, ids: Sequence[str]) -> list[Feature]:
     """Return the features with these ids that may have a plane."""
     return [
         record
@@ -341,16 +341,16 @@ def is_picked_plane(record: Record | None) -> bool:
     """Return whether a record is a plane that was picked on a model for its feature type."""
     return (
         isinstance(record, Feature)
-        and (kind := kind_of(record)).plane is not None
+        and (kind := get_kind(record)).plane is not None
         and kind.evidence == "picked"
     )
 
 
 def group_of(feature: Feature) -> str:
     """Return the ID of the group with which a feature is hidden: its type or its kind."""
-    if isinstance(feature, Typed):
+    if isinstance(feature, TypedFeature):
         return feature.type_id
-    group = kind_of(feature).group
+    group = get_kind(feature).group
     return "" if group is None else group.id
 
 
@@ -377,7 +377,7 @@ def centre(measurement: Measurement) -> FloatArray:
     return np.asarray(middle, float)
 
 
-def line_of(subject: Subject) -> FloatArray | None:
+def get_line(subject: Subject) -> FloatArray | None:
     """Return the points if they form a line."""
     points = subject.measured.points
     return points if len(points) > 1 else None
@@ -395,4 +395,4 @@ def plane_ids(feature: Any) -> tuple[str, ...]:
 
 def plane_dependencies(records: Records, feature: Any) -> list[Feature]:
     """Return the planes on which a feature depends."""
-    return planes_among(records, plane_ids(feature))
+    return select_plane_features(records, plane_ids(feature))

@@ -34,7 +34,7 @@ def _thickness_error(figures: Mapping[str, float]) -> float | None:
     return figures.get("thickness_error95_m") if error is None else error
 
 
-def _error_of(name: str, figures: Mapping[str, float]) -> float | None:
+def _find_error(name: str, figures: Mapping[str, float]) -> float | None:
     """Return the 95 % error of a figure with all known parts, or None if it is unknown."""
     if name == "thickness_m":
         return _thickness_error(figures)
@@ -80,7 +80,7 @@ def headline(measurement: Measurement) -> str | None:
         if name in figures:
             if name == "area_m2":
                 return _area(figures, is_metric=metric)
-            return _format_with_error(figures[name], _error_of(name, figures), is_metric=metric)
+            return _format_with_error(figures[name], _find_error(name, figures), is_metric=metric)
     return "–"
 
 
@@ -92,7 +92,7 @@ def words(measured: Measurement) -> list[str]:
         return length_text(value, digits, is_metric=measured.metric)
 
     def length_with_error(name: str) -> str:
-        error = _error_of(name, figures)
+        error = _find_error(name, figures)
         return _format_with_error(abs(figures[name]), error, is_metric=measured.metric)
 
     lines = []
@@ -136,22 +136,22 @@ def words(measured: Measurement) -> list[str]:
     return lines
 
 
-def figure_of(name: str) -> Callable[[Subject], Any]:
+def figure_value(name: str) -> Callable[[Subject], Any]:
     """Return a function for one figure of the dimension of a subject."""
     return lambda subject: (subject.measured.dimension or {}).get(name)
 
 
 def length_figure(name: str, title: str, explanation: str, short: str = "") -> Figure:
     """Create a figure of a dimension, in metres."""
-    return Figure(name, title, explanation, figure_of(name), "length", "m", short=short)
+    return Figure(name, title, explanation, figure_value(name), "length", "m", short=short)
 
 
-AREA = replace(of.AREA, explanation=_("Area inside the points"), value=figure_of("area_m2"))
+AREA = replace(of.AREA, explanation=_("Area inside the points"), value=figure_value("area_m2"))
 AREA_REGISTRATION = Figure(
     "area_registration95_m2",
     _("Reg. ± area"),
     _("95 % error of the area due to the registered scale"),
-    figure_of("area_registration95_m2"),
+    figure_value("area_registration95_m2"),
     "area",
     "m2",
     short="reg_area",

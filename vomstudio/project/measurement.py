@@ -32,7 +32,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.lines import FittedLine
 from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.rotation_errors import errors_95_deg
-from vomstudio.project.records import SURROUNDINGS_RULE, Model, Picked, Record, get
+from vomstudio.project.records import SURROUNDINGS_RULE, Model, PickedFeature, Record, get
 
 Records = Mapping[str, Record]
 _NO_POINTS: FloatArray = np.zeros((0, 3))
@@ -82,7 +82,7 @@ class Measurement:
         in file units.
     kind : str
         Name of the feature's kind.
-    judged_as : str
+    verdict_kind : str
         Kind of plane to which the verdict applies.
     registration_error_deg : float or None
         95 % half-angle by which the registration of the model may tilt the plane or line; None if
@@ -120,7 +120,7 @@ class Measurement:
     uses_current_rule: bool = True
     metric: bool = True
     kind: str = ""
-    judged_as: JudgedAs = "trace"
+    verdict_kind: JudgedAs = "trace"
     registration_error_deg: float | None = None
     stretch_error_deg: float | None = None
     bend_deg: float | None = None
@@ -139,7 +139,7 @@ class Measurement:
         return total_error_deg(
             self.fit,
             self.resolution_m,
-            self.judged_as,
+            self.verdict_kind,
             self.registration_error_deg,
             self.outcrop_normal,
             self.stretch_error_deg,
@@ -152,14 +152,12 @@ class Measurement:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
 
-    def attitude(self, notation: str = "dipdir/dip", *, omits_hand_rule: bool = False) -> str:
+    def attitude(self, notation: str = "dipdir/dip", *, omit_hand_rule: bool = False) -> str:
         """Return the plane or line with its 95 % error as text, or "–" if there is neither."""
         attitude = self.plane if self.plane is not None else self.line
         if attitude is None:
             return "–"
-        return format_attitude(
-            attitude, self.total95_deg, notation, omits_hand_rule=omits_hand_rule
-        )
+        return format_attitude(attitude, self.total95_deg, notation, omit_hand_rule=omit_hand_rule)
 
     def slip_vector(self) -> FloatArray | None:
         """Return the unit vector (3,) of the hanging wall's movement, or None if unknown."""
@@ -241,7 +239,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
     resolution = measurement.resolution_m if measurement.uses_current_rule else None
     major_deg, minor_deg = governing_half_angles(
         fit,
-        measurement.judged_as,
+        measurement.verdict_kind,
         resolution,
         measurement.outcrop_normal,
         measurement.stretch_error_deg,
@@ -255,12 +253,14 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
 
 
 # --- from the file frame to World ------------------------------------------------------------
-def world_points(feature: Picked, model: Model | None) -> FloatArray:
+def world_points(feature: PickedFeature, model: Model | None) -> FloatArray:
     """Return the vertices (n, 3) in the World frame, or in the file frame without a model."""
     return world_lines([feature], [model])[0]
 
 
-def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> list[FloatArray]:
+def world_lines(
+    features: Sequence[PickedFeature], models: Sequence[Model | None]
+) -> list[FloatArray]:
     """Return `world_points` of many features, transformed in one batch per model."""
     rows: dict[int, list[int]] = {}
     for i, model in enumerate(models):
@@ -270,7 +270,9 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
         lines = [features[i].vertices for i in indices]
         coordinates = chain.from_iterable(chain.from_iterable(lines))
         flat_coordinates = np.fromiter(coordinates, np.float64, 3 * sum(map(len, lines)))
-        world = transform.apply(rows_of(models[indices[0]]), flat_coordinates.reshape(-1, 3))
+        world = transform.apply(
+            matrix_to_world(models[indices[0]]), flat_coordinates.reshape(-1, 3)
+        )
         start = 0
         for i, line in zip(indices, lines, strict=True):
             result[i] = world[start : start + len(line)]
@@ -299,7 +301,7 @@ class ToWorld:
     @classmethod
     def from_model(cls, model: Model | None) -> ToWorld:
         """Return the transformation of a model, or the identity if the model was removed."""
-        rows = rows_of(model)
+        rows = matrix_to_world(model)
         registration = None if model is None else model.registration
         rotation = None if registration is None else registration.rotation_covariance()
         return cls(rows, transform.scale_factor(rows), is_metric(model), rotation)
@@ -323,7 +325,7 @@ class ToWorld:
         return [float(angle) for angle in errors_95_deg(self.rotation, directions)]
 
 
-def rows_of(model: Model | None) -> FloatArray:
+def matrix_to_world(model: Model | None) -> FloatArray:
     """Return the matrix (4, 4) from the file frame to the World frame, or the identity."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
@@ -366,7 +368,8 @@ def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -
         return None
     measurements = list(measured)
     tilts = [
-        resolution_tilt_deg(measurement.fit, measurement.resolution_m, measurement.judged_as) or 0.0
+        resolution_tilt_deg(measurement.fit, measurement.resolution_m, measurement.verdict_kind)
+        or 0.0
         for measurement in measurements
         if measurement.fit is not None
     ]

@@ -13,28 +13,28 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.project.garbage_collection import pause_collection
 from vomstudio.project.kind import Kind
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement import Measurement, MeasurementContext, Records
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import (
     PROFILE_ID,
     Feature,
     Model,
-    OnAModel,
+    ModelFeature,
     Record,
-    Typed,
+    TypedFeature,
     get,
-    limits_of,
+    get_limits,
 )
 
 __all__ = [
     "Measurement",
     "Measurements",
     "depends_on",
+    "get_sources",
     "is_equal_except",
     "measure_all",
-    "measure_one",
-    "sources_of",
+    "measure_feature",
 ]
 
 
@@ -75,7 +75,7 @@ class Measurements:
         }
 
     def _look_up(self, records: Records, ids: Iterable[str]) -> dict[str, Measurement]:
-        limits = limits_of(records, self._default_thresholds)
+        limits = get_limits(records, self._default_thresholds)
         if limits != self._thresholds:
             self._thresholds, self._cache = limits, {}
         # Single pass without generators, for speed.
@@ -85,7 +85,7 @@ class Measurements:
             if not isinstance(feature, Feature):
                 continue
             features.append(feature)
-            dependencies = sources_of(records, feature)
+            dependencies = get_sources(records, feature)
             entry = self._cache.get(id_)
             if entry is None or len(entry[0]) != len(dependencies):
                 new_features.append(feature)
@@ -106,19 +106,19 @@ class Measurements:
         self,
         records: Records,
         measured_pairs: Iterable[tuple[Feature, Measurement]],
-        judged_by: Thresholds,
+        thresholds: Thresholds,
     ) -> None:
         """Store measurements of features that are about to be added to the project.
 
-        Nothing is stored if the project's thresholds differ from `judged_by`.
+        Nothing is stored if the project's thresholds differ from `thresholds`.
         """
-        limits = limits_of(records, self._default_thresholds)
-        if limits != judged_by:
+        limits = get_limits(records, self._default_thresholds)
+        if limits != thresholds:
             return
         if limits != self._thresholds:
             self._thresholds, self._cache = limits, {}
         for feature, measurement in measured_pairs:
-            self._cache[feature.id] = (sources_of(records, feature), measurement)
+            self._cache[feature.id] = (get_sources(records, feature), measurement)
 
     def measure(self, records: Records, feature: Feature) -> Measurement:
         """Measure a feature that is not part of the project."""
@@ -129,7 +129,7 @@ class Measurements:
         dependency_ids = [
             item.id
             for feature in features
-            for item in kind_of(feature).dependencies(records, feature)
+            for item in get_kind(feature).dependencies(records, feature)
         ]
         known_measurements = (
             self.of(records, dict.fromkeys(dependency_ids)) if dependency_ids else {}
@@ -184,16 +184,16 @@ def _compared_values(
     )
 
 
-def sources_of(records: Records, feature: Feature) -> tuple[Record | None, ...]:
+def get_sources(records: Records, feature: Feature) -> tuple[Record | None, ...]:
     """Return the records that a feature's measurement depends on, starting with the feature."""
-    model = (get(records, feature.model_id, Model),) if isinstance(feature, OnAModel) else ()
-    dependencies = kind_of(feature).dependencies(records, feature)
+    model = (get(records, feature.model_id, Model),) if isinstance(feature, ModelFeature) else ()
+    dependencies = get_kind(feature).dependencies(records, feature)
     if not dependencies:
         return (feature, *model)
     return (
         feature,
         *model,
-        *(source for item in dependencies for source in sources_of(records, item)),
+        *(source for item in dependencies for source in get_sources(records, item)),
     )
 
 
@@ -201,11 +201,11 @@ def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool
     """Return whether editing the records `ids` may change the measurement of a feature."""
     if PROFILE_ID in ids:
         return True
-    if isinstance(feature, OnAModel) and feature.model_id in ids:
+    if isinstance(feature, ModelFeature) and feature.model_id in ids:
         return True
-    if isinstance(feature, Typed) and feature.type_id in ids:
+    if isinstance(feature, TypedFeature) and feature.type_id in ids:
         return True
-    kind = kind_of(feature)
+    kind = get_kind(feature)
     if kind.has_dynamic_dependencies:
         # Members of its groups may have changed; such features are few and are measured again.
         return True
@@ -213,7 +213,7 @@ def depends_on(records: Records, feature: Feature, ids: Collection[str]) -> bool
     if not ids_of_dependencies:
         return False
     return any(id_ in ids for id_ in ids_of_dependencies) or any(
-        record.id in ids for record in sources_of(records, feature) if record is not None
+        record.id in ids for record in get_sources(records, feature) if record is not None
     )
 
 
@@ -234,12 +234,12 @@ def measure_all(
     known_measurements : mapping of str to Measurement, optional
         Measurements of dependencies that have already been computed, by feature ID.
     """
-    thresholds = limits_of(records, default_thresholds or Thresholds())
+    thresholds = get_limits(records, default_thresholds or Thresholds())
     known_measurements = dict(known_measurements or {})
     dependencies = {
         item.id: item
         for feature in features
-        for item in kind_of(feature).dependencies(records, feature)
+        for item in get_kind(feature).dependencies(records, feature)
     }
     missing_ids = [item for id_, item in dependencies.items() if id_ not in known_measurements]
     if missing_ids:
@@ -251,14 +251,14 @@ def measure_all(
     inputs = MeasurementContext(records, thresholds, known_measurements)
     features_by_kind: dict[Kind, list[Feature]] = {}
     for feature in features:
-        features_by_kind.setdefault(kind_of(feature), []).append(feature)
+        features_by_kind.setdefault(get_kind(feature), []).append(feature)
     measurements_by_kind = {
         kind: iter(kind.measure(inputs, batch)) for kind, batch in features_by_kind.items()
     }
-    return [next(measurements_by_kind[kind_of(feature)]) for feature in features]
+    return [next(measurements_by_kind[get_kind(feature)]) for feature in features]
 
 
-def measure_one(
+def measure_feature(
     feature: Feature, model: Model | None, thresholds: Thresholds | None = None
 ) -> Measurement:
     """Measure one feature. Raises GeometryError if it cannot be measured."""

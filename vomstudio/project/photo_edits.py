@@ -24,7 +24,7 @@ from vomstudio.project.records import (
 )
 
 Records = Mapping[str, Record]
-After = dict[str, Record | None]
+ChangedRecords = dict[str, Record | None]
 Pixel = tuple[float, float]
 
 
@@ -67,7 +67,7 @@ def marks_of(records: Records, photo_set_id: str) -> list[tuple[MarkedPoint, Ima
     ]
 
 
-def masks_of(records: Records, photo_set_id: str) -> dict[str, Mask]:
+def get_masks(records: Records, photo_set_id: str) -> dict[str, Mask]:
     """Return the masks of a photo set by photo name."""
     return {
         record.photo: record
@@ -86,9 +86,9 @@ def add_photo_set(
     """Add a folder of photos with the points, marks and masks of its sidecar files."""
     if photo_set.id in records:
         raise DocumentError(Finding("record.exists", name=photo_set.name))
-    new_records: After = {photo_set.id: photo_set}
-    new_records |= _points_after(records, photo_set.id, points, marks or {})
-    new_records |= _masks_after(records, photo_set.id, masks or {})
+    new_records: ChangedRecords = {photo_set.id: photo_set}
+    new_records |= _point_changes(records, photo_set.id, points, marks or {})
+    new_records |= _mask_changes(records, photo_set.id, masks or {})
     return change(records, f"Add the photos {photo_set.name}", new_records)
 
 
@@ -103,9 +103,9 @@ def import_sidecar_data(
     """Replace the points and masks of a photo set with those of its sidecar files."""
     photo_set = _set(records, photo_set_id)
     known_crs = photo_set.crs if crs is None else crs
-    new_records: After = {photo_set_id: replace(photo_set, crs=known_crs)}
-    new_records |= _points_after(records, photo_set_id, points, marks)
-    new_records |= _masks_after(records, photo_set_id, masks)
+    new_records: ChangedRecords = {photo_set_id: replace(photo_set, crs=known_crs)}
+    new_records |= _point_changes(records, photo_set_id, points, marks)
+    new_records |= _mask_changes(records, photo_set_id, masks)
     return change(records, f"Use files next to the photos {photo_set.name}", new_records)
 
 
@@ -123,7 +123,7 @@ def set_points(
     A point with a new label but the marks of an old point is treated as the same point.
     """
     photo_set = _set(records, photo_set_id)
-    new_records = _points_after(records, photo_set_id, points, marks)
+    new_records = _point_changes(records, photo_set_id, points, marks)
     if crs is not None and crs != photo_set.crs:
         new_records[photo_set_id] = replace(photo_set, crs=crs)
     return change(records, label, new_records)
@@ -134,7 +134,7 @@ def set_masks(
 ) -> Edit:
     """Set the masks of photos; None removes a mask."""
     _set(records, photo_set_id)
-    return change(records, label, _masks_after(records, photo_set_id, masks))
+    return change(records, label, _mask_changes(records, photo_set_id, masks))
 
 
 def locate_photos(records: Records, photo_set_id: str, path: str) -> Edit:
@@ -152,7 +152,7 @@ def add_reconstruction(
 ) -> Edit:
     """Add the result of a run, replacing an earlier run in the same folder."""
     _set(records, reconstruction.photo_set_id)
-    new_records: After = {reconstruction.id: reconstruction}
+    new_records: ChangedRecords = {reconstruction.id: reconstruction}
     new_records |= set_registration(records, registration).after
     for other_record in records.values():
         if (
@@ -164,7 +164,7 @@ def add_reconstruction(
     return change(records, f"Make a model of {reconstruction.name}", new_records)
 
 
-def reconstruction_in(records: Records, folder: str) -> ReconstructionRecord | None:
+def find_reconstruction(records: Records, folder: str) -> ReconstructionRecord | None:
     """Return the reconstruction whose files are in a folder."""
     return next(
         (
@@ -188,9 +188,9 @@ def reconstruction_registration(records: Records, reconstruction_id: str) -> Reg
     )
 
 
-def _points_after(
+def _point_changes(
     records: Records, photo_set_id: str, points: Sequence[PointState], marks: Marks
-) -> After:
+) -> ChangedRecords:
     old_points = {point.label: point for point in points_of(records, photo_set_id)}
     states = {state.label: state for state in points}
     for label, _ in marks:
@@ -198,7 +198,7 @@ def _points_after(
     ids = {label: old_points[label].id for label in states if label in old_points}
     old_marks = {(point.label, mark.photo): mark for point, mark in marks_of(records, photo_set_id)}
     _match_renamed_point(ids, old_points, states, old_marks, marks)
-    new_records: After = {}
+    new_records: ChangedRecords = {}
     for label, state in states.items():
         id_ = ids.setdefault(label, new_id("point"))
         point = MarkedPoint(id_, photo_set_id, label, state.position, state.sigma_m, state.check)
@@ -231,17 +231,19 @@ def _match_renamed_point(
 ) -> None:
     """Assign the ID of a removed label to a new one if exactly one label was replaced."""
     removed_labels = [label for label in old_points if label not in states]
-    added_states = [label for label in states if label not in old_points]
-    if len(removed_labels) == len(added_states) == 1:
+    added_labels = [label for label in states if label not in old_points]
+    if len(removed_labels) == len(added_labels) == 1:
         old_photos = {photo for label, photo in old_marks if label == removed_labels[0]}
-        photos = {photo for label, photo in marks if label == added_states[0]}
+        photos = {photo for label, photo in marks if label == added_labels[0]}
         if old_photos == photos:
-            ids[added_states[0]] = old_points[removed_labels[0]].id
+            ids[added_labels[0]] = old_points[removed_labels[0]].id
 
 
-def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset | None]) -> After:
-    old_masks = masks_of(records, photo_set_id)
-    new_records: After = {}
+def _mask_changes(
+    records: Records, photo_set_id: str, masks: Mapping[str, Asset | None]
+) -> ChangedRecords:
+    old_masks = get_masks(records, photo_set_id)
+    new_records: ChangedRecords = {}
     for photo, file in masks.items():
         old_mask = old_masks.get(photo)
         if file is None:

@@ -49,7 +49,7 @@ def read_picks(
             azimuth_only=azimuth_only,
         )
     # Tables are read without the libraries of projects.
-    from vomstudio.project.exports.export import refuse_empty, thresholds_of
+    from vomstudio.project.exports.export import get_thresholds, refuse_empty
     from vomstudio.project.exports.feature_table import feature_table
     from vomstudio.project.journal.database import read_replay
     from vomstudio.project.measurement_cache import Measurements
@@ -58,7 +58,7 @@ def read_picks(
     replay = read_replay(path)
     refuse_empty(replay.records, path)
     features = [record for record in replay.records.values() if isinstance(record, Feature)]
-    measurements = Measurements(thresholds_of(replay.settings)).of(
+    measurements = Measurements(get_thresholds(replay.settings)).of(
         replay.records, [feature.id for feature in features]
     )
     return feature_table(replay.records, features, measurements, repeats=repeats)

@@ -11,10 +11,10 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import kind_of
+from vomstudio.project.kind import get_kind
 from vomstudio.project.measurement import Measurement, NearestPick
 from vomstudio.project.measurement_cache import Measurements
-from vomstudio.project.records import Feature, Model, OnAModel, Record, Typed, get
+from vomstudio.project.records import Feature, Model, ModelFeature, Record, TypedFeature, get
 
 __all__ = ["NearestPick", "nearest_picks", "summary"]
 
@@ -42,18 +42,18 @@ def nearest_picks(
     Planes are compared with picked planes of the same type, and lines with lines. Picks on a model
     without a north reference have no geographic direction and are excluded.
     """
-    features = [record for record in records.values() if isinstance(record, Typed)]
-    readings = [feature for feature in features if kind_of(feature).evidence == "read"]
+    features = [record for record in records.values() if isinstance(record, TypedFeature)]
+    readings = [feature for feature in features if get_kind(feature).evidence == "read"]
     if not readings:
         return {}
     measurements_by_id = measurements.of(records, [reading.id for reading in readings])
-    groups: dict[tuple[str, bool], list[Typed]] = {}
+    groups: dict[tuple[str, bool], list[TypedFeature]] = {}
     for reading in readings:
         is_plane = measurements_by_id[reading.id].plane is not None
         groups.setdefault((reading.type_id, is_plane), []).append(reading)
     result: dict[str, NearestPick] = {}
     for (type_id, is_plane), group in groups.items():
-        picks = _picks(
+        picks = _find_picks(
             records,
             measurements,
             [feature for feature in features if feature.type_id == type_id],
@@ -64,19 +64,19 @@ def nearest_picks(
     return result
 
 
-def _picks(
+def _find_picks(
     records: Mapping[str, Record],
     measurements: Measurements,
-    candidates: Sequence[Typed],
+    candidates: Sequence[TypedFeature],
     is_plane: bool,
 ) -> _Picks | None:
     nature = "plane" if is_plane else "line"
     features = [
         candidate
         for candidate in candidates
-        if (kind := kind_of(candidate)).evidence == "picked"
+        if (kind := get_kind(candidate)).evidence == "picked"
         and nature in kind.orientations
-        and isinstance(candidate, OnAModel)
+        and isinstance(candidate, ModelFeature)
         and (model := get(records, candidate.model_id, Model)) is not None
         and model.frame.has_north
     ]
@@ -88,7 +88,7 @@ def _picks(
         return None
     vectors = np.array([_vector(measurements_by_id[feature.id]) for feature in features])
     points = [
-        kind_of(feature).places(Subject(feature, measurements_by_id[feature.id], records))
+        get_kind(feature).places(Subject(feature, measurements_by_id[feature.id], records))
         for feature in features
     ]
     owner = np.repeat(np.arange(len(features)), [len(point) for point in points])

@@ -12,7 +12,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import special_files
 from vomstudio.core.files.disk_errors import failure_reason
-from vomstudio.core.files.regular import JSON_BYTES, read_small
+from vomstudio.core.files.regular import MAX_JSON_BYTES, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.geometry.registrations import Registration
@@ -32,7 +32,7 @@ def read_reconstruction(
     """Return the records for the results of a run in `folder`. Raises InputError."""
     path = folder / RESULT
     try:
-        data = read_small(path, JSON_BYTES)
+        data = read_small_file(path, MAX_JSON_BYTES)
         result = json.loads(data)
         finished_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(
             timespec="seconds"

@@ -42,13 +42,13 @@ class RecordMap(Mapping[str, Record]):
         self._indices: dict[type[Any], list[dict[str, Any]]] = {}
         self._numbers: dict[str, Counter[int]] = {}
         self._counts: dict[Callable[[Record], Hashable], Counter[Any]] = {}
-        self._cached: dict[Callable[[RecordMap], Any], Any] = {}
+        self._cache: dict[Callable[[RecordMap], Any], Any] = {}
         self.revision = 0
 
     def apply(self, new_records: Mapping[str, Record | None]) -> None:
         """Insert records, and remove those with the value None. Called only by the session."""
         self.revision += 1
-        self._cached = {}
+        self._cache = {}
         for id_, new_record in new_records.items():
             old_record = self._records.get(id_)
             if new_record is None:
@@ -59,7 +59,7 @@ class RecordMap(Mapping[str, Record]):
             if not is_same_class:
                 self._update_members(id_, old_record, new_record)
             elif new_record is not None:
-                for members in self._indices_of(type(new_record)):
+                for members in self._class_indices(type(new_record)):
                     members[id_] = new_record
             for get_key, counts in self._counts.items():
                 old_key = None if old_record is None else get_key(old_record)
@@ -69,7 +69,9 @@ class RecordMap(Mapping[str, Record]):
             old_name, new_name = (getattr(r, "name", None) for r in (old_record, new_record))
             if not is_same_class or old_name != new_name:
                 for prefix, numbers in self._numbers.items():
-                    _count(numbers, number_of(prefix, old_record), number_of(prefix, new_record))
+                    _count(
+                        numbers, name_number(prefix, old_record), name_number(prefix, new_record)
+                    )
 
     def _update_members(
         self, id_: str, old_record: Record | None, new_record: Record | None
@@ -86,7 +88,7 @@ class RecordMap(Mapping[str, Record]):
             else:
                 members.pop(id_, None)
 
-    def _indices_of(self, record_class: type[Any]) -> list[dict[str, Any]]:
+    def _class_indices(self, record_class: type[Any]) -> list[dict[str, Any]]:
         """Return the indices that contain the records of a class."""
         indices = self._indices.get(record_class)
         if indices is None:
@@ -120,7 +122,7 @@ class RecordMap(Mapping[str, Record]):
             numbers = Counter(
                 number
                 for record in self._records.values()
-                if (number := number_of(prefix, record)) is not None
+                if (number := name_number(prefix, record)) is not None
             )
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
@@ -134,9 +136,9 @@ class RecordMap(Mapping[str, Record]):
 
     def cached(self, compute: Callable[[RecordMap], T]) -> T:
         """Return the result of a function of the records, which is computed once per revision."""
-        if compute not in self._cached:
-            self._cached[compute] = compute(self)
-        result: T = self._cached[compute]
+        if compute not in self._cache:
+            self._cache[compute] = compute(self)
+        result: T = self._cache[compute]
         return result
 
     # --- mapping methods; the defaults of Mapping are slower -------------------------------------
@@ -190,11 +192,11 @@ def highest_number(records: Mapping[str, Record], prefix: str) -> int:
     """Return the highest number in names consisting of a prefix and a number, or 0."""
     if isinstance(records, RecordMap):
         return records.highest_number(prefix)
-    numbers = (number_of(prefix, record) for record in records.values())
+    numbers = (name_number(prefix, record) for record in records.values())
     return max((number for number in numbers if number is not None), default=0)
 
 
-def number_of(prefix: str, record: Record | None) -> int | None:
+def name_number(prefix: str, record: Record | None) -> int | None:
     """Return the number in a name that consists of a prefix and a number, or None."""
     if not isinstance(record, Feature) or not record.name.startswith(prefix):
         return None

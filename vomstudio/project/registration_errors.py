@@ -12,31 +12,31 @@ from vomstudio.geology import orientation
 from vomstudio.geology.bowing import MIN_BOWING_POINTS, Bowing, bowing_deg, fit_bowing
 from vomstudio.geology.common_rotation_errors import (
     RotationErrors,
-    shared_rotations,
+    group_rotation_errors,
 )
 from vomstudio.geology.quality import governing_half_angles, resolution_tilt_deg
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance
 from vomstudio.project.measurement import Measurement, Records
-from vomstudio.project.records import Feature, Model, OnAModel, get
+from vomstudio.project.records import Feature, Model, ModelFeature, get
 
 OUTLIER_RATIO = 6.0
 """Points whose residual exceeds this multiple of the median are treated as outliers."""
 
 
-def model_of(records: Records, feature: Feature | None) -> Model | None:
+def get_model(records: Records, feature: Feature | None) -> Model | None:
     """Return the model of a feature, or None if it has none or the model was removed."""
-    return get(records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
+    return get(records, feature.model_id, Model) if isinstance(feature, ModelFeature) else None
 
 
-def models_of(records: Records, features: Iterable[Feature]) -> list[Model | None]:
-    """Return `model_of` for many features on a few models."""
-    ids = [feature.model_id if isinstance(feature, OnAModel) else "" for feature in features]
+def get_models(records: Records, features: Iterable[Feature]) -> list[Model | None]:
+    """Return `get_model` for many features on a few models."""
+    ids = [feature.model_id if isinstance(feature, ModelFeature) else "" for feature in features]
     models = {id_: get(records, id_, Model) for id_ in set(ids)}
     return [models[id_] for id_ in ids]
 
 
-def rotation_errors_of(models: Iterable[Model | None]) -> RotationErrors:
+def get_rotation_errors(models: Iterable[Model | None]) -> RotationErrors:
     """Return how the features on these models (one model per feature) rotate together.
 
     Models that were placed by the same registration rotate together.
@@ -52,7 +52,7 @@ def rotation_errors_of(models: Iterable[Model | None]) -> RotationErrors:
                 rotation,
             )
         derivatives.append(known_covariances[id(model)])
-    return shared_rotations(derivatives)
+    return group_rotation_errors(derivatives)
 
 
 def normal_covariance(measurement: Measurement, model: Model | None) -> FloatArray | None:
@@ -119,14 +119,14 @@ def _region_angles(measurement: Measurement) -> tuple[float, float, float, float
         return None
     major_deg, minor_deg = governing_half_angles(
         fit,
-        measurement.judged_as,
+        measurement.verdict_kind,
         measurement.resolution_m,
         measurement.outcrop_normal,
         measurement.stretch_error_deg,
     )
     if major_deg is None or minor_deg is None or major_deg >= 90.0:
         return None
-    tilt_deg = resolution_tilt_deg(fit, measurement.resolution_m, measurement.judged_as) or 0.0
+    tilt_deg = resolution_tilt_deg(fit, measurement.resolution_m, measurement.verdict_kind) or 0.0
     major_deg = max(major_deg, tilt_deg)
     return plane.dip_direction_deg, plane.dip_deg, fit.error_rake_deg, major_deg, minor_deg
 
@@ -139,7 +139,7 @@ def _rotation_covariance(measurement: Measurement, model: Model | None) -> Float
     return rotation
 
 
-def bowing_of_registration(registration: Registration | None) -> Bowing | None:
+def registration_bowing(registration: Registration | None) -> Bowing | None:
     """Estimate the bowing of a model from its control residuals, excluding outliers.
 
     Returns None if there are too few points or if their residuals do not constrain the bowing.
@@ -167,7 +167,7 @@ def bowing_of_registration(registration: Registration | None) -> Bowing | None:
 
 def bowing_limit_deg(registration: Registration) -> float | None:
     """Return the possible difference in dip between the edges, as in `bowing.bowing_deg`."""
-    return bowing_deg(registration.lens_bowing95_deg, bowing_of_registration(registration))
+    return bowing_deg(registration.lens_bowing95_deg, registration_bowing(registration))
 
 
 def max_bowing_deg(models: Iterable[Model | None]) -> float | None:

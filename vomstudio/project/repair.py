@@ -17,22 +17,22 @@ from vomstudio.project.session import Session
 
 
 @dataclass(frozen=True)
-class Repaired:
+class RepairResult:
     """Result of a repair.
 
     Attributes
     ----------
     backup : Path
         Path of the damaged journal.
-    lost : tuple of Finding
+    loss_findings : tuple of Finding
         Findings about the data that could not be read.
     """
 
     backup: Path
-    lost: tuple[Finding, ...]
+    loss_findings: tuple[Finding, ...]
 
 
-def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
+def repair(folder: Path, session: Session, journal: SqliteJournal) -> RepairResult:
     """Rewrite the journal without its damaged rows.
 
     Raises
@@ -45,17 +45,19 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     problems = tuple(session.problems)
     if not problems:
         raise DocumentError(Finding("journal.sound"))
-    new_path = folder / compaction.NEW_NAME
+    new_path = folder / compaction.NEW_JOURNAL_NAME
     seq_map = compaction.write_compacted_journal(new_path, session, journal)
-    repaired = read_replay(new_path)
-    if repaired.records != dict(session.records) or repaired.saved != dict(session.saved):
+    repaired_replay = read_replay(new_path)
+    if repaired_replay.records != dict(session.records) or repaired_replay.saved != dict(
+        session.saved
+    ):
         compaction.remove(new_path)
         raise DocumentError(Finding("journal.inconsistent"))
     backup = _free_name(folder)
     journal.copy_to(backup)
     compaction.replace_journal(new_path, folder, session, journal, seq_map)
     session.problems = ()
-    return Repaired(backup, problems)
+    return RepairResult(backup, problems)
 
 
 def _free_name(folder: Path) -> Path:

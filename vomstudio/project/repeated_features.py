@@ -10,7 +10,7 @@ from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.edit import Edit, change
-from vomstudio.project.records import Feature, Record, Repeatable, get
+from vomstudio.project.records import Feature, Record, RepeatableFeature, get
 
 Records = Mapping[str, Record]
 F = TypeVar("F")
@@ -24,7 +24,7 @@ def is_repeat(feature: Any, records: Records) -> bool:
 
     If the first pick was deleted, the repeat represents the structure.
     """
-    if not isinstance(feature, Repeatable) or feature.repeat_of is None:
+    if not isinstance(feature, RepeatableFeature) or feature.repeat_of is None:
         return False
     return feature.repeat_of in records
 
@@ -36,16 +36,16 @@ def first_picks(features: Iterable[F], records: Records) -> list[F]:
 
 def repeat_columns(feature: Any, records: Records) -> dict[str, str]:
     """Return the non-empty repeat columns of the orientation table for a feature."""
-    if not isinstance(feature, Repeatable):
+    if not isinstance(feature, RepeatableFeature):
         return {}
     repeats = feature.repeat_of if is_repeat(feature, records) else None
     values = {"repeat_of": repeats, "interpreter": feature.interpreter}
     return {name: value for name, value in values.items() if value}
 
 
-def repeatable_features(records: Records) -> list[Repeatable]:
+def repeatable_features(records: Records) -> list[RepeatableFeature]:
     """Return the features that are not repeats and have not been repeated yet."""
-    features = [record for record in records.values() if isinstance(record, Repeatable)]
+    features = [record for record in records.values() if isinstance(record, RepeatableFeature)]
     repeated_ids = {feature.repeat_of for feature in features if feature.repeat_of}
     return [
         feature
@@ -65,8 +65,8 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
         If a feature does not exist, or if the two features are not of the same kind.
     """
     repeated_feature, first_feature = (
-        get(records, id_, Repeatable),
-        get(records, first_id, Repeatable),
+        get(records, id_, RepeatableFeature),
+        get(records, first_id, RepeatableFeature),
     )
     if (
         repeated_feature is None
@@ -92,10 +92,12 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
 
 def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> Edit:
     """Set the interpreter of features. Raises DocumentError if none of the features exists."""
-    features = [record for id_ in ids if (record := get(records, id_, Repeatable)) is not None]
+    features = [
+        record for id_ in ids if (record := get(records, id_, RepeatableFeature)) is not None
+    ]
     if not features:
         raise DocumentError(Finding("selection.empty"))
     new_records: dict[str, Any] = {
-        feature.id: feature.but(interpreter=interpreter or None) for feature in features
+        feature.id: feature.replace_fields(interpreter=interpreter or None) for feature in features
     }
     return change(records, f"Change interpreter of {len(features)} features", new_records)

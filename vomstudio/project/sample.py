@@ -14,7 +14,7 @@ from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras
 
 FOLDER = "sample"
@@ -87,7 +87,7 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
                 "OPENCV",
                 int(row["width"]),
                 int(row["height"]),
-                tuple(float(row[name]) for name in MODELS["OPENCV"]),
+                tuple(float(row[name]) for name in CAMERA_MODELS["OPENCV"]),
             )
             rotation = np.array(matrix)
             views.append(View(row["name"], lens, rotation, -rotation @ centre))

@@ -36,13 +36,13 @@ class Session:
         self._settings = settings
         replayed = replay(journal.rows())
         self._records = RecordMap(replayed.records)
-        self._done = replayed.done
-        self._undone = replayed.undone
-        self._saved = replayed.saved
+        self._done_steps = replayed.done
+        self._undone_steps = replayed.undone
+        self._saved_records = replayed.saved
         self._saved_top = replayed.saved_top
         self.problems: tuple[Finding, ...] = tuple(replayed.problems)
         self.draft: Draft | None = replayed.draft
-        self.recovered = self.dirty and bool(self._done)
+        self.is_recovered = self.dirty and bool(self._done_steps)
         if not replayed.done and not replayed.undone and not replayed.records:
             self._begin()
         elif not self.of(FeatureType):
@@ -58,7 +58,7 @@ class Session:
         )
         self._write(first_edit, "do")
         self._journal.append("save")
-        self._saved, self._saved_top = dict(self._records), self.top
+        self._saved_records, self._saved_top = dict(self._records), self.top
 
     @property
     def records(self) -> RecordMap:
@@ -77,7 +77,7 @@ class Session:
         """Return whether the history has ever contained a record of one of these classes."""
         return any(
             isinstance(record, classes)
-            for _, edit in (*self._done, *self._undone)
+            for _, edit in (*self._done_steps, *self._undone_steps)
             for record in (*edit.before.values(), *edit.after.values())
         )
 
@@ -122,9 +122,9 @@ class Session:
             self.draft = None
         self._records.apply(edit.after)
         if kind == "amend":
-            edit = self._done.pop()[1].followed_by(edit)
-        self._done.append((seq, edit))
-        self._undone.clear()
+            edit = self._done_steps.pop()[1].merge_with(edit)
+        self._done_steps.append((seq, edit))
+        self._undone_steps.clear()
 
     def _notify(self, edit: Edit) -> None:
         with group_notifications():
@@ -134,7 +134,7 @@ class Session:
     # --- history -----------------------------------------------------------------------------
     @property
     def top(self) -> int:
-        return self._done[-1][0] if self._done else 0
+        return self._done_steps[-1][0] if self._done_steps else 0
 
     @property
     def saved_top(self) -> int:
@@ -144,24 +144,24 @@ class Session:
     @property
     def saved(self) -> Mapping[str, Record]:
         """Records at the time of the last save."""
-        return MappingProxyType(self._saved)
+        return MappingProxyType(self._saved_records)
 
     @property
     def undo_label(self) -> str | None:
         """Label of the step to undo, or None. The creation of the project cannot be undone."""
-        return self._done[-1][1].label if len(self._done) > 1 else None
+        return self._done_steps[-1][1].label if len(self._done_steps) > 1 else None
 
     @property
     def redo_label(self) -> str | None:
-        return self._undone[-1][1].label if self._undone else None
+        return self._undone_steps[-1][1].label if self._undone_steps else None
 
     def undo(self) -> None:
         if self.undo_label is None:
             return
-        seq, edit = self._done[-1]
+        seq, edit = self._done_steps[-1]
         self._journal.append("undo", of_seq=seq, label=edit.label)
-        self._done.pop()
-        self._undone.append((seq, edit))
+        self._done_steps.pop()
+        self._undone_steps.append((seq, edit))
         inverse = edit.inverse()
         inverse.check(self._records)
         self._records.apply(inverse.after)
@@ -170,10 +170,10 @@ class Session:
     def redo(self) -> None:
         if self.redo_label is None:
             return
-        seq, edit = self._undone[-1]
+        seq, edit = self._undone_steps[-1]
         self._journal.append("redo", of_seq=seq, label=edit.label)
-        self._undone.pop()
-        self._done.append((seq, edit))
+        self._undone_steps.pop()
+        self._done_steps.append((seq, edit))
         edit.check(self._records)
         self._records.apply(edit.after)
         self._notify(edit)
@@ -189,25 +189,27 @@ class Session:
 
     def mark_saved(self) -> None:
         """Treat the current state as saved. The last row of the journal must be a save."""
-        self._saved, self._saved_top = dict(self._records), self.top
-        self.recovered = False
+        self._saved_records, self._saved_top = dict(self._records), self.top
+        self.is_recovered = False
         self.history_changed.emit(None)
 
     def discard_unsaved(self) -> None:
         """Return to the last save with an edit that can itself be undone."""
         ids = {
             id_
-            for id_ in {*self._records, *self._saved}
-            if self._records.get(id_) != self._saved.get(id_)
+            for id_ in {*self._records, *self._saved_records}
+            if self._records.get(id_) != self._saved_records.get(id_)
         }
-        if not any(isinstance(record, FeatureType) for record in self._saved.values()):
+        if not any(isinstance(record, FeatureType) for record in self._saved_records.values()):
             # Types that were restored after damage are not work that could be discarded.
             ids = {id_ for id_ in ids if not isinstance(self._records.get(id_), FeatureType)}
-        edit = change(self._records, DISCARD_LABEL, {id_: self._saved.get(id_) for id_ in ids})
+        edit = change(
+            self._records, DISCARD_LABEL, {id_: self._saved_records.get(id_) for id_ in ids}
+        )
         self._write(edit, "discard")
         self._journal.append("save")
-        self._saved, self._saved_top = dict(self._records), self.top
-        self.recovered = False
+        self._saved_records, self._saved_top = dict(self._records), self.top
+        self.is_recovered = False
         self._notify(edit)
 
     # --- drafts ------------------------------------------------------------------------------
@@ -225,8 +227,8 @@ class Session:
         """
         old_journal, self._journal = self._journal, journal
         if seq_map:
-            self._done = [(seq_map[seq], edit) for seq, edit in self._done]
-            self._undone = [(seq_map[seq], edit) for seq, edit in self._undone]
+            self._done_steps = [(seq_map[seq], edit) for seq, edit in self._done_steps]
+            self._undone_steps = [(seq_map[seq], edit) for seq, edit in self._undone_steps]
             self._saved_top = seq_map.get(self._saved_top, self._saved_top)
             if self.draft is not None:
                 self.draft = Draft(seq_map[self.draft.seq], self.draft.state)
@@ -234,11 +236,11 @@ class Session:
 
     def done_steps(self) -> list[tuple[int, Edit]]:
         """Return the row number and edit of each step that can be undone, oldest first."""
-        return list(self._done)
+        return list(self._done_steps)
 
     def undone_steps(self) -> list[tuple[int, Edit]]:
         """Return the row number and edit of each step that can be redone, the next one last."""
-        return list(self._undone)
+        return list(self._undone_steps)
 
     def close(self) -> None:
         self._journal.close()

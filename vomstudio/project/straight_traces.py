@@ -11,9 +11,13 @@ if TYPE_CHECKING:
     from vomstudio.geology.plane_bands import PlaneBand, SetPrior
 
 
-def band_of_measured(measurement: Measurement) -> PlaneBand | None:
+def measured_band(measurement: Measurement) -> PlaneBand | None:
     """Return the band of planes compatible with a straight trace, or None for other features."""
-    if measurement.fit is None or measurement.judged_as != "trace" or measurement.line is not None:
+    if (
+        measurement.fit is None
+        or measurement.verdict_kind != "trace"
+        or measurement.line is not None
+    ):
         return None
     from vomstudio.geology.plane_bands import find_plane_band
 
@@ -25,7 +29,7 @@ def band_of_measured(measurement: Measurement) -> PlaneBand | None:
     )
 
 
-def priors_among(
+def select_priors(
     features: Iterable[Any],
     measurements: Mapping[str, Measurement],
     set_name: Callable[[Any], str],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.project.assets import asset_path, is_intact
 from vomstudio.project.edit import Edit
 from vomstudio.project.journal.database import read_schema_and_replay
@@ -50,7 +50,7 @@ def verify(folder: Path) -> Verification:
             if not is_intact(path):
                 problems.append(Finding("asset.damaged", path=path))
         except InputError as error:
-            problems.append(finding_of(error))
+            problems.append(to_finding(error))
         except OSError as error:
             problems.append(Finding("asset.unreadable", path=asset.path, reason=error))
     return Verification(
@@ -66,10 +66,10 @@ def verify(folder: Path) -> Verification:
 def named_assets(replayed: Replay) -> list[Asset]:
     """Return all files that undo, redo or discard may need."""
     steps = [edit for _, edit in (*replayed.done, *replayed.undone)]
-    return assets_of(replayed.records.values(), replayed.saved.values(), steps)
+    return collect_assets(replayed.records.values(), replayed.saved.values(), steps)
 
 
-def assets_of(
+def collect_assets(
     now: Iterable[Record], saved_records: Iterable[Record], steps: Iterable[Edit]
 ) -> list[Asset]:
     """Return the files referenced by records that exist, were saved, or belong to a step."""

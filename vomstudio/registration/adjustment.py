@@ -22,19 +22,18 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import rotations_by_pairs
+from vomstudio.registration.compass_checks import rotations_from_pairs
 from vomstudio.registration.observations import (
     Attitudes,
     Directions,
-    KeptScale,
-    Observed,
+    FixedScale,
+    ObservationKind,
     Points,
     Rows,
     all_rows,
 )
 from vomstudio.registration.row_errors import (
-    METRES,
+    METRE_GROUPS,
     estimate_covariance,
     estimate_drift,
     estimate_errors,
@@ -44,16 +43,17 @@ from vomstudio.registration.row_errors import (
     weighted_system,
 )
 from vomstudio.registration.similarity import Similarity, fit_similarity, is_nearly_collinear
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
 _RANDOM_STARTS = 400
-_MAX_FOLLOWED_STARTS = 6
+_MAX_SELECTED_STARTS = 6
 _MAX_ITERATIONS = 60
 _STEP_TOLERANCE = 1e-11
 # Starts are only compared with each other; only the selected start is iterated to convergence.
 _START_STEP_TOLERANCE = 1e-6
 _SIGNIFICANCE = 0.99
 # Redundancy below which a group does not reveal its error.
-_MIN_REDUNDANCY_ALONE = 1.5
+_MIN_SEPARATE_REDUNDANCY = 1.5
 # Default error of rows without a stated error or redundancy, as a share of the model size or in
 # radians.
 _DEFAULT_ERROR_SHARE = 0.01
@@ -80,23 +80,23 @@ class Adjustment:
     covariance : (7, 7) array
         Covariance of a rotation about east, north and up (rad), a relative change of scale and a
         translation (metres), as one sigma of a normal distribution with the same 95 % limit as
-        Student's t; zero for undetermined parameters, see `free`.
+        Student's t; zero for undetermined parameters, see `null_space`.
     plain_covariance : (7, 7) array
         The same covariance without widening by Student's t.
-    free : (7, k) array
+    null_space : (7, k) array
         Undetermined directions of the seven parameters, orthonormal in units of the model size.
     rows, sigma, error
         All observations, the one-sigma errors with which they entered the fit, and the one-sigma
         errors estimated from their residuals.
     starts : (kinds + 1,) tuple of int
         First row of each kind, and the end of the last kind.
-    assumed : tuple of str
+    assumed_error_groups : tuple of str
         Groups whose error could not be estimated and was set to a default.
     misfit_factor : float
         Ratio of the residuals to the stated errors; 1 if they agree.
     is_ambiguous : bool
         Whether a distinct rotation fits equally well.
-    redundancy_of : mapping
+    redundancy_by_group : mapping
         Redundancy of each group whose error is not stated.
     drift : mapping
         Correlation of the errors of adjacent table rows, by group ("points", "cameras"). Groups
@@ -109,12 +109,12 @@ class Adjustment:
     centre: FloatArray
     covariance: FloatArray
     plain_covariance: FloatArray
-    free: FloatArray
+    null_space: FloatArray
     rows: Rows
     sigma: FloatArray
     error: FloatArray
     starts: tuple[int, ...]
-    assumed: tuple[str, ...]
+    assumed_error_groups: tuple[str, ...]
     misfit_factor: float
     is_ambiguous: bool
     size: float
@@ -122,7 +122,7 @@ class Adjustment:
     information: FloatArray
     common_errors: FloatArray
     common_covariance: FloatArray
-    redundancy_of: Mapping[str, float]
+    redundancy_by_group: Mapping[str, float]
     drift: Mapping[str, float]
 
     @property
@@ -133,20 +133,20 @@ class Adjustment:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Arguments of `adjust`, and the variances of the groups from `_variances_alone`."""
+    """Arguments of `adjust`, and the variances of the groups from `_separate_variances`."""
 
-    kinds: Sequence[Observed]
+    kinds: Sequence[ObservationKind]
     centre: FloatArray
     size: float
-    alone: Mapping[str, tuple[float, float]]
+    separate_variances: Mapping[str, tuple[float, float]]
 
-    def linearize(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
+    def linearise(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
         """Return the rows for a similarity, the first row of each kind, and the centre (3,)."""
         position = fit(self.centre)[0]
         return (*all_rows(self.kinds, fit, position), position)
 
 
-def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjustment:
+def adjust(kinds: Sequence[ObservationKind], centre: FloatArray, size: float) -> Adjustment:
     """Estimate the similarity from the model to the World frame.
 
     Parameters
@@ -166,11 +166,11 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
         raise GeometryError(Finding("registration.no-observations"))
     offset = _common_origin(kinds)
     kinds = [_shift(kind, offset) for kind in kinds]
-    separate_variances = _variances_alone(kinds, centre, size)
+    separate_variances = _separate_variances(kinds, centre, size)
     problem = _Problem(kinds, centre, size, separate_variances)
     solutions = [
         _iterate(problem, start)
-        for start in _supported_by_most(problem, _start_similarities(problem))
+        for start in _select_robust_solutions(problem, _start_similarities(problem))
     ]
     min_cost = min(cost for _, cost in solutions)
     equal_fits = [fit for fit, cost in solutions if cost <= min_cost + EQUAL_FIT_COST]
@@ -181,7 +181,9 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
     )
     result = _evaluate(problem, equal_fits[0])
     # If the rotation is undetermined, several fits are equal by definition.
-    is_rotation_determined = not result.free.shape[1] or np.abs(result.free[:3]).max() < 1e-6
+    is_rotation_determined = (
+        not result.null_space.shape[1] or np.abs(result.null_space[:3]).max() < 1e-6
+    )
     has_distinct_fit = any(
         _rotation_angle(equal_fits[0].rotation.T @ fit.rotation) > _DISTINCT_ROTATION_RAD
         for fit in equal_fits
@@ -194,7 +196,7 @@ def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjust
     return replace(result, fit=fit, centre=result.centre + offset)
 
 
-def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustment:
+def _add_scale_error(kinds: Sequence[ObservationKind], result: Adjustment) -> Adjustment:
     """Add the error of a fixed scale to the covariance of a fit.
 
     The fit itself is unchanged. The covariance of the seven parameters increases by their response
@@ -203,9 +205,9 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     change, error = np.zeros(len(result.rows.residuals)), 0.0
     kinds = [kind for kind in kinds if len(kind.labels)]
     for kind, start, end in zip(kinds, result.starts, result.starts[1:], strict=False):
-        if isinstance(kind, Combined | KeptScale) and kind.scale_error > 0:
+        if isinstance(kind, SimilarityObservation | FixedScale) and kind.scale_error > 0:
             # All these observations share one scale error.
-            change[start:end] = kind.scale_change
+            change[start:end] = kind.scale_derivative
             error = max(error, kind.scale_error)
     if not error > 0:
         return result
@@ -221,8 +223,8 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjustment) -> Adjustmen
     )
 
 
-def _variances_alone(
-    kinds: Sequence[Observed], centre: FloatArray, size: float
+def _separate_variances(
+    kinds: Sequence[ObservationKind], centre: FloatArray, size: float
 ) -> dict[str, tuple[float, float]]:
     """Estimate the variance of each group without a stated error, using its kind alone.
 
@@ -231,8 +233,8 @@ def _variances_alone(
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     # A fixed scale applies to each kind.
-    fixed_scale = [kind for kind in kinds if isinstance(kind, KeptScale)]
-    kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
+    fixed_scale = [kind for kind in kinds if isinstance(kind, FixedScale)]
+    kinds = [kind for kind in kinds if not isinstance(kind, FixedScale)]
     variances: dict[str, tuple[float, float]] = {}
     for kind in kinds if len(kinds) > 1 else ():
         # Planes have many starts and would take longer than the adjustment.
@@ -241,26 +243,28 @@ def _variances_alone(
         adjusted = adjust([kind, *fixed_scale], centre, size)
         groups = np.array(adjusted.rows.groups)
         is_unknown = ~np.isfinite(adjusted.rows.sigma)
-        for name, redundancy in adjusted.redundancy_of.items():
-            if redundancy >= _MIN_REDUNDANCY_ALONE:
+        for name, redundancy in adjusted.redundancy_by_group.items():
+            if redundancy >= _MIN_SEPARATE_REDUNDANCY:
                 sigma = adjusted.sigma[is_unknown & (groups == name)]
                 variances[name] = float(sigma[0] ** 2), redundancy
     return variances
 
 
-def _shift(kind: Observed, offset: FloatArray) -> Observed:
+def _shift(kind: ObservationKind, offset: FloatArray) -> ObservationKind:
     if isinstance(kind, Points):
         return replace(kind, world=kind.world - offset)
-    if isinstance(kind, Combined):
+    if isinstance(kind, SimilarityObservation):
         start = replace(kind.start, translation=kind.start.translation - offset)
         return replace(kind, start=start, rotation_centre=kind.rotation_centre - offset)
     return kind
 
 
-def _common_origin(kinds: Sequence[Observed]) -> FloatArray:
+def _common_origin(kinds: Sequence[ObservationKind]) -> FloatArray:
     """Return a World position (3,) near the points, as an origin that preserves digits."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
-    points += [kind.rotation_centre[None] for kind in kinds if isinstance(kind, Combined)]
+    points += [
+        kind.rotation_centre[None] for kind in kinds if isinstance(kind, SimilarityObservation)
+    ]
     return np.round(np.concatenate(points).mean(axis=0)) if points else np.zeros(3)
 
 
@@ -270,22 +274,22 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
 
     kinds, centre = problem.kinds, problem.centre
     for kind in kinds:
-        if isinstance(kind, Combined):
+        if isinstance(kind, SimilarityObservation):
             return [kind.start]
     points = [kind for kind in kinds if isinstance(kind, Points) and len(kind.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
     fixed_scale = _fixed_scale(kinds)
-    is_only_kind = sum(not isinstance(kind, KeptScale) for kind in kinds) == 1
+    is_only_kind = sum(not isinstance(kind, FixedScale) for kind in kinds) == 1
     if len(model) >= 3 and (
         is_only_kind or not (is_nearly_collinear(model) or is_nearly_collinear(world))
     ):
         with suppress(GeometryError):
             return [fit_similarity(model, world, scale=fixed_scale)]
-    scale = _first_scale(kinds, model, world) if fixed_scale is None else fixed_scale
+    scale = _initial_scale(kinds, model, world) if fixed_scale is None else fixed_scale
     start_rotations = [
         np.eye(3),
-        *(rotation for kind in kinds for rotation in _starts_of_kind(kind)),
+        *(rotation for kind in kinds for rotation in _start_rotations(kind)),
     ]
     if len(start_rotations) == 1:
         start_rotations += [*Rotation.random(_RANDOM_STARTS, random_state=0).as_matrix()]
@@ -297,35 +301,35 @@ def _start_similarities(problem: _Problem) -> list[Similarity]:
             shift = centre.ravel() - scale * start_rotation @ centre.ravel()
         start = Similarity(scale, start_rotation, shift)
         candidates.append((_cost(problem, start, is_robust=True), start))
-    followed = [candidates[0][1]]
+    selected_starts = [candidates[0][1]]
     for _, start in sorted(candidates[1:], key=lambda pair: pair[0]):
         # Similar starts converge to the same solution.
         if all(
             _rotation_angle(start.rotation.T @ f.rotation) > _MIN_START_DISTANCE_RAD
-            for f in followed
+            for f in selected_starts
         ):
-            followed.append(start)
-        if len(followed) > _MAX_FOLLOWED_STARTS:
+            selected_starts.append(start)
+        if len(selected_starts) > _MAX_SELECTED_STARTS:
             break
-    return followed
+    return selected_starts
 
 
-def _supported_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
+def _select_robust_solutions(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
     """Return the robust solutions from several starts, which most observations support.
 
     With plain least squares, a single strike misread as dip direction can turn a model upside down.
     """
     if len(starts) < 2:
         return list(starts)
-    ended = [_iterate(problem, start, is_robust=True) for start in starts]
-    min_cost = min(cost for _, cost in ended)
-    return [fit for fit, cost in ended if cost <= min_cost + EQUAL_FIT_COST]
+    solutions = [_iterate(problem, start, is_robust=True) for start in starts]
+    min_cost = min(cost for _, cost in solutions)
+    return [fit for fit, cost in solutions if cost <= min_cost + EQUAL_FIT_COST]
 
 
-def _starts_of_kind(kind: Observed) -> list[FloatArray]:
+def _start_rotations(kind: ObservationKind) -> list[FloatArray]:
     """Return the mean rotation from camera attitudes, or rotations from pairs of directions."""
     if isinstance(kind, Directions):
-        return rotations_by_pairs(kind.model, kind.world, is_axial=kind.axial)
+        return rotations_from_pairs(kind.model, kind.world, is_axial=kind.axial)
     model, world = getattr(kind, "model", None), getattr(kind, "world", None)
     if model is None or world is None or model.ndim != 3 or not len(model):
         return []
@@ -333,15 +337,15 @@ def _starts_of_kind(kind: Observed) -> list[FloatArray]:
     return [u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt]
 
 
-def _fixed_scale(kinds: Sequence[Observed]) -> float | None:
+def _fixed_scale(kinds: Sequence[ObservationKind]) -> float | None:
     """Return the metres per unit of the model if the scale is fixed."""
     for kind in kinds:
-        if isinstance(kind, KeptScale):
+        if isinstance(kind, FixedScale):
             return float(kind.length[0] / np.linalg.norm(kind.second[0] - kind.first[0]))
     return None
 
 
-def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray) -> float:
+def _initial_scale(kinds: Sequence[ObservationKind], model: FloatArray, world: FloatArray) -> float:
     if len(model) >= 2:
         distances = np.linalg.norm(model - model.mean(axis=0))
         if distances > 0:
@@ -360,7 +364,7 @@ def _initial_errors(
 
     A default does not exceed the largest error that the group alone allows.
     """
-    metres = np.array([group in METRES for group in rows.groups])
+    metres = np.array([group in METRE_GROUPS for group in rows.groups])
     default_errors = np.where(metres, _DEFAULT_ERROR_SHARE * size, _DEFAULT_ERROR_RAD)
     for name, (variance, redundancy) in separate_variances.items():
         mask = np.array(rows.groups) == name
@@ -371,24 +375,27 @@ def _initial_errors(
 
 def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
     """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
-    rows, _, _ = problem.linearize(fit)
-    squares = (rows.residuals / _initial_errors(rows, problem.size * fit.scale, problem.alone)) ** 2
+    rows, _, _ = problem.linearise(fit)
+    squares = (
+        rows.residuals / _initial_errors(rows, problem.size * fit.scale, problem.separate_variances)
+    ) ** 2
     return float(
         (_CAUCHY_SCALE**2 * np.log1p(squares / _CAUCHY_SCALE**2) if is_robust else squares).sum()
     )
 
 
 # --- one start --------------------------------------------------------------------------------
-def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
+def _step(rows: Rows, sigma: FloatArray, size: float, parameter_weights: FloatArray) -> FloatArray:
     """Return the minimum-norm parameter change (7,) that minimises the squares."""
     design, residuals, units = weighted_system(rows, sigma, size)
     inverse, null_space = invert_determined(design.T @ design)
     step = -inverse @ (design.T @ residuals)
     if null_space.shape[1]:
-        weighted_null_space = turn_first[:, None] * null_space
+        weighted_null_space = parameter_weights[:, None] * null_space
         step = (
             step
-            - null_space @ np.linalg.lstsq(weighted_null_space, turn_first * step, rcond=None)[0]
+            - null_space
+            @ np.linalg.lstsq(weighted_null_space, parameter_weights * step, rcond=None)[0]
         )
     return np.asarray((step * units)[:7], np.float64)
 
@@ -418,12 +425,12 @@ def _iterate(
 ) -> tuple[Similarity, float]:
     """Return the solution to which a start converges with initial errors, and its cost."""
     for _ in range(_MAX_ITERATIONS):
-        rows, _, position = problem.linearize(fit)
+        rows, _, position = problem.linearise(fit)
         size = problem.size * fit.scale
-        sigma = _initial_errors(rows, size, problem.alone)
+        sigma = _initial_errors(rows, size, problem.separate_variances)
         if is_robust:
             sigma = np.hypot(sigma, rows.residuals / _CAUCHY_SCALE)
-        step = _step(rows, sigma, size, _preference(rows))
+        step = _step(rows, sigma, size, _parameter_weights(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
             step = step * (0.7 / length)
@@ -433,7 +440,7 @@ def _iterate(
     return fit, _cost(problem, fit, is_robust=is_robust)
 
 
-def _preference(rows: Rows) -> FloatArray:
+def _parameter_weights(rows: Rows) -> FloatArray:
     """Return the cost of undetermined changes; tilts cost more than rotations about vertical."""
     weights = np.ones(7 + rows.shared.shape[1])
     weights[:2] = 1e3
@@ -444,27 +451,27 @@ def _preference(rows: Rows) -> FloatArray:
 def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
     from scipy.stats import chi2
 
-    size, separate_variances = problem.size, problem.alone
-    rows, starts, position = problem.linearize(fit)
+    size, separate_variances = problem.size, problem.separate_variances
+    rows, starts, position = problem.linearise(fit)
     sigma = _initial_errors(rows, size * fit.scale, separate_variances)
     groups = np.array(rows.groups)
-    unstated = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
-    redundancy_of: dict[str, float] = {}
+    unstated_groups = [str(group) for group in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
+    redundancy_by_group: dict[str, float] = {}
     separate_groups: set[str] = set()
     for _ in range(_MAX_ITERATIONS):
-        rows, starts, position = problem.linearize(fit)
+        rows, starts, position = problem.linearise(fit)
         previous_sigma = sigma.copy()
-        if unstated:
-            sigma, redundancy_of = estimate_errors(
-                rows, sigma, size * fit.scale, unstated, separate_variances, separate_groups
+        if unstated_groups:
+            sigma, redundancy_by_group = estimate_errors(
+                rows, sigma, size * fit.scale, unstated_groups, separate_variances, separate_groups
             )
-        step = _step(rows, sigma, size * fit.scale, _preference(rows))
+        step = _step(rows, sigma, size * fit.scale, _parameter_weights(rows))
         fit = apply_step(fit, step, position)
         if np.abs(step[:4]).max() < _STEP_TOLERANCE and np.allclose(
             previous_sigma, sigma, rtol=1e-6
         ):
             break
-    rows, starts, position = problem.linearize(fit)
+    rows, starts, position = problem.linearise(fit)
     length = size * fit.scale
     design, residuals, units = weighted_system(rows, sigma, length)
     information = design.T @ design
@@ -482,7 +489,9 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
             misfit_factor = float(np.sqrt(squares / redundancy))
     covariance_diagonal = spread * np.outer(units, units) * misfit_factor**2
     covariance = covariance_diagonal * np.outer(factor, factor)
-    assumed = tuple(name for name in unstated if redundancy_of.get(name, 0.0) < 0.5)
+    assumed_error_groups = tuple(
+        name for name in unstated_groups if redundancy_by_group.get(name, 0.0) < 0.5
+    )
     return Adjustment(
         fit,
         position,
@@ -493,7 +502,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         sigma,
         sigma * fraction,
         tuple(starts),
-        assumed,
+        assumed_error_groups,
         misfit_factor,
         False,
         length,
@@ -501,7 +510,7 @@ def _evaluate(problem: _Problem, fit: Similarity) -> Adjustment:
         information,
         shared_shifts,
         covariance[7:, 7:],
-        redundancy_of,
+        redundancy_by_group,
         drift,
     )
 

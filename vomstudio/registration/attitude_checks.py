@@ -20,14 +20,14 @@ from vomstudio.registration.selection import select_names
 
 # Scatter of rotations that agree: the instruments are good, whatever the convention.
 _MAX_SCATTER_DEG = 5.0
-_MAX_SCATTER_CHANGED_DEG = 10.0
+_MAX_CONVERTED_SCATTER_DEG = 10.0
 _MAX_SCATTER_RATIO = 0.3
 _MIN_PHOTOS = 4
 # A photo is an outlier beyond this angle and this multiple of the scatter.
 _OUTLIER_DEG = 15.0
 _OUTLIER_FACTOR = 5.0
 # Maximum number of photos that are compared; of more photos, a subset is used.
-_MAX_COMPARED = 600
+_MAX_COMPARED_PHOTOS = 600
 # Vertical component of a rotation axis above which the vertical is unchanged.
 _MIN_VERTICAL_COMPONENT = 0.95
 
@@ -50,24 +50,24 @@ def find_outliers(
     Returns
     -------
     outliers : (n,) array of bool
-    tilted : (n,) array of bool
+    is_tilted : (n,) array of bool
         Outliers whose vertical does not agree either.
     """
-    no_photos = np.zeros(len(labels), bool)
+    empty_mask = np.zeros(len(labels), bool)
     if len(labels) < _MIN_PHOTOS:
-        return no_photos, no_photos
+        return empty_mask, empty_mask
     rotations = camera_rotations(angles) @ np.swapaxes(model, 1, 2)
     typical_rotation, scatter = _majority_rotation(rotations)
     if scatter > _MAX_SCATTER_DEG:
-        better_choices = [
+        alternatives = [
             (
                 _majority_rotation(camera_rotations(change(angles)) @ np.swapaxes(model, 1, 2))[1],
                 sentence,
             )
             for change, sentence in _conventions()
         ]
-        least_scatter, sentence = min(better_choices)
-        if least_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
+        least_scatter, sentence = min(alternatives)
+        if least_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_CONVERTED_SCATTER_DEG):
             findings.append(
                 Finding(
                     "attitude.other-convention",
@@ -76,16 +76,16 @@ def find_outliers(
                     change=sentence,
                 )
             )
-            return no_photos, no_photos
-    angles_off = _rotation_angles(rotations, typical_rotation)
-    limit = _outlier_limit_deg(angles_off)
-    outliers = np.asarray(angles_off > limit)
-    tilted = no_photos.copy()
+            return empty_mask, empty_mask
+    deviations = _rotation_angles(rotations, typical_rotation)
+    limit = _outlier_limit_deg(deviations)
+    outliers = np.asarray(deviations > limit)
+    is_tilted = empty_mask.copy()
     if outliers.any():
-        tilted[outliers] = _describe_outliers(
+        is_tilted[outliers] = _describe_outliers(
             labels, angles, model, typical_rotation, outliers, limit, findings
         )
-    return outliers, tilted
+    return outliers, is_tilted
 
 
 def find_vertical_outliers(
@@ -115,18 +115,18 @@ def find_vertical_outliers(
     """
     if len(labels) < _MIN_PHOTOS or not is_considered.any():
         return np.zeros(len(labels), bool)
-    turned_axes = [down]
+    rotated_axes = [down]
     for _ in range(3):
         # Rotate the photo clockwise by a quarter turn.
-        right, down_axis, forward = turned_axes[-1].T
-        turned_axes.append(np.column_stack([-down_axis, right, forward]))
-    directions_by_turn = [np.einsum("nij,nj->ni", model, item) for item in turned_axes]
-    usual_direction, scatter = _majority_direction(directions_by_turn[0])
+        right, down_axis, forward = rotated_axes[-1].T
+        rotated_axes.append(np.column_stack([-down_axis, right, forward]))
+    directions_by_quarter_turn = [np.einsum("nij,nj->ni", model, item) for item in rotated_axes]
+    typical_direction, scatter = _majority_direction(directions_by_quarter_turn[0])
     if scatter > _MAX_SCATTER_DEG:
         min_scatter, quarter = min(
-            (_majority_direction(item)[1], k) for k, item in enumerate(directions_by_turn)
+            (_majority_direction(item)[1], k) for k, item in enumerate(directions_by_quarter_turn)
         )
-        if quarter and min_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_SCATTER_CHANGED_DEG):
+        if quarter and min_scatter < min(_MAX_SCATTER_RATIO * scatter, _MAX_CONVERTED_SCATTER_DEG):
             findings.append(
                 Finding(
                     "attitude.turned-photos",
@@ -136,18 +136,20 @@ def find_vertical_outliers(
                 )
             )
             return np.zeros(len(labels), bool)
-    offset = _angles_to(directions_by_turn[0], usual_direction)
-    out = np.asarray(is_considered & (offset > _outlier_limit_deg(offset)))
-    if out.any():
-        angles = np.array([_angles_to(item, usual_direction) for item in directions_by_turn])[
-            :, out
-        ]
-        is_close = angles.min(axis=0) < _MAX_SCATTER_CHANGED_DEG
+    offset = _angles_to_direction(directions_by_quarter_turn[0], typical_direction)
+    is_outlier = np.asarray(is_considered & (offset > _outlier_limit_deg(offset)))
+    if is_outlier.any():
+        angles = np.array(
+            [_angles_to_direction(item, typical_direction) for item in directions_by_quarter_turn]
+        )[:, is_outlier]
+        is_close = angles.min(axis=0) < _MAX_CONVERTED_SCATTER_DEG
         quarters = np.unique(90 * angles.argmin(axis=0)[is_close]).tolist()
-        findings.append(Finding("attitude.verticals-left-out", photos=select_names(labels, out)))
+        findings.append(
+            Finding("attitude.verticals-left-out", photos=select_names(labels, is_outlier))
+        )
         if quarters:
             findings.append(Finding("attitude.verticals-turned", turns_deg=quarters))
-    return out
+    return is_outlier
 
 
 # --- angle conventions ------------------------------------------------------------------------
@@ -203,16 +205,16 @@ def _describe_outliers(
     """
     from scipy.spatial.transform import Rotation
 
-    rotation_back = np.swapaxes(model, 1, 2)
+    inverse_rotations = np.swapaxes(model, 1, 2)
     photos_by_reason: dict[tuple[str, Any], list[str]] = {}
-    tilted_photos = []
+    is_tilted = []
     for row in map(int, np.flatnonzero(is_outlier)):
         angles_of_photo = angles[row : row + 1]
         fits = [
             (
                 float(
                     _rotation_angles(
-                        camera_rotations(change(angles_of_photo)) @ rotation_back[row],
+                        camera_rotations(change(angles_of_photo)) @ inverse_rotations[row],
                         typical_rotation,
                     )[0]
                 ),
@@ -221,16 +223,16 @@ def _describe_outliers(
             for change, sentence in _quarter_turns()
         ]
         min_angle, sentence = min(fits)
-        between_rotations = (
-            camera_rotations(angles_of_photo)[0] @ rotation_back[row] @ typical_rotation.T
+        relative_rotation = (
+            camera_rotations(angles_of_photo)[0] @ inverse_rotations[row] @ typical_rotation.T
         )
-        rotation = np.degrees(Rotation.from_matrix(between_rotations).as_rotvec())
+        rotation = np.degrees(Rotation.from_matrix(relative_rotation).as_rotvec())
         # If a camera looks down, a rotated photo appears to have another yaw.
         is_quarter_turn = min_angle < limit / 2
         is_flat = not is_quarter_turn and abs(
             rotation[2]
         ) > _MIN_VERTICAL_COMPONENT * np.linalg.norm(rotation)
-        tilted_photos.append(not is_flat)
+        is_tilted.append(not is_flat)
         if is_quarter_turn:
             photos_by_reason.setdefault(("quarter", sentence), []).append(labels[row])
         elif is_flat:
@@ -240,10 +242,10 @@ def _describe_outliers(
         else:
             photos_by_reason.setdefault(("far", limit), []).append(labels[row])
     findings += [
-        _exclusion_finding(reason, off_value, names)
-        for (reason, off_value), names in photos_by_reason.items()
+        _exclusion_finding(reason, value, names)
+        for (reason, value), names in photos_by_reason.items()
     ]
-    return tilted_photos
+    return is_tilted
 
 
 def _exclusion_finding(reason: str, value: Any, photos: list[str]) -> Finding:
@@ -260,30 +262,30 @@ def _outlier_limit_deg(offset: FloatArray) -> float:
 
 def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
     """Return the direction close to most directions (n, 3), and their median angle to it."""
-    subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED))]
+    subset = directions[:: max(1, -(-len(directions) // _MAX_COMPARED_PHOTOS))]
     angles = np.degrees(np.arccos(np.clip(subset @ subset.T, -1.0, 1.0)))
     median = subset[int(np.argmin(np.median(angles, axis=1)))]
-    near_median = _angles_to(subset, median)
-    mean = subset[near_median <= np.median(near_median)].sum(axis=0)
+    angles_to_median = _angles_to_direction(subset, median)
+    mean = subset[angles_to_median <= np.median(angles_to_median)].sum(axis=0)
     refined_direction = mean / np.linalg.norm(mean)
-    return refined_direction, float(np.median(_angles_to(directions, refined_direction)))
+    return refined_direction, float(np.median(_angles_to_direction(directions, refined_direction)))
 
 
-def _angles_to(directions: FloatArray, reference: FloatArray) -> FloatArray:
+def _angles_to_direction(directions: FloatArray, reference: FloatArray) -> FloatArray:
     """Return the angles (n,) to a direction, degrees."""
     return np.asarray(np.degrees(np.arccos(np.clip(directions @ reference, -1.0, 1.0))), np.float64)
 
 
 def _majority_rotation(rotations: FloatArray) -> tuple[FloatArray, float]:
     """Return the rotation close to most rotations (n, 3, 3), and their median angle to it."""
-    sample = rotations[:: max(1, -(-len(rotations) // _MAX_COMPARED))]
+    sample = rotations[:: max(1, -(-len(rotations) // _MAX_COMPARED_PHOTOS))]
     flat_matrices = sample.reshape(-1, 9)
     angles = np.degrees(
         np.arccos(np.clip((flat_matrices @ flat_matrices.T - 1.0) / 2.0, -1.0, 1.0))
     )
     median = sample[int(np.argmin(np.median(angles, axis=1)))]
-    near_median = _rotation_angles(sample, median)
-    u, _, vt = np.linalg.svd(sample[near_median <= np.median(near_median)].sum(axis=0))
+    angles_to_median = _rotation_angles(sample, median)
+    u, _, vt = np.linalg.svd(sample[angles_to_median <= np.median(angles_to_median)].sum(axis=0))
     nearest_rotation = np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt, np.float64)
     return nearest_rotation, float(np.median(_rotation_angles(rotations, nearest_rotation)))
 

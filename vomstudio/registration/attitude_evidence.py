@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import Bowing, fit_bowing_to_turns
+from vomstudio.geology.bowing import Bowing, fit_bowing_to_rotations
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
     error_axes,
@@ -17,14 +17,14 @@ from vomstudio.geology.view_attitudes import (
     view_angles,
 )
 from vomstudio.geometry.cameras import View
-from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
+from vomstudio.io.control.attitude_tables import AttitudeTable, gravity_directions
 from vomstudio.registration.attitude_checks import find_outliers, find_vertical_outliers
-from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
+from vomstudio.registration.observations import Attitudes, Azimuths, ObservationKind, Verticals
 from vomstudio.registration.similarity import Similarity
 
-NORTH_DOUBT_DEG = 10.0
+NORTH_SIGMA_DEG = 10.0
 """Default one-sigma error of compass north, due to steel, rocks and the phone itself."""
-MOUNT_DOUBT_DEG = 1.0
+MOUNT_SIGMA_DEG = 1.0
 """Default one-sigma misalignment of a gimbal or accelerometer with its camera, about each axis.
 
 It is common to all photos, which reveal it only if they look in several directions. (A drone that
@@ -47,7 +47,7 @@ class AttitudeEvidence:
         rotations to the model.
     """
 
-    kinds: tuple[Observed, ...]
+    kinds: tuple[ObservationKind, ...]
     angles: FloatArray
     model: FloatArray
 
@@ -56,7 +56,7 @@ def match_attitudes(
     table: AttitudeTable,
     rows: Sequence[int],
     views: Sequence[View],
-    north_doubt_deg: float,
+    north_sigma_deg: float,
     findings: list[Finding],
 ) -> AttitudeEvidence:
     """Match the attitudes of a table to the cameras of the model.
@@ -68,7 +68,7 @@ def match_attitudes(
     rows : sequence of int
         Rows of `views` in the table.
     views : sequence of View
-    north_doubt_deg : float
+    north_sigma_deg : float
         One-sigma error common to all yaws.
     findings : list of Finding
         List to which findings about excluded attitudes are appended.
@@ -81,52 +81,56 @@ def match_attitudes(
     labels = [table.photos[row] for row in rows]
     model = np.array([np.asarray(view.rotation).T for view in views]).reshape(-1, 3, 3)
     angles, sigma = table.angles[row_indices], np.radians(table.sigma[row_indices])
-    down = down_of(table)[row_indices]
+    down = gravity_directions(table)[row_indices]
     is_complete = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
     is_phone = yaw & tilt & ~is_complete
     is_phone &= _has_azimuth(labels, is_phone, down, findings)
-    has_all_needed = is_complete | is_phone
+    has_full_attitude = is_complete | is_phone
     known_angles = np.full_like(angles, np.nan)
     known_angles[is_complete] = angles[is_complete]
     if is_phone.any():
         known_angles[is_phone] = view_angles(
             rotations_from_vertical(down[is_phone], angles[is_phone, 0])
         )
-    is_invalid, tilted = np.zeros((2, len(labels)), bool)
-    is_invalid[has_all_needed], tilted[has_all_needed] = find_outliers(
-        _select_labels(labels, has_all_needed),
-        known_angles[has_all_needed],
-        model[has_all_needed],
+    is_invalid, is_tilted = np.zeros((2, len(labels)), bool)
+    is_invalid[has_full_attitude], is_tilted[has_full_attitude] = find_outliers(
+        _select_labels(labels, has_full_attitude),
+        known_angles[has_full_attitude],
+        model[has_full_attitude],
         findings,
     )
-    tilted[tilt] |= find_vertical_outliers(
-        _select_labels(labels, tilt), down[tilt], model[tilt], ~has_all_needed[tilt], findings
+    is_tilted[tilt] |= find_vertical_outliers(
+        _select_labels(labels, tilt), down[tilt], model[tilt], ~has_full_attitude[tilt], findings
     )
-    shared_value = float(np.radians(north_doubt_deg)) if table.is_doubted else 0.0
+    north_sigma = float(np.radians(north_sigma_deg)) if table.is_doubted else 0.0
     is_unstated = np.isnan(sigma[:, 1:]).any()
-    mount = float(np.radians(MOUNT_DOUBT_DEG)) if is_unstated else 0.0
-    kinds: list[Observed] = [
-        _attitudes(labels, is_complete & ~is_invalid, angles, model, sigma, shared_value, mount),
+    mount_sigma = float(np.radians(MOUNT_SIGMA_DEG)) if is_unstated else 0.0
+    kinds: list[ObservationKind] = [
+        _attitudes(
+            labels, is_complete & ~is_invalid, angles, model, sigma, north_sigma, mount_sigma
+        ),
         # The vertical is correct even if the compass is wrong.
-        _verticals(labels, tilt & (~is_complete | is_invalid) & ~tilted, down, model, sigma, mount),
-        _norths(
+        _verticals(
+            labels, tilt & (~is_complete | is_invalid) & ~is_tilted, down, model, sigma, mount_sigma
+        ),
+        _photo_azimuths(
             labels,
             yaw & ~is_complete & ~is_invalid & (is_phone | ~tilt),
             angles,
             model,
             sigma,
-            shared_value,
+            north_sigma,
         ),
     ]
-    is_usable = has_all_needed & ~is_invalid
+    is_usable = has_full_attitude & ~is_invalid
     return AttitudeEvidence(
         tuple(kind for kind in kinds if len(kind.labels)), known_angles[is_usable], model[is_usable]
     )
 
 
 @dataclass(frozen=True)
-class AttitudeMiss:
+class AttitudeResidual:
     """Difference between the placed and the stated attitude of a photo, degrees.
 
     The angles are placed minus stated, about the axes of `error_axes`, or None if the photo does
@@ -139,9 +143,9 @@ class AttitudeMiss:
     roll_deg: float | None
 
 
-def attitude_differences(
+def compare_attitudes(
     table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
-) -> list[AttitudeMiss]:
+) -> list[AttitudeResidual]:
     """Compare the attitudes of the placed model with the attitudes of a table.
 
     Rows that are not used in the fit are included.
@@ -156,14 +160,14 @@ def attitude_differences(
     """
     if not rows:
         return []
-    rotations, yaw, tilt = _turns(table, rows, views, rotation)
+    rotations, yaw, tilt = _attitude_errors(table, rows, views, rotation)
     differences = np.degrees(
         np.einsum("nji,nj->ni", error_axes(np.column_stack([yaw, yaw, yaw])), rotations)
     )
     stated_angles = table.angles[np.asarray(rows, int)]
     known_columns = np.column_stack([np.isfinite(stated_angles[:, 0]), tilt, tilt])
     return [
-        AttitudeMiss(
+        AttitudeResidual(
             table.photos[row],
             *(
                 float(v) if k else None
@@ -174,11 +178,11 @@ def attitude_differences(
     ]
 
 
-def bowing_by_tilts(
+def bowing_from_tilts(
     table: AttitudeTable,
     rows: Sequence[int],
     views: Sequence[View],
-    placed_similarity: Similarity,
+    similarity: Similarity,
     extent: FloatArray | None,
 ) -> Bowing | None:
     """Estimate the bowing of a placed model from the verticals of photos, without outliers.
@@ -188,7 +192,7 @@ def bowing_by_tilts(
     table : AttitudeTable
     rows : sequence of int
     views : sequence of View
-    placed_similarity : Similarity
+    similarity : Similarity
     extent : (m, 3) array or None
         Points of the model in the model frame.
 
@@ -199,7 +203,7 @@ def bowing_by_tilts(
     """
     if not rows:
         return None
-    rotations, _, tilt = _turns(table, rows, views, placed_similarity.rotation)
+    rotations, _, tilt = _attitude_errors(table, rows, views, similarity.rotation)
     tilts = (
         rotations[:, :2] - np.median(rotations[tilt, :2], axis=0)
         if tilt.any()
@@ -209,15 +213,15 @@ def bowing_by_tilts(
     is_inlier = tilt & (
         length <= _OUTLIER_FACTOR * float(np.median(length[tilt])) if tilt.any() else tilt
     )
-    positions = placed_similarity(np.array([view.centre for view in views]))
-    max_distance = None if extent is None or not len(extent) else placed_similarity(extent)
-    cameras = placed_similarity.rotation @ np.array([np.asarray(view.rotation).T for view in views])
-    return fit_bowing_to_turns(
-        positions[is_inlier], rotations[is_inlier], cameras[is_inlier], max_distance
+    positions = similarity(np.array([view.centre for view in views]))
+    placed_extent = None if extent is None or not len(extent) else similarity(extent)
+    cameras = similarity.rotation @ np.array([np.asarray(view.rotation).T for view in views])
+    return fit_bowing_to_rotations(
+        positions[is_inlier], rotations[is_inlier], cameras[is_inlier], placed_extent
     )
 
 
-def _turns(
+def _attitude_errors(
     table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the rotation of each photo from its stated to its placed attitude.
@@ -234,7 +238,7 @@ def _turns(
     from scipy.spatial.transform import Rotation
 
     row_indices = np.asarray(rows, int)
-    stated_angles, down = table.angles[row_indices], down_of(table)[row_indices]
+    stated_angles, down = table.angles[row_indices], gravity_directions(table)[row_indices]
     placed_rotations = rotation @ np.array([np.asarray(view.rotation).T for view in views])
     placed_angles = view_angles(placed_rotations)
     has_vertical = np.isfinite(down[:, 0])
@@ -255,12 +259,18 @@ def _attitudes(
     angles: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
-    shared_value: float,
-    mount: float,
+    north_sigma: float,
+    mount_sigma: float,
 ) -> Attitudes:
     world, axes = camera_rotations(angles[mask]), error_axes(angles[mask])
     return Attitudes(
-        _select_labels(labels, mask), model[mask], world, axes, sigma[mask], shared_value, mount
+        _select_labels(labels, mask),
+        model[mask],
+        world,
+        axes,
+        sigma[mask],
+        north_sigma,
+        mount_sigma,
     )
 
 
@@ -270,24 +280,24 @@ def _verticals(
     down: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
-    mount: float,
+    mount_sigma: float,
 ) -> Verticals:
     directions = np.einsum("nij,nj->ni", model[mask], down[mask])
     names = _select_labels(labels, mask)
-    return Verticals(names, directions, sigma[mask, 1:], model[mask], mount)
+    return Verticals(names, directions, sigma[mask, 1:], model[mask], mount_sigma)
 
 
-def _norths(
+def _photo_azimuths(
     labels: Sequence[str],
     mask: BoolArray,
     angles: FloatArray,
     model: FloatArray,
     sigma: FloatArray,
-    shared_value: float,
+    north_sigma: float,
 ) -> Azimuths:
     names = _select_labels(labels, mask)
     azimuths = np.radians(angles[mask, 0])
-    return Azimuths(names, model[mask][:, :, 2], azimuths, sigma[mask, 0], shared_value)
+    return Azimuths(names, model[mask][:, :, 2], azimuths, sigma[mask, 0], north_sigma)
 
 
 def _has_azimuth(

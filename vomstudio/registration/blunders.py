@@ -20,20 +20,20 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.adjustment import EQUAL_FIT_COST, Adjustment, adjust, weighted_rows
-from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import azimuth_that_fits
+from vomstudio.registration.compass_checks import find_azimuth_correction
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
-    KeptScale,
+    FixedScale,
     LevelLines,
-    Observed,
+    ObservationKind,
     PhotoUpright,
     PlumbLines,
     Points,
     Verticals,
 )
 from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
 # Share of the model size, or rad, below which residuals are rounding errors.
 _ROUNDING = 1e-9
@@ -83,7 +83,7 @@ class Blunder:
         return self.label if self.error_deg is None else f"{self.label} ({self.error_deg:.2g}°)"
 
 
-Single = tuple[int, int]
+ObservationIndex = tuple[int, int]
 """Index of a kind of observations, and row within this kind."""
 
 
@@ -97,14 +97,14 @@ class _TestResult:
         p-value of the residual.
     statistic : float
         F ratio.
-    of : int
+    observation_count : int
         Number of tested observations.
     """
 
-    single: Single
+    observation_index: ObservationIndex
     p_value: float
     statistic: float
-    of: int
+    observation_count: int
     blunder: Blunder
 
 
@@ -139,7 +139,7 @@ class LeaveOneOut:
 
 
 def find_blunders(
-    kinds: Sequence[Observed], overall_fit: Adjustment, centre: FloatArray, size: float
+    kinds: Sequence[ObservationKind], overall_fit: Adjustment, centre: FloatArray, size: float
 ) -> list[Blunder]:
     """Find observations that are inconsistent with the others, worst first.
 
@@ -163,15 +163,15 @@ def find_blunders(
     if not np.isfinite(overall_fit.rows.sigma).any():
         return blunders or []
     if blunders is None or (
-        blunders and not _explain_misfit(kinds, blunders, overall_fit, centre, size)
+        blunders and not _explains_misfit(kinds, blunders, overall_fit, centre, size)
     ):
         # The stated accuracies are too small; that is not a blunder.
         blunders = _find_blunders(kinds, overall_fit, centre, size, use_stated_errors=False)
     return blunders or []
 
 
-def _explain_misfit(
-    kinds: Sequence[Observed],
+def _explains_misfit(
+    kinds: Sequence[ObservationKind],
     known_blunders: Sequence[Blunder],
     overall_fit: Adjustment,
     centre: FloatArray,
@@ -207,7 +207,7 @@ def _explain_misfit(
 
 
 def _find_blunders(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     overall_fit: Adjustment,
     centre: FloatArray,
     size: float,
@@ -219,88 +219,94 @@ def _find_blunders(
     use_stated_errors : compare residuals with the stated errors, not with each other
     """
     observation_count = sum(len(kind.labels) for kind in kinds)
-    excluded_singles: list[Single] = []
-    blunder_by_single: dict[Single, Blunder] = {}
-    while len(blunder_by_single) < observation_count // 3:
+    excluded_indices: list[ObservationIndex] = []
+    blunder_by_index: dict[ObservationIndex, Blunder] = {}
+    while len(blunder_by_index) < observation_count // 3:
         worst_test = _worst_test(
-            _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
+            _test_observations(
+                kinds, excluded_indices, overall_fit, use_stated_errors=use_stated_errors
+            )
         )
         if worst_test is None:
             break
-        excluded_singles.append(worst_test.single)
-        blunder_by_single[worst_test.single] = worst_test.blunder
-        overall_fit = _adjust_without(kinds, excluded_singles, centre, size)
+        excluded_indices.append(worst_test.observation_index)
+        blunder_by_index[worst_test.observation_index] = worst_test.blunder
+        overall_fit = _adjust_remaining(kinds, excluded_indices, centre, size)
     else:
         # More than a third of the observations look wrong, so there must be another cause.
         if (
             observation_count // 3
             and _worst_test(
-                _test_all(kinds, excluded_singles, overall_fit, use_stated_errors=use_stated_errors)
+                _test_observations(
+                    kinds, excluded_indices, overall_fit, use_stated_errors=use_stated_errors
+                )
             )
             is not None
         ):
             return None
-    if not blunder_by_single and (hidden_outliers := _hidden_outliers(kinds)):
+    if not blunder_by_index and (hidden_outliers := _hidden_outliers(kinds)):
         # The mistakes hide each other, so test each of them against the consistent observations.
-        excluded_singles = hidden_outliers
-        blunder_by_single = {
+        excluded_indices = hidden_outliers
+        blunder_by_index = {
             item: Blunder(kinds[item[0]].labels[item[1]], None, None) for item in hidden_outliers
         }
-        _clear_consistent(
+        _reinstate_consistent_observations(
             kinds,
-            excluded_singles,
-            blunder_by_single,
+            excluded_indices,
+            blunder_by_index,
             centre,
             size,
             use_stated_errors=use_stated_errors,
         )
-        return list(blunder_by_single.values())
-    if len(excluded_singles) > 1:
-        _clear_consistent(
+        return list(blunder_by_index.values())
+    if len(excluded_indices) > 1:
+        _reinstate_consistent_observations(
             kinds,
-            excluded_singles,
-            blunder_by_single,
+            excluded_indices,
+            blunder_by_index,
             centre,
             size,
             use_stated_errors=use_stated_errors,
         )
-    return list(blunder_by_single.values())
+    return list(blunder_by_index.values())
 
 
-def _hidden_outliers(kinds: Sequence[Observed]) -> list[Single]:
+def _hidden_outliers(kinds: Sequence[ObservationKind]) -> list[ObservationIndex]:
     """Return the points that a robust fit excludes, or none if they are more than a third."""
     observation_count = sum(len(kind.labels) for kind in kinds)
-    outliers: list[Single] = []
+    outliers: list[ObservationIndex] = []
     for index, kind in enumerate(kinds):
         if isinstance(kind, Points) and len(kind.labels) >= _MIN_POINTS_SUBSET:
             try:
-                fit, agree = fit_robustly(kind.model, kind.world)
+                fit, is_consistent = fit_robustly(kind.model, kind.world)
             except GeometryError:
                 continue
-            if len(kind.labels) < _MIN_POINTS_ROBUST and not _is_far_better(kind, fit, agree):
+            if len(kind.labels) < _MIN_POINTS_ROBUST and not _is_far_better(
+                kind, fit, is_consistent
+            ):
                 continue
-            outliers += [(index, int(row)) for row in np.flatnonzero(~agree)]
+            outliers += [(index, int(row)) for row in np.flatnonzero(~is_consistent)]
     return outliers if len(outliers) <= observation_count // 3 else []
 
 
 def _is_far_better(points: Points, fit: Similarity, is_consistent: BoolArray) -> bool:
     """Return whether the consistent points fit far better than all points."""
 
-    def variance(mask: BoolArray, by: Similarity) -> float:
-        residuals = by(points.model[mask]) - points.world[mask]
+    def variance(mask: BoolArray, similarity: Similarity) -> float:
+        residuals = similarity(points.model[mask]) - points.world[mask]
         return float((residuals**2).sum()) / (3 * int(mask.sum()) - 7)
 
-    is_row_used = np.ones(len(is_consistent), np.bool_)
-    whole_similarity = fit_similarity(points.model, points.world)
-    return variance(is_row_used, whole_similarity) > _MIN_VARIANCE_RATIO * variance(
+    all_points = np.ones(len(is_consistent), np.bool_)
+    overall_similarity = fit_similarity(points.model, points.world)
+    return variance(all_points, overall_similarity) > _MIN_VARIANCE_RATIO * variance(
         is_consistent, fit
     )
 
 
-def _clear_consistent(
-    kinds: Sequence[Observed],
-    excluded_singles: list[Single],
-    blunder_by_single: dict[Single, Blunder],
+def _reinstate_consistent_observations(
+    kinds: Sequence[ObservationKind],
+    excluded_indices: list[ObservationIndex],
+    blunder_by_index: dict[ObservationIndex, Blunder],
     centre: FloatArray,
     size: float,
     *,
@@ -308,45 +314,48 @@ def _clear_consistent(
 ) -> None:
     """Remove consistent observations from the outliers, and update other errors."""
     observation_count = sum(len(kind.labels) for kind in kinds)
-    for excluded_single in [*excluded_singles]:
-        other_singles = [
-            other_single for other_single in excluded_singles if other_single != excluded_single
+    for excluded_index in [*excluded_indices]:
+        other_indices = [
+            other_index for other_index in excluded_indices if other_index != excluded_index
         ]
-        remaining_fit = _adjust_without(kinds, other_singles, centre, size)
-        results = _test_all(
-            kinds, other_singles, remaining_fit, use_stated_errors=use_stated_errors
+        remaining_fit = _adjust_remaining(kinds, other_indices, centre, size)
+        results = _test_observations(
+            kinds, other_indices, remaining_fit, use_stated_errors=use_stated_errors
         )
-        result = next((item for item in results if item.single == excluded_single), None)
+        result = next((item for item in results if item.observation_index == excluded_index), None)
         if result is None:
             continue
         if result.p_value < _SIGNIFICANCE / observation_count:
-            blunder_by_single[excluded_single] = result.blunder
+            blunder_by_index[excluded_index] = result.blunder
         else:
-            excluded_singles.remove(excluded_single)
-            del blunder_by_single[excluded_single]
+            excluded_indices.remove(excluded_index)
+            del blunder_by_index[excluded_index]
 
 
-def _adjust_without(
-    kinds: Sequence[Observed], out: Sequence[Single], centre: FloatArray, size: float
+def _adjust_remaining(
+    kinds: Sequence[ObservationKind],
+    exclusions: Sequence[ObservationIndex],
+    centre: FloatArray,
+    size: float,
 ) -> Adjustment:
-    return adjust([kind for _, kind, _ in _remaining(kinds, out)], centre, size)
+    return adjust([kind for _, kind, _ in _remaining_observations(kinds, exclusions)], centre, size)
 
 
-def _remaining(
-    kinds: Sequence[Observed], out: Sequence[Single]
-) -> list[tuple[int, Observed, list[int]]]:
+def _remaining_observations(
+    kinds: Sequence[ObservationKind], exclusions: Sequence[ObservationIndex]
+) -> list[tuple[int, ObservationKind, list[int]]]:
     """Return the index, observations and remaining rows of each kind that is not empty."""
-    excluded_singles = set(out)
+    excluded_indices = set(exclusions)
     remaining_kinds = []
     for index, kind in enumerate(kinds):
-        rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded_singles]
+        rows = [row for row in range(len(kind.labels)) if (index, row) not in excluded_indices]
         if rows:
-            is_kept = [(index, row) not in excluded_singles for row in range(len(kind.labels))]
-            remaining_kinds.append((index, select_observations(kind, is_kept), rows))
+            is_remaining = [(index, row) not in excluded_indices for row in range(len(kind.labels))]
+            remaining_kinds.append((index, select_observations(kind, is_remaining), rows))
     return remaining_kinds
 
 
-def select_observations(kind: Observed, is_selected: Sequence[bool]) -> Observed:
+def select_observations(kind: ObservationKind, is_selected: Sequence[bool]) -> ObservationKind:
     """Return a kind of observation reduced to a subset.
 
     Parameters
@@ -366,7 +375,7 @@ def select_observations(kind: Observed, is_selected: Sequence[bool]) -> Observed
         value = getattr(kind, field.name)
         if isinstance(value, np.ndarray) and len(value) == n:
             changed_fields[field.name] = value[rows]
-    selection: Observed = replace(kind, **changed_fields)  # type: ignore[type-var]
+    selection: ObservationKind = replace(kind, **changed_fields)  # type: ignore[type-var]
     return selection
 
 
@@ -376,13 +385,19 @@ def _worst_test(tests: Sequence[_TestResult]) -> _TestResult | None:
     The p-values of gross mistakes underflow to 0; among these, the one with the largest F ratio is
     returned.
     """
-    wrong_tests = [item for item in tests if item.p_value < _SIGNIFICANCE / item.of]
-    return min(wrong_tests, key=lambda one: (one.p_value, -one.statistic)) if wrong_tests else None
+    significant_tests = [
+        item for item in tests if item.p_value < _SIGNIFICANCE / item.observation_count
+    ]
+    return (
+        min(significant_tests, key=lambda result: (result.p_value, -result.statistic))
+        if significant_tests
+        else None
+    )
 
 
-def _test_all(
-    kinds: Sequence[Observed],
-    out: Sequence[Single],
+def _test_observations(
+    kinds: Sequence[ObservationKind],
+    exclusions: Sequence[ObservationIndex],
     overall_fit: Adjustment,
     *,
     use_stated_errors: bool,
@@ -396,22 +411,24 @@ def _test_all(
     residuals = rows.residuals / sigma
     redundancy = overall_fit.redundancy
     squares = float((residuals**2).sum())
-    remaining_observations = _remaining(kinds, out)
+    remaining_observations = _remaining_observations(kinds, exclusions)
     observation_count = sum(len(kind.labels) for _, kind, _ in remaining_observations)
-    candidates: list[tuple[Single, Observed, int, FloatArray]] = []
+    candidates: list[tuple[ObservationIndex, ObservationKind, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
     for position, (index, kind, row_numbers) in enumerate(remaining_observations):
-        if isinstance(kind, KeptScale | PhotoUpright):
+        if isinstance(kind, FixedScale | PhotoUpright):
             continue
         first_row, last_row = overall_fit.starts[position], overall_fit.starts[position + 1]
         width = (last_row - first_row) // len(kind.labels)
         for number, row in enumerate(row_numbers):
             row_slice = slice(first_row + number * width, first_row + (number + 1) * width)
-            residual_weight = np.eye(width) - design[row_slice] @ covariance @ design[row_slice].T
-            if np.linalg.eigvalsh(residual_weight)[0] < 1e-6 or redundancy - width < 1:
+            residual_covariance = (
+                np.eye(width) - design[row_slice] @ covariance @ design[row_slice].T
+            )
+            if np.linalg.eigvalsh(residual_covariance)[0] < 1e-6 or redundancy - width < 1:
                 # The other observations do not determine it.
                 continue
-            deleted_residuals = np.linalg.solve(residual_weight, residuals[row_slice])
+            deleted_residuals = np.linalg.solve(residual_covariance, residuals[row_slice])
             if np.linalg.norm(deleted_residuals * sigma[row_slice]) < _ROUNDING * max(
                 overall_fit.size, 1.0
             ):
@@ -421,34 +438,34 @@ def _test_all(
             statistics.append((statistic, width, bool(is_stated[row_slice].all())))
     if not candidates:
         return []
-    squared, widths, is_known = (np.array(column) for column in zip(*statistics, strict=True))
+    chi_squares, widths, is_known = (np.array(column) for column in zip(*statistics, strict=True))
     other_variances = np.where(
-        is_known, 1.0, np.maximum((squares - squared) / (redundancy - widths), 1e-300)
+        is_known, 1.0, np.maximum((squares - chi_squares) / (redundancy - widths), 1e-300)
     )
-    strengths = squared / widths / other_variances
+    f_statistics = chi_squares / widths / other_variances
     # Use one call for all observations: a SciPy call takes as long as the other steps per point.
     p_values = np.where(
         is_known,
-        chi2.sf(squared, widths),
-        f.sf(strengths, widths, np.maximum(redundancy - widths, 1)),
+        chi2.sf(chi_squares, widths),
+        f.sf(f_statistics, widths, np.maximum(redundancy - widths, 1)),
     )
     return [
         _TestResult(
-            single,
+            observation_index,
             float(p),
             float(s),
             observation_count,
             _describe(kind, kind.labels[index], misclosure),
         )
-        for (single, kind, index, misclosure), p, s in zip(
-            candidates, p_values, strengths, strict=True
+        for (observation_index, kind, index, misclosure), p, s in zip(
+            candidates, p_values, f_statistics, strict=True
         )
     ]
 
 
-def _describe(kind: Observed, label: str, error: FloatArray) -> Blunder:
-    if isinstance(kind, Combined):
-        return Blunder(label, None, *kind.size_of(error))
+def _describe(kind: ObservationKind, label: str, error: FloatArray) -> Blunder:
+    if isinstance(kind, SimilarityObservation):
+        return Blunder(label, None, *kind.error_sizes(error))
     size = float(np.linalg.norm(error))
     if isinstance(kind, Points) or hasattr(kind, "length"):
         return Blunder(label, None, size)
@@ -456,8 +473,8 @@ def _describe(kind: Observed, label: str, error: FloatArray) -> Blunder:
 
 
 def exclude_labels(
-    kinds: Sequence[Observed], check: Points | None, labels: Sequence[str]
-) -> tuple[list[Observed], Points | None]:
+    kinds: Sequence[ObservationKind], check: Points | None, labels: Sequence[str]
+) -> tuple[list[ObservationKind], Points | None]:
     """Remove the observations and check points with the given labels.
 
     Raises
@@ -475,7 +492,7 @@ def exclude_labels(
                 field="--without",
             )
 
-    def keep_unlisted(kind: Observed) -> Observed:
+    def keep_unlisted(kind: ObservationKind) -> ObservationKind:
         return select_observations(kind, [label not in labels for label in kind.labels])
 
     remaining_kinds = [keep_unlisted(kind) for kind in kinds]
@@ -486,7 +503,7 @@ def exclude_labels(
 
 # --- few directions ---------------------------------------------------------------------------
 def leave_one_out(
-    kinds: Sequence[Observed], overall_fit: Adjustment, centre: FloatArray, size: float
+    kinds: Sequence[ObservationKind], overall_fit: Adjustment, centre: FloatArray, size: float
 ) -> list[LeaveOneOut]:
     """Leave out each of a few directions in turn, and list the most suspicious first.
 
@@ -507,38 +524,38 @@ def leave_one_out(
     typical_errors = np.where(
         np.isfinite(overall_fit.rows.sigma), overall_fit.rows.sigma, _DEFAULT_ERROR_RAD
     )
-    whole_value = float(((overall_fit.rows.residuals / typical_errors) ** 2).sum())
-    if overall_fit.redundancy < 3.0 or whole_value <= _MIN_MISFIT**2 * overall_fit.redundancy:
+    total_squares = float(((overall_fit.rows.residuals / typical_errors) ** 2).sum())
+    if overall_fit.redundancy < 3.0 or total_squares <= _MIN_MISFIT**2 * overall_fit.redundancy:
         return []
     if overall_fit.is_ambiguous:
         # Among equal fits, the one with the smallest tilt was selected, not the best fit.
-        whole_value -= EQUAL_FIT_COST
-    return _leave_each_out(kinds, overall_fit, centre, size, whole_value)
+        total_squares -= EQUAL_FIT_COST
+    return _leave_each_out(kinds, overall_fit, centre, size, total_squares)
 
 
 def _leave_each_out(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     overall_fit: Adjustment,
     centre: FloatArray,
     size: float,
-    whole_value: float,
+    total_squares: float,
 ) -> list[LeaveOneOut]:
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
 
     has_stated_errors = bool(np.isfinite(overall_fit.rows.sigma).all())
     results: list[tuple[float, float, LeaveOneOut]] = []
-    singles = [
+    observation_indices = [
         (index, row)
         for index, kind in enumerate(kinds)
         if isinstance(kind, Directions)
         for row in range(len(kind.labels))
     ]
-    for excluded_single in singles:
-        kind = kinds[excluded_single[0]]
+    for excluded_index in observation_indices:
+        kind = kinds[excluded_index[0]]
         assert isinstance(kind, Directions)
         try:
-            remaining_fit = _adjust_without(kinds, [excluded_single], centre, size)
+            remaining_fit = _adjust_remaining(kinds, [excluded_index], centre, size)
         except GeometryError:
             continue
         typical_errors = np.where(
@@ -546,44 +563,53 @@ def _leave_each_out(
         )
         squares = float(((remaining_fit.rows.residuals / typical_errors) ** 2).sum())
         redundancy = remaining_fit.redundancy
-        squares_reduction = max(whole_value - squares, 0.0)
+        squares_reduction = max(total_squares - squares, 0.0)
         if has_stated_errors:
             p_value = float(chi2.sf(squares_reduction, 2))
         else:
-            pooled = (squares + _DEFAULT_ERROR_WEIGHT) / (redundancy + _DEFAULT_ERROR_WEIGHT)
-            p_value = float(
-                f.sf(squares_reduction / 2.0 / pooled, 2, redundancy + _DEFAULT_ERROR_WEIGHT)
+            pooled_variance = (squares + _DEFAULT_ERROR_WEIGHT) / (
+                redundancy + _DEFAULT_ERROR_WEIGHT
             )
-        placed_vectors = remaining_fit.fit.rotation @ kind.model[excluded_single[1]]
-        other_error = float(np.degrees(np.sqrt((remaining_fit.rows.residuals**2).mean())))
-        cosine = float(placed_vectors @ kind.world[excluded_single[1]])
-        turned_matrix = Rotation.from_matrix(
+            p_value = float(
+                f.sf(
+                    squares_reduction / 2.0 / pooled_variance, 2, redundancy + _DEFAULT_ERROR_WEIGHT
+                )
+            )
+        placed_vector = remaining_fit.fit.rotation @ kind.model[excluded_index[1]]
+        other_error_deg = float(np.degrees(np.sqrt((remaining_fit.rows.residuals**2).mean())))
+        cosine = float(placed_vector @ kind.world[excluded_index[1]])
+        rotation_angle = Rotation.from_matrix(
             remaining_fit.fit.rotation @ overall_fit.fit.rotation.T
         ).magnitude()
-        worst_errors = 1.96 * float(
+        worst_error_deg = 1.96 * float(
             np.degrees(np.sqrt(np.linalg.eigvalsh(remaining_fit.rotation)[-1]))
         )
         # The few other directions determine it poorly.
-        limit = float(np.clip(max(3.0 * other_error, 2.0 * worst_errors), *_AZIMUTH_LIMITS_DEG))
-        fits = azimuth_that_fits(placed_vectors, kind.world[excluded_single[1]], limit)
+        limit = float(
+            np.clip(max(3.0 * other_error_deg, 2.0 * worst_error_deg), *_AZIMUTH_LIMITS_DEG)
+        )
+        azimuth_offset_deg = find_azimuth_correction(
+            placed_vector, kind.world[excluded_index[1]], limit
+        )
         results.append(
             (
                 squares,
                 p_value,
                 LeaveOneOut(
-                    kind.labels[excluded_single[1]],
+                    kind.labels[excluded_index[1]],
                     float(
                         np.degrees(
                             np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0))
                         )
                     ),
-                    float(np.degrees(turned_matrix)),
-                    other_error,
+                    float(np.degrees(rotation_angle)),
+                    other_error_deg,
                     None
-                    if remaining_fit.free[:3].size and np.abs(remaining_fit.free[:3]).max() > 1e-6
-                    else worst_errors,
+                    if remaining_fit.null_space[:3].size
+                    and np.abs(remaining_fit.null_space[:3]).max() > 1e-6
+                    else worst_error_deg,
                     suspect=False,
-                    azimuth_off_deg=fits,
+                    azimuth_off_deg=azimuth_offset_deg,
                 ),
             )
         )

@@ -13,7 +13,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.coordinate_limits import check_on_earth
+from vomstudio.geometry.coordinate_limits import check_longitude_latitude
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
 from vomstudio.registration.checks.mirrors import fits_as_mirror
@@ -59,28 +59,28 @@ def positions_in_metres(
     ------
     InputError, UsageError
     """
-    positions, crs, to_grid = _source(positions, crs)
-    positions = _drop_without_heights(positions, findings)
+    positions, crs, to_grid = _find_conversions(positions, crs)
+    positions = _drop_missing_heights(positions, findings)
     if to_grid is None:
         return positions, crs, None
     locations = positions.places.copy()
     degrees = _to_degrees(positions, to_grid[1])
-    _refuse_exchanged(positions, degrees, crs)
+    _refuse_swapped_degrees(positions, degrees, crs)
     for row, (longitude, latitude) in enumerate(degrees.tolist()):
-        grid_place = to_grid[0](longitude, latitude)
-        if grid_place is None:
+        grid_position = to_grid[0](longitude, latitude)
+        if grid_position is None:
             raise InputError(
                 Finding("crs.outside-area", photo=positions.photos[row], crs=crs),
                 file=positions.file,
             )
-        locations[row, :2] = grid_place
+        locations[row, :2] = grid_position
     median = np.median(degrees, axis=0)
     findings.append(_heights_finding(positions, float(median[0]), float(median[1])))
     converted_positions = replace(positions, places=locations, is_in_degrees=False, crs=crs)
     return converted_positions, crs, (float(median[0]), float(median[1]))
 
 
-def _source(
+def _find_conversions(
     positions: Positions, crs: str | None
 ) -> tuple[Positions, str | None, tuple[ToGrid, ToGrid | None] | None]:
     """Return the positions, the CRS, and the conversions to that CRS.
@@ -113,10 +113,10 @@ def _source(
             crs = code
     if positions.is_in_degrees:
         if crs is None:
-            first_place = positions.places[0]
+            first_position = positions.places[0]
             zone = ""
-            if check_on_earth(float(first_place[0]), float(first_place[1])) is None:
-                zone = utm_zone(float(first_place[0]), float(first_place[1]))
+            if check_longitude_latitude(float(first_position[0]), float(first_position[1])) is None:
+                zone = utm_zone(float(first_position[0]), float(first_position[1]))
             raise UsageError(
                 Finding("cameras.in-degrees", zone=zone or "EPSG:32633"),
                 field="--crs",
@@ -127,12 +127,12 @@ def _source(
         return positions, crs, None
     to_degrees = Transformer.from_crs(file_crs, "EPSG:4326", always_xy=True)
 
-    def back(x: float, y: float) -> tuple[float, float] | None:
+    def to_longitude_latitude(x: float, y: float) -> tuple[float, float] | None:
         longitude, latitude = to_degrees.transform(x, y)[:2]
         is_finite = np.isfinite([longitude, latitude]).all()
         return (float(longitude), float(latitude)) if is_finite else None
 
-    return positions, crs, (degrees_to_grid(crs), back)
+    return positions, crs, (degrees_to_grid(crs), to_longitude_latitude)
 
 
 def _unknown_crs_error(positions: Positions) -> InputError:
@@ -143,24 +143,24 @@ def _unknown_crs_error(positions: Positions) -> InputError:
     )
 
 
-def _to_degrees(positions: Positions, to_map: ToGrid | None) -> FloatArray:
+def _to_degrees(positions: Positions, convert: ToGrid | None) -> FloatArray:
     """Return longitude and latitude (n, 2). Raises InputError if they are invalid."""
     degrees = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
-        position = (x, y) if to_map is None else to_map(x, y)
+        position = (x, y) if convert is None else convert(x, y)
         photo = positions.photos[row]
         if position is None:
             finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
             raise InputError(finding, file=positions.file)
-        if (reason := check_on_earth(*position)) is not None:
-            if to_map is None and check_on_earth(y, x) is None:
-                raise _exchanged_error(positions, photo, x, y)
+        if (reason := check_longitude_latitude(*position)) is not None:
+            if convert is None and check_longitude_latitude(y, x) is None:
+                raise _swapped_degrees_error(positions, photo, x, y)
             raise InputError(reason, file=positions.file, field=photo)
         degrees[row] = position
     return degrees
 
 
-def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None) -> None:
+def _refuse_swapped_degrees(positions: Positions, degrees: FloatArray, crs: str | None) -> None:
     """Raise InputError if positions are in the area of the CRS only with swapped degrees."""
     from pyproj import CRS
 
@@ -174,10 +174,10 @@ def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None
         return bool((is_around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
     if not are_in_range(*degrees.T) and are_in_range(degrees[:, 1], degrees[:, 0]):
-        raise _exchanged_error(positions, positions.photos[0], *degrees[0].tolist())
+        raise _swapped_degrees_error(positions, positions.photos[0], *degrees[0].tolist())
 
 
-def _exchanged_error(
+def _swapped_degrees_error(
     positions: Positions, photo: str, longitude: float, latitude: float
 ) -> InputError:
     finding = Finding(
@@ -187,7 +187,7 @@ def _exchanged_error(
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Positions:
+def _drop_missing_heights(positions: Positions, findings: list[Finding]) -> Positions:
     has_height = np.isfinite(positions.places[:, 2])
     if not has_height.any():
         raise InputError(
@@ -202,16 +202,16 @@ def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Posi
                 photos=select_names(positions.photos, ~has_height),
             )
         )
-    references = np.array([_normalise_reference(word) for word in positions.heights])
+    references = np.array([_normalise_reference(reference) for reference in positions.heights])
     if len(references):
-        usual_reference = Counter(references[has_height].tolist()).most_common(1)[0][0]
-        has_other_reference = has_height & (references != usual_reference)
+        most_common_reference = Counter(references[has_height].tolist()).most_common(1)[0][0]
+        has_other_reference = has_height & (references != most_common_reference)
         if has_other_reference.any():
             findings.append(
                 Finding(
                     "cameras.other-heights",
                     count=int(has_other_reference.sum()),
-                    usual=_reference_name(usual_reference),
+                    usual=_reference_name(most_common_reference),
                     photos=select_names(positions.photos, has_other_reference),
                 )
             )
@@ -228,15 +228,15 @@ def _drop_without_heights(positions: Positions, findings: list[Finding]) -> Posi
     )
 
 
-def _normalise_reference(word: str) -> str:
-    return "sea level" if word == "below sea level" else word
+def _normalise_reference(reference: str) -> str:
+    return "sea level" if reference == "below sea level" else reference
 
 
-def _reference_name(word: str) -> str:
+def _reference_name(reference: str) -> str:
     return {
         "ellipsoid": tr("above the ellipsoid"),
         "sea level": tr("above sea level"),
-    }.get(word, tr("unknown reference"))
+    }.get(reference, tr("unknown reference"))
 
 
 def _heights_finding(positions: Positions, longitude: float, latitude: float) -> Finding:
@@ -307,19 +307,23 @@ def select_consistent_cameras(
         If the positions do not determine the position of the model.
     """
     require_separate_positions(world)
-    misplaced, is_far = find_misplaced_points(labels, model, world, crs)
-    misplaced = [*(missing_height_findings(labels, model, world) or misplaced)]
+    misplacement_findings, is_far = find_misplaced_points(labels, model, world, crs)
+    misplacement_findings = [
+        *(missing_height_findings(labels, model, world) or misplacement_findings)
+    ]
     is_used = ~is_far
     used_rows = np.flatnonzero(is_used)
-    one_line = is_nearly_collinear(model[used_rows]) or is_nearly_collinear(world[used_rows])
-    if is_alone and len(labels) >= 3 and one_line:
-        line = Finding("collinear", "error", photos=list(labels), value=None)
-        raise GeometryError(misplaced[0] if misplaced else line)
+    is_collinear = is_nearly_collinear(model[used_rows]) or is_nearly_collinear(world[used_rows])
+    if is_alone and len(labels) >= 3 and is_collinear:
+        collinear_finding = Finding("collinear", "error", photos=list(labels), value=None)
+        raise GeometryError(
+            misplacement_findings[0] if misplacement_findings else collinear_finding
+        )
     if len(used_rows) >= 3:
-        findings, affects_all = _check_all(
+        findings, affects_all = _check_positions(
             [labels[int(i)] for i in used_rows], model[used_rows], world[used_rows]
         )
-        misplaced += findings
+        misplacement_findings += findings
         if not affects_all:
             is_used[used_rows] = _is_inlier(model[used_rows], world[used_rows], sigma[used_rows])
     exclusions: list[Finding] = []
@@ -335,10 +339,10 @@ def select_consistent_cameras(
     cameras = Points(
         [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras"
     )
-    return cameras, misplaced, exclusions
+    return cameras, misplacement_findings, exclusions
 
 
-def _check_all(
+def _check_positions(
     labels: Sequence[str], model: FloatArray, world: FloatArray
 ) -> tuple[list[Finding], bool]:
     """Return findings about all positions, and whether they affect all of them."""
@@ -356,8 +360,8 @@ def _check_all(
 
 def _is_inlier(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
     known_sigma = sigma[np.isfinite(sigma)]
-    floor = 3 * float(known_sigma.max()) if len(known_sigma) else 0.0
+    min_sigma = 3 * float(known_sigma.max()) if len(known_sigma) else 0.0
     # Positions on a line are consistent with any rotation about it.
     with suppress(GeometryError):
-        return fit_robustly(model, world, min_sigma=floor)[1]
+        return fit_robustly(model, world, min_sigma=min_sigma)[1]
     return np.ones(len(model), bool)

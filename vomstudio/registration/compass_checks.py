@@ -90,7 +90,7 @@ def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> lis
     return [Finding("compass.radians")]
 
 
-def azimuth_that_fits(
+def find_azimuth_correction(
     placed_directions: FloatArray, world: FloatArray, limit_deg: float
 ) -> float | None:
     """Return the correction of an azimuth that makes a direction agree with the others.
@@ -136,14 +136,14 @@ def _angles_between(a: FloatArray, b: FloatArray) -> FloatArray:
 def _majority_rotation(model: FloatArray, world: FloatArray) -> FloatArray | None:
     """Return the rotation (3, 3) with the least median angle."""
     best_rotation: tuple[float, FloatArray] | None = None
-    for rotation in rotations_by_pairs(model, world):
+    for rotation in rotations_from_pairs(model, world):
         median = float(np.median(_angles_between(model @ rotation.T, world)))
         if best_rotation is None or median < best_rotation[0]:
             best_rotation = median, rotation
     return None if best_rotation is None else best_rotation[1]
 
 
-def rotations_by_pairs(
+def rotations_from_pairs(
     model: FloatArray, world: FloatArray, *, is_axial: bool = True
 ) -> list[FloatArray]:
     """Return the rotations (3, 3) that pairs of directions determine.

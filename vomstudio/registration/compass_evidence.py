@@ -12,17 +12,17 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.control.observation_tables import CompassTable
-from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import azimuth_findings, radian_findings
 from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
     Directions,
-    Observed,
+    ObservationKind,
     Points,
 )
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
-_READING_DEG = 3.0
+_READING_SIGMA_DEG = 3.0
 
 
 class Segment(NamedTuple):
@@ -45,7 +45,7 @@ class Segment(NamedTuple):
     label: str = ""
 
 
-def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Finding]:
+def compass_findings(table: CompassTable, kinds: Sequence[ObservationKind]) -> list[Finding]:
     """Return findings about readings that look wrong.
 
     These are angles in radians, duplicate labels, and strikes misread as dip directions.
@@ -61,16 +61,16 @@ def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Fin
     list of Finding
     """
     findings = radian_findings(table.azimuth_deg, table.inclination_deg)
-    twice = [name for name, count in Counter(table.labels).items() if count > 1]
-    if twice:
-        findings.append(Finding("compass.repeated-names", labels=twice))
+    repeated_names = [name for name, count in Counter(table.labels).items() if count > 1]
+    if repeated_names:
+        findings.append(Finding("compass.repeated-names", labels=repeated_names))
     planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
     if planes is not None and table.is_plane.any():
         findings += azimuth_findings(planes.labels, planes.model, planes.world)
     return findings
 
 
-def compass_alone(kinds: Sequence[Observed]) -> bool:
+def has_only_compass_evidence(kinds: Sequence[ObservationKind]) -> bool:
     """Return whether only azimuths and compass readings determine north.
 
     Parameters
@@ -81,18 +81,18 @@ def compass_alone(kinds: Sequence[Observed]) -> bool:
     -------
     bool
     """
-    is_read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
+    has_readings = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
     has_other_evidence = any(
-        isinstance(kind, Attitudes | Combined)
+        isinstance(kind, Attitudes | SimilarityObservation)
         # A single point does not determine a direction.
         or (isinstance(kind, Points) and len(kind.labels) > 1)
         for kind in kinds
     )
-    return is_read and not has_other_evidence
+    return has_readings and not has_other_evidence
 
 
 def compass_directions(
-    table: CompassTable, turn_deg: float, north_doubt_deg: float = 0.0
+    table: CompassTable, turn_deg: float, north_sigma_deg: float = 0.0
 ) -> list[Directions]:
     """Convert the planes and lines of a table to observations.
 
@@ -101,33 +101,33 @@ def compass_directions(
     table : CompassTable
     turn_deg : float
         Angle added to all azimuths.
-    north_doubt_deg : float
+    north_sigma_deg : float
         One-sigma error common to all azimuths.
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths increase clockwise.
     world = table.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     kinds: list[Directions] = []
-    for planes in (True, False):
-        rows = np.flatnonzero(table.is_plane == planes)
+    for is_plane in (True, False):
+        rows = np.flatnonzero(table.is_plane == is_plane)
         if len(rows):
             sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
             labels = [table.labels[i] for i in rows]
-            north_sigma = float(np.radians(north_doubt_deg))
+            north_sigma = float(np.radians(north_sigma_deg))
             kinds.append(
                 Directions(labels, table.model[rows], world[rows], sigma, north_sigma=north_sigma)
             )
     return kinds
 
 
-def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azimuths:
+def azimuth_lines(segments: Sequence[Segment], north_sigma_deg: float = 0.0) -> Azimuths:
     """Convert lines with known azimuths to observations.
 
     Parameters
     ----------
     segments : sequence of Segment
         Lines with their azimuths, degrees.
-    north_doubt_deg : float
+    north_sigma_deg : float
         See `compass_directions`.
 
     Returns
@@ -151,6 +151,6 @@ def azimuth_lines(segments: Sequence[Segment], north_doubt_deg: float = 0.0) -> 
         for line_number, line in enumerate(segments, 1)
     ]
     angles = np.radians([line.value for line in segments])
-    sigma = [_READING_DEG if line.sigma is None else line.sigma for line in segments]
-    north_sigma = float(np.radians(north_doubt_deg))
+    sigma = [_READING_SIGMA_DEG if line.sigma is None else line.sigma for line in segments]
+    north_sigma = float(np.radians(north_sigma_deg))
     return Azimuths(labels, vectors / length[:, None], angles, np.radians(sigma), north_sigma)

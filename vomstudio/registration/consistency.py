@@ -19,18 +19,18 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.registration.adjustment import Adjustment, adjust
-from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
     COMPASS,
     YAW,
     Attitudes,
     Azimuths,
     Directions,
-    KeptScale,
-    Observed,
+    FixedScale,
+    ObservationKind,
     Points,
 )
 from vomstudio.registration.similarity import is_nearly_collinear
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
 _MIN_OBSERVATIONS = 4
 # Significance of contradictions.
@@ -42,7 +42,7 @@ _MIN_NORTH_TURN_DEG = 0.5
 # Tolerance from a quarter turn within which a yaw refers to another side of the camera.
 _QUARTER_TOLERANCE_DEG = 10.0
 _STEP_DEG = 10.0
-_NORTH_KINDS = Points | Attitudes | Combined | Directions | Azimuths
+_NORTH_KINDS = Points | Attitudes | SimilarityObservation | Directions | Azimuths
 _MAX_ITERATIONS = 6
 # Logarithm of a ratio of scales up to which steps of the adjustment converge.
 _MAX_LOG_SCALE = 0.4
@@ -72,8 +72,8 @@ class ScaleContradiction:
 
 
 def check_fixed_scale(
-    kinds: Sequence[Observed], centre: FloatArray, size: float
-) -> tuple[ScaleContradiction | None, list[Observed]]:
+    kinds: Sequence[ObservationKind], centre: FloatArray, size: float
+) -> tuple[ScaleContradiction | None, list[ObservationKind]]:
     """Compare a fixed scale with the scale from the other observations.
 
     Parameters
@@ -92,12 +92,12 @@ def check_fixed_scale(
     """
     from scipy.stats import norm
 
-    other_kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
-    fixed_scale = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
+    other_kinds = [kind for kind in kinds if not isinstance(kind, FixedScale)]
+    fixed_scale = next((kind for kind in kinds if isinstance(kind, FixedScale)), None)
     if fixed_scale is None or not other_kinds:
         return None, list(kinds)
     free_fit = adjust(other_kinds, centre, size)
-    if np.abs(free_fit.free[3]).sum() > 0:
+    if np.abs(free_fit.null_space[3]).sum() > 0:
         return None, list(kinds)
     metres = float(fixed_scale.length[0] / np.linalg.norm(fixed_scale.second - fixed_scale.first))
     times, error = free_fit.fit.scale / metres, float(np.sqrt(free_fit.covariance[3, 3]))
@@ -117,7 +117,7 @@ def check_fixed_scale(
 
 
 def disagreement_findings(
-    kinds: Sequence[Observed], centre: FloatArray, size: float
+    kinds: Sequence[ObservationKind], centre: FloatArray, size: float
 ) -> list[Finding]:
     """Return findings if points and cameras contradict each other.
 
@@ -141,7 +141,7 @@ def disagreement_findings(
         and not is_nearly_collinear(kind.model)
         and not is_nearly_collinear(kind.world)
     ]
-    if len(single_fits) != 2 or any(item.free.shape[1] for item in single_fits):
+    if len(single_fits) != 2 or any(item.null_space.shape[1] for item in single_fits):
         return []
     first_fit, second_fit = (item.fit for item in single_fits)
     rotation = Rotation.from_matrix(first_fit.rotation @ second_fit.rotation.T).as_rotvec()
@@ -164,7 +164,7 @@ def _rotation_scale_covariance(result: Adjustment) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class NorthTurn:
+class NorthError:
     """Error common to all azimuths that refer to the same north, degrees.
 
     Attributes
@@ -175,14 +175,14 @@ class NorthTurn:
         Angle by which the azimuths are too large.
     error95_deg : float
         95 % error of `turn_deg`.
-    are_planes : bool
+    has_directions : bool
         Whether planes and lines refer to this north, and not only azimuths.
     """
 
     name: str
     turn_deg: float
     error95_deg: float
-    are_planes: bool
+    has_directions: bool
 
     @property
     def finding(self) -> Finding:
@@ -203,9 +203,9 @@ class NorthTurn:
         return Finding("registration.north-turned", **values)
 
 
-def estimate_norths(
-    kinds: Sequence[Observed], centre: FloatArray, size: float
-) -> tuple[list[NorthTurn], list[Observed]]:
+def estimate_north_errors(
+    kinds: Sequence[ObservationKind], centre: FloatArray, size: float
+) -> tuple[list[NorthError], list[ObservationKind]]:
     """Estimate the common error of compass azimuths and the common error of yaws.
 
     A north is corrected if other observations determine its error and the error is significant.
@@ -217,18 +217,18 @@ def estimate_norths(
         Observations with corrected azimuths and without priors of the corrected norths. These give
         the best placement and are used to assess single readings.
     """
-    north_rotations, corrected = [], list(kinds)
+    north_turns, corrected_kinds = [], list(kinds)
     for name in (COMPASS, YAW):
-        estimate = _estimate_north(corrected, centre, size, name)
+        estimate = _estimate_north_error(corrected_kinds, centre, size, name)
         if estimate is not None:
-            rotation, corrected = estimate
-            north_rotations.append(rotation)
-    return north_rotations, corrected
+            rotation, corrected_kinds = estimate
+            north_turns.append(rotation)
+    return north_turns, corrected_kinds
 
 
-def _estimate_north(
-    kinds: Sequence[Observed], centre: FloatArray, size: float, name: str
-) -> tuple[NorthTurn, list[Observed]] | None:
+def _estimate_north_error(
+    kinds: Sequence[ObservationKind], centre: FloatArray, size: float, name: str
+) -> tuple[NorthError, list[ObservationKind]] | None:
     from scipy.stats import norm
 
     reading_kinds = Attitudes if name == YAW else Directions | Azimuths
@@ -238,10 +238,10 @@ def _estimate_north(
     ):
         return None
     try:
-        first_turn = _first_turn(kinds, other_kinds, centre, size, name)
+        turn_deg = _initial_turn_deg(kinds, other_kinds, centre, size, name)
     except GeometryError:
         return None
-    freed_kinds = [_free_north(kind, first_turn, name) for kind in kinds]
+    freed_kinds = [_free_north(kind, turn_deg, name) for kind in kinds]
     for _ in range(_MAX_ITERATIONS):
         try:
             result = adjust(freed_kinds, centre, size)
@@ -250,23 +250,23 @@ def _estimate_north(
         index = result.rows.shared_names.index(name)
         # Rows rotate the model counterclockwise, whereas readings increase clockwise.
         step = -float(np.degrees(result.common_errors[index]))
-        first_turn += step
+        turn_deg += step
         error = float(np.degrees(np.sqrt(result.common_covariance[index, index])))
         if error > _MAX_NORTH_ERROR_DEG:
             return None
-        freed_kinds = [_free_north(kind, first_turn, name) for kind in kinds]
+        freed_kinds = [_free_north(kind, turn_deg, name) for kind in kinds]
         if abs(step) < 0.01:
             break
-    first_turn = float((first_turn + 180.0) % 360.0 - 180.0)
-    if abs(first_turn) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
+    turn_deg = float((turn_deg + 180.0) % 360.0 - 180.0)
+    if abs(turn_deg) < max(_MIN_NORTH_TURN_DEG, float(norm.isf(_SIGNIFICANCE / 2.0)) * error):
         return None
-    are_planes = any(isinstance(kind, Directions) for kind in kinds)
-    return NorthTurn(name, first_turn, 1.959963984540054 * error, are_planes), freed_kinds
+    has_directions = any(isinstance(kind, Directions) for kind in kinds)
+    return NorthError(name, turn_deg, 1.959963984540054 * error, has_directions), freed_kinds
 
 
-def _first_turn(
-    kinds: Sequence[Observed],
-    other_kinds: Sequence[Observed],
+def _initial_turn_deg(
+    kinds: Sequence[ObservationKind],
+    other_kinds: Sequence[ObservationKind],
     centre: FloatArray,
     size: float,
     name: str,
@@ -276,7 +276,7 @@ def _first_turn(
     Small steps from a distant start would converge to a wrong solution.
     """
     remaining_fit = adjust(other_kinds, centre, size)
-    if np.abs(remaining_fit.free[:3]).sum() > 0:
+    if np.abs(remaining_fit.null_space[:3]).sum() > 0:
         return 0.0
     readings = [kind for kind in kinds if not any(kind is other_kind for other_kind in other_kinds)]
     trial_turns = np.arange(0.0, 360.0, _STEP_DEG)
@@ -298,22 +298,24 @@ def _first_turn(
     return float(trial_turns[int(np.argmin(residuals))])
 
 
-def _free_north(kind: Observed, turned_deg: float, name: str) -> Observed:
+def _free_north(kind: ObservationKind, turned_deg: float, name: str) -> ObservationKind:
     """Correct the azimuths of a kind of readings and remove the prior of their north."""
     turn_rad = np.radians(turned_deg)
     c, s = np.cos(turn_rad), np.sin(turn_rad)
-    rotation_back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    inverse_rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     if name == YAW:
         if isinstance(kind, Attitudes):
             return replace(
                 kind,
-                world=rotation_back @ kind.world,
-                axes=rotation_back @ kind.axes,
+                world=inverse_rotation @ kind.world,
+                axes=inverse_rotation @ kind.axes,
                 north_sigma=_FREE_NORTH_SIGMA_RAD,
             )
         return kind
     if isinstance(kind, Azimuths):
         return replace(kind, azimuth=kind.azimuth - turn_rad, north_sigma=_FREE_NORTH_SIGMA_RAD)
     if isinstance(kind, Directions):
-        return replace(kind, world=kind.world @ rotation_back.T, north_sigma=_FREE_NORTH_SIGMA_RAD)
+        return replace(
+            kind, world=kind.world @ inverse_rotation.T, north_sigma=_FREE_NORTH_SIGMA_RAD
+        )
     return kind

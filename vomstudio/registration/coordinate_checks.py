@@ -17,7 +17,11 @@ from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.gate.metric import check_metric
-from vomstudio.registration.checks.area_of_use import BEYOND_DEG, degrees_beyond, is_inside_area
+from vomstudio.registration.checks.area_of_use import (
+    AREA_TOLERANCE_DEG,
+    area_distance_function,
+    is_inside_area,
+)
 from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
 from vomstudio.registration.checks.labels import coincident_point_findings, similar_label_findings
 from vomstudio.registration.checks.mirrors import fits_as_mirror
@@ -25,7 +29,7 @@ from vomstudio.registration.checks.mixed_values import mixed_row_findings
 from vomstudio.registration.checks.point_groups import (
     distances_agree,
     find_larger_group,
-    is_in_degrees_among_metres,
+    find_points_in_degrees,
     mixed_degree_findings,
     select_group_at_model,
     separate_group_findings,
@@ -55,7 +59,7 @@ _MAX_SWAPPED_RATIO = 0.1
 _SCALE_TOLERANCE = 0.005
 # Maximum offset of coordinates that belong to a neighbouring zone.
 _MAX_ZONE_OFFSET_DEG = 15.0
-_MAX_KM = 20_000.0
+_MAX_COORDINATE_KM = 20_000.0
 # Maximum rotation of a model that is already in its CRS by a registration.
 _MAX_TURN_DEG = 20.0
 # Multiple of the extent of the model beyond which control points do not belong to it.
@@ -80,29 +84,31 @@ def point_findings(
     crs : str, optional
         CRS of the World frame.
     """
-    alike: list[Finding] = [
+    duplicate_findings: list[Finding] = [
         *similar_label_findings(labels),
         *coincident_point_findings(labels, world),
     ]
     if degrees := degree_findings(world):
-        return [*alike, *degrees]
+        return [*duplicate_findings, *degrees]
     all_points = control.model if model is None else model
-    if missing_names := missing_height_findings(labels, all_points, world):
-        return [*alike, *missing_names]
-    if misplaced_points := find_misplaced_points(labels, all_points, world, crs)[0]:
-        return [*alike, *misplaced_points]
-    if level := constant_height_findings(control.model, control.world):
-        return [*alike, *level]
+    if missing_heights := missing_height_findings(labels, all_points, world):
+        return [*duplicate_findings, *missing_heights]
+    if misplacements := find_misplaced_points(labels, all_points, world, crs)[0]:
+        return [*duplicate_findings, *misplacements]
+    if constant_heights := constant_height_findings(control.model, control.world):
+        return [*duplicate_findings, *constant_heights]
     if fits_as_mirror(control.model, control.world):
         # Mirror images are reported after the fit, because other interpretations of a mirror image
         # may fit by chance.
-        return alike
-    those = (control.labels, control.model, control.world)
-    readings: Sequence[Finding] = mixed_row_findings(*those) or misreading_findings(
-        *those[1:], include_mirrors=False
+        return duplicate_findings
+    control_arrays = (control.labels, control.model, control.world)
+    readings: Sequence[Finding] = mixed_row_findings(*control_arrays) or misreading_findings(
+        *control_arrays[1:], include_mirrors=False
     )
-    readings = readings or swapped_label_findings(*those) or row_order_findings(*those)
-    return [*alike, *readings]
+    readings = (
+        readings or swapped_label_findings(*control_arrays) or row_order_findings(*control_arrays)
+    )
+    return [*duplicate_findings, *readings]
 
 
 # --- single points ----------------------------------------------------------------------------
@@ -146,7 +152,7 @@ def find_misplaced_points(
     misplaced : (n,) ndarray of bool
         Mask of the misplaced points; all False if it is unclear which points are correct.
     """
-    degrees = is_in_degrees_among_metres(model, world)
+    degrees = find_points_in_degrees(model, world)
     if degrees.any():
         return mixed_degree_findings(labels, degrees), degrees
     is_far = is_far_from_others(world)
@@ -155,10 +161,10 @@ def find_misplaced_points(
     reference_rows = ~is_far if is_far.any() else find_larger_group(model, world)
     if reference_rows is None:
         return [], is_far
-    right = select_group_at_model(model, world, reference_rows, is_inside_area(world, crs))
-    if right is None:
+    is_correct = select_group_at_model(model, world, reference_rows, is_inside_area(world, crs))
+    if is_correct is None:
         return [*separate_group_findings(labels, world, reference_rows)], np.zeros(len(world), bool)
-    return far_point_findings(labels, world, ~right), ~right
+    return far_point_findings(labels, world, ~is_correct), ~is_correct
 
 
 def far_point_findings(
@@ -182,37 +188,40 @@ def far_point_findings(
     median = np.median(world[~is_far], axis=0)
     max_distance = float(np.linalg.norm(world[~is_far] - median, axis=1).max())
     max_near_distance = _OUTLIER_FACTOR * max(max_distance, 1.0)
-    exchanged_rows: list[int] = []
-    lost_rows: list[int] = []
-    rows_by_scale: dict[str, list[int]] = {}
+    swapped_rows: list[int] = []
+    far_rows: list[int] = []
+    rows_by_unit: dict[str, list[int]] = {}
     for row in np.flatnonzero(is_far):
         # Near the origin of local coordinates, divided values are always close to the others.
-        is_mapped = np.linalg.norm(median) > max_near_distance
+        is_far_from_origin = np.linalg.norm(median) > max_near_distance
         units = [
             unit
             for unit in _UNITS
-            if is_mapped and np.linalg.norm(world[row] / unit[0] - median) <= max_near_distance
+            if is_far_from_origin
+            and np.linalg.norm(world[row] / unit[0] - median) <= max_near_distance
         ]
         if np.linalg.norm(world[row, [1, 0, 2]] - median) <= max_near_distance:
-            exchanged_rows.append(int(row))
+            swapped_rows.append(int(row))
         elif units:
-            rows_by_scale.setdefault(units[0][1], []).append(int(row))
+            rows_by_unit.setdefault(units[0][1], []).append(int(row))
         else:
-            lost_rows.append(int(row))
-    metres = {tr(unit): 1.0 / times for times, unit in _UNITS}
+            far_rows.append(int(row))
+    metres_by_unit = {tr(unit): 1.0 / times for times, unit in _UNITS}
     findings: list[Finding] = [
-        other_unit(", ".join(labels[row] for row in rows), tr(unit), metres[tr(unit)])
-        for unit, rows in rows_by_scale.items()
+        other_unit_finding(
+            ", ".join(labels[row] for row in rows), tr(unit), metres_by_unit[tr(unit)]
+        )
+        for unit, rows in rows_by_unit.items()
     ]
-    if exchanged_rows:
-        names = [labels[row] for row in exchanged_rows]
+    if swapped_rows:
+        names = [labels[row] for row in swapped_rows]
         findings.append(Finding("control.swapped-columns", labels=names))
-    if lost_rows:
-        distance = float(np.linalg.norm(world[lost_rows] - median, axis=1).min())
+    if far_rows:
+        distance = float(np.linalg.norm(world[far_rows] - median, axis=1).min())
         findings.append(
             Finding(
                 "control.far-away",
-                labels=[labels[row] for row in lost_rows],
+                labels=[labels[row] for row in far_rows],
                 distance_m=distance,
                 extent_m=max_distance,
             )
@@ -237,7 +246,7 @@ def swapped_label_findings(
     if not _MIN_POINTS <= len(labels) <= _MAX_POINTS:
         return []
     rms = _rms(model, world)
-    if rms is None or rms < _MIN_RESIDUAL_SHARE * _reach(world):
+    if rms is None or rms < _MIN_RESIDUAL_SHARE * _rms_radius(world):
         return []
     best_swap: tuple[float, int, int] | None = None
     for i, k in combinations(range(len(labels)), 2):
@@ -249,9 +258,9 @@ def swapped_label_findings(
     if best_swap is None or best_swap[0] > _MAX_SWAPPED_RATIO * rms:
         return []
     # If only one point is wrong, excluding it explains the misfit as well.
-    for other_swap in best_swap[1:]:
-        is_other = np.arange(len(labels)) != other_swap
-        rms_misfit = _rms(model[is_other], world[is_other])
+    for excluded_row in best_swap[1:]:
+        is_remaining = np.arange(len(labels)) != excluded_row
+        rms_misfit = _rms(model[is_remaining], world[is_remaining])
         if rms_misfit is not None and rms_misfit < 2.0 * best_swap[0]:
             return []
     return [
@@ -281,20 +290,20 @@ def degree_findings(world: FloatArray, *, distance_m: float = 0.0) -> list[Findi
     """
     if len(world) < 3:
         return []
-    max_distance = np.ptp(world, axis=0)
-    horizontal_extent = float(max(max_distance[:2]))
-    for x, y, exchanged in ((0, 1, False), (1, 0, True)):
+    extents = np.ptp(world, axis=0)
+    horizontal_extent = float(max(extents[:2]))
+    for x, y, is_swapped in ((0, 1, False), (1, 0, True)):
         is_inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
         if is_inside and (
             0.0 < horizontal_extent < distance_m
-            or (horizontal_extent < 1.0 and max_distance[2] > 100 * horizontal_extent)
+            or (horizontal_extent < 1.0 and extents[2] > 100 * horizontal_extent)
         ):
             return [
                 Finding(
                     "frame.maybe-degrees",
                     span=horizontal_extent,
-                    height=float(max_distance[2]),
-                    latitude_first=exchanged,
+                    height=float(extents[2]),
+                    latitude_first=is_swapped,
                 )
             ]
     return []
@@ -317,18 +326,18 @@ def misreading_findings(
     """
     if len(model) < _MIN_POINTS:
         return []
-    rms = _miss(model, world)
+    rms = _residual_share(model, world)
     if rms is None or rms < (
         _MIN_RESIDUAL_SHARE if not _is_steep(world) else 0.1 * _MIN_RESIDUAL_SHARE
     ):
         return []
     heights, feet = tr("heights"), tr("feet")
     readings = [
-        (world * [1.0, 1.0, _FOOT_M], other_unit(heights, feet, _FOOT_M)),
-        (world * [_FOOT_M, _FOOT_M, 1.0], other_unit("x, y", feet, _FOOT_M)),
+        (world * [1.0, 1.0, _FOOT_M], other_unit_finding(heights, feet, _FOOT_M)),
+        (world * [_FOOT_M, _FOOT_M, 1.0], other_unit_finding("x, y", feet, _FOOT_M)),
     ]
     readings += [
-        (world * [1.0, 1.0, 1.0 / times], other_unit(heights, tr(unit), 1.0 / times))
+        (world * [1.0, 1.0, 1.0 / times], other_unit_finding(heights, tr(unit), 1.0 / times))
         for times, unit in _UNITS[:2]
         if _is_steep(world)
     ]
@@ -337,14 +346,14 @@ def misreading_findings(
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
     better_readings = [
         (misfit, finding)
-        for changed_reading, finding in readings
-        if (misfit := _miss(model, changed_reading)) is not None
+        for converted_world, finding in readings
+        if (misfit := _residual_share(model, converted_world)) is not None
         and misfit < _MAX_RESIDUAL_RATIO * rms
     ]
-    return [min(better_readings, key=lambda each: each[0])[1]] if better_readings else []
+    return [min(better_readings, key=lambda pair: pair[0])[1]] if better_readings else []
 
 
-def other_unit(axes: str, unit: str, factor: float) -> Finding:
+def other_unit_finding(axes: str, unit: str, factor: float) -> Finding:
     """Return the finding for coordinates that seem to be in another unit.
 
     Parameters
@@ -423,7 +432,7 @@ def check_area(world: FloatArray, crs: str | None, *, is_converted: bool = False
     if crs is None or not len(world):
         return []
     x, y = np.median(world, axis=0)[:2].tolist()
-    hint = None if is_converted else _unit_of_another_place(x, y, crs)
+    hint = None if is_converted else _area_unit_finding(x, y, crs)
     try:
         findings = check_metric(crs, np.array([[x, y], [x, y]]), field="--crs")
     except InputError as error:
@@ -433,20 +442,23 @@ def check_area(world: FloatArray, crs: str | None, *, is_converted: bool = False
     return [*([] if hint is None else [hint]), *findings]
 
 
-def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
+def _area_unit_finding(x: float, y: float, crs: str) -> Finding | None:
     """Return a finding about the unit in which a position would be in the area of use."""
-    distance_beyond = degrees_beyond(crs)
-    if distance_beyond is None or (distance_deg := distance_beyond(x, y)[0]) <= BEYOND_DEG:
+    distance_to_area = area_distance_function(crs)
+    if (
+        distance_to_area is None
+        or (distance_deg := distance_to_area(x, y)[0]) <= AREA_TOLERANCE_DEG
+    ):
         return None
-    if distance_beyond(y, x)[0] == 0.0:
+    if distance_to_area(y, x)[0] == 0.0:
         return None
     units = (
-        (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
+        (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_COORDINATE_KM),
         (_FOOT_M, tr("feet"), distance_deg > _MAX_ZONE_OFFSET_DEG),
     )
     for factor, unit, is_plausible in units:
-        if is_plausible and distance_beyond(x * factor, y * factor)[0] == 0.0:
-            return other_unit("x, y", unit, factor)
+        if is_plausible and distance_to_area(x * factor, y * factor)[0] == 0.0:
+            return other_unit_finding("x, y", unit, factor)
     return None
 
 
@@ -470,22 +482,22 @@ def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
     if extent is None or not len(extent) or not len(model):
         return
     low, high = extent.min(axis=0), extent.max(axis=0)
-    max_distance = float(np.linalg.norm(high - low))
+    diagonal = float(np.linalg.norm(high - low))
     offset = np.maximum(np.maximum(low - model, model - high), 0.0)
     if (
-        max_distance > 0
-        and float(np.median(np.linalg.norm(offset, axis=1))) > _MAX_OFFSET_FACTOR * max_distance
+        diagonal > 0
+        and float(np.median(np.linalg.norm(offset, axis=1))) > _MAX_OFFSET_FACTOR * diagonal
     ):
-        points_middle, model_middle = np.median(model, axis=0), (low + high) / 2
+        points_centre, model_centre = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
             Finding(
                 "registration.off-model",
-                x=float(points_middle[0]),
-                y=float(points_middle[1]),
-                z=float(points_middle[2]),
-                mx=float(model_middle[0]),
-                my=float(model_middle[1]),
-                mz=float(model_middle[2]),
+                x=float(points_centre[0]),
+                y=float(points_centre[1]),
+                z=float(points_centre[2]),
+                mx=float(model_centre[0]),
+                my=float(model_centre[1]),
+                mz=float(model_centre[2]),
             )
         )
 
@@ -511,7 +523,7 @@ def relocation_findings(extent: FloatArray, placed_points: FloatArray, crs: str)
     distance_m = float(np.linalg.norm(placed_points.mean(axis=0) - extent.mean(axis=0)))
     extent_m = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if distance_m <= max(_MAX_OFFSET_FACTOR * extent_m, 1000.0):
-        angle = _turn_deg(extent, placed_points)
+        angle = _rotation_deg(extent, placed_points)
         return (
             []
             if angle <= _MAX_TURN_DEG
@@ -520,7 +532,7 @@ def relocation_findings(extent: FloatArray, placed_points: FloatArray, crs: str)
     return [Finding("registration.moved", distance_km=distance_m / 1000.0, crs=crs_name(crs))]
 
 
-def _turn_deg(model_before: FloatArray, model_after: FloatArray) -> float:
+def _rotation_deg(model_before: FloatArray, model_after: FloatArray) -> float:
     """Return the rotation between two sets of points (n, 3), or 0 if it is undetermined."""
     try:
         fit = fit_similarity(
@@ -564,14 +576,14 @@ def position_noise_findings(world: FloatArray, placed_points: FloatArray) -> lis
     rms_misfit = (
         float(np.sqrt(((placed_points - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
     )
-    position_noise = _reach(placed_points) if len(world) else 0.0
-    if not rms_misfit > 0.5 * position_noise > 0:
+    extent_m = _rms_radius(placed_points) if len(world) else 0.0
+    if not rms_misfit > 0.5 * extent_m > 0:
         return []
-    return [Finding("cameras.noise", error_m=rms_misfit, extent_m=position_noise)]
+    return [Finding("cameras.noise", error_m=rms_misfit, extent_m=extent_m)]
 
 
 # --- common functions -------------------------------------------------------------------------
-def _reach(points: FloatArray) -> float:
+def _rms_radius(points: FloatArray) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
@@ -584,7 +596,7 @@ def _rms(model: FloatArray, world: FloatArray) -> float | None:
     return float(np.sqrt(((fit(model) - local_points) ** 2).sum(axis=1).mean()))
 
 
-def _miss(model: FloatArray, world: FloatArray) -> float | None:
+def _residual_share(model: FloatArray, world: FloatArray) -> float | None:
     """Return the median residual of a similarity as a share of the extent of the points."""
     local_points = world - world.mean(axis=0)
     try:
@@ -592,4 +604,4 @@ def _miss(model: FloatArray, world: FloatArray) -> float | None:
     except GeometryError:
         return None
     median_misfit = float(np.median(np.linalg.norm(fit(model) - local_points, axis=1)))
-    return median_misfit / max(_reach(local_points), 1e-300)
+    return median_misfit / max(_rms_radius(local_points), 1e-300)

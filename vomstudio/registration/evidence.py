@@ -26,22 +26,21 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.registration.attitude_evidence import (
-    NORTH_DOUBT_DEG,
+    NORTH_SIGMA_DEG,
     AttitudeEvidence,
-    AttitudeMiss,
-    attitude_differences,
-    bowing_by_tilts,
+    AttitudeResidual,
+    bowing_from_tilts,
+    compare_attitudes,
     match_attitudes,
 )
 from vomstudio.registration.blunders import exclude_labels
 from vomstudio.registration.camera_positions import select_consistent_cameras
-from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_evidence import (
     Segment,
     azimuth_lines,
-    compass_alone,
     compass_directions,
     compass_findings,
+    has_only_compass_evidence,
 )
 from vomstudio.registration.coordinate_checks import (
     point_findings,
@@ -50,37 +49,38 @@ from vomstudio.registration.coordinate_checks import (
     scale_unit_findings,
     view_direction_findings,
 )
-from vomstudio.registration.length_evidence import fixed_scale, length_findings, lengths_of
+from vomstudio.registration.length_evidence import fixed_scale, length_findings, length_observations
 from vomstudio.registration.level_evidence import (
     KnownDirection,
     level_line_findings,
-    level_lines_of,
-    photo_upright_of,
-    plumb_lines_of,
+    level_line_observations,
+    photo_upright_prior,
+    plumb_line_observations,
     vertical_findings,
 )
-from vomstudio.registration.marks.mark_checks import finder
+from vomstudio.registration.marks.mark_checks import create_photo_finder
 from vomstudio.registration.marks.mark_errors import (
     Marks,
-    agreement_px,
+    disagreeing_marks_finding,
     mark_error_px,
     mark_scatter_findings,
-    marks_disagree,
-    place_covariance,
+    max_mark_distance_px,
+    position_covariance,
 )
-from vomstudio.registration.marks.wrong_marks import find_agreeing, is_meeting
+from vomstudio.registration.marks.wrong_marks import do_rays_intersect, find_consistent_marks
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
-    Observed,
+    ObservationKind,
     Points,
 )
 from vomstudio.registration.placing import place, place_robustly, prepend_warnings
-from vomstudio.registration.results import Placed, PointResidual
+from vomstudio.registration.results import ModelPlacement, PointResidual
 from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.similarity_observation import SimilarityObservation
 from vomstudio.registration.warnings import bowing_findings
 
-Marked = tuple[str, str, float, float]
+PhotoMark = tuple[str, str, float, float]
 # Maximum rotation error; covers 93 % of simulated placements by cameras along a line.
 _MAX_TURN_ERROR_DEG = 40.0
 
@@ -112,7 +112,7 @@ class Evidence:
     """Measured camera positions, metres."""
     attitudes: AttitudeTable | None = None
     """Measured camera attitudes; yaws are relative to grid north."""
-    north_doubt_deg: float = NORTH_DOUBT_DEG
+    north_sigma_deg: float = NORTH_SIGMA_DEG
     """One-sigma compass error common to all photos."""
     level: LevelTable | None = None
     """Level lines in photos."""
@@ -125,17 +125,17 @@ class Evidence:
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Correction that is added to all azimuths of `compass`."""
-    compass_doubt_deg: float = 0.0
+    compass_sigma_deg: float = 0.0
     """One-sigma error common to all azimuths of `compass` and `azimuths`."""
-    compass_doubt_stated: bool = False
-    """Whether `compass_doubt_deg` was stated by the user; otherwise it is a default."""
+    is_compass_sigma_stated: bool = False
+    """Whether `compass_sigma_deg` was stated by the user; otherwise it is a default."""
     lengths: Sequence[Segment] = ()
     """Pairs of end points on the model, and the distance between them in metres."""
     azimuths: Sequence[Segment] = ()
     """Lines between two points on the model, and their azimuths in degrees."""
-    marks: Sequence[Marked] = ()
+    marks: Sequence[PhotoMark] = ()
     """Marks of control points in photos: label, photo, x, y."""
-    reference: Combined | None = None
+    reference: SimilarityObservation | None = None
     """Result of fitting the model to a reference model."""
     without: Sequence[str] = ()
     """Labels of excluded observations."""
@@ -159,17 +159,17 @@ class Evidence:
         )
 
     @property
-    def too_few_alone(self) -> bool:
+    def has_too_few_points(self) -> bool:
         """Whether there are only points, and too few of them to place a model."""
-        has_other_evidence = (self.positions, self.attitudes, self.level, self.compass)
-        if self.pairs is None or any(item is not None for item in has_other_evidence):
+        other_evidence = (self.positions, self.attitudes, self.level, self.compass)
+        if self.pairs is None or any(item is not None for item in other_evidence):
             return False
         if self.bars or self.lengths or self.azimuths or self.level_lines or self.plumb_lines:
             return False
         return int((~self.pairs.check).sum()) < 3
 
 
-def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
+def register(evidence: Evidence, extent: FloatArray | None = None) -> ModelPlacement:
     """Register a model by all observations.
 
     Parameters
@@ -187,7 +187,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     """
     findings: list[Finding] = []
     suspicious_findings: list[Finding] = []
-    kinds: list[Observed] = []
+    kinds: list[ObservationKind] = []
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence)
@@ -199,9 +199,13 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
             control, all_pairs.labels, all_pairs.world, all_pairs.model, evidence.crs
         )
         findings += suspicious_findings
-    click_m, click = _click_errors(evidence)
-    kinds += lengths_of(
-        evidence.bars, evidence.lengths, evidence.pairs, click_m=click_m, click=click
+    click_error_m, click_error = _click_errors(evidence)
+    kinds += length_observations(
+        evidence.bars,
+        evidence.lengths,
+        evidence.pairs,
+        click_error_m=click_error_m,
+        click_error=click_error,
     )
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, findings, suspicious_findings))
@@ -212,12 +216,12 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     if evidence.level is not None:
         kinds.append(_level(evidence, evidence.level, extent, findings))
     if evidence.level_lines:
-        kinds.append(level_lines_of(evidence.level_lines))
+        kinds.append(level_line_observations(evidence.level_lines))
     if evidence.plumb_lines:
-        kinds.append(plumb_lines_of(evidence.plumb_lines))
+        kinds.append(plumb_line_observations(evidence.plumb_lines))
     if evidence.photo_up is not None and (evidence.level_lines or evidence.plumb_lines):
-        kinds.append(photo_upright_of(evidence.photo_up))
-    compass_sigma_deg = evidence.compass_doubt_deg
+        kinds.append(photo_upright_prior(evidence.photo_up))
+    compass_sigma_deg = evidence.compass_sigma_deg
     if evidence.compass is not None:
         kinds += compass_directions(evidence.compass, evidence.compass_turn_deg, compass_sigma_deg)
     if evidence.azimuths:
@@ -244,7 +248,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     findings += vertical_findings(kinds, np.array(placement.matrix)[:3, :3] / placement.scale)
     if evidence.compass is not None or evidence.azimuths:
         placement = replace(placement, north_sigma_deg=compass_sigma_deg)
-        if compass_alone(kinds) and not evidence.compass_doubt_stated:
+        if has_only_compass_evidence(kinds) and not evidence.is_compass_sigma_stated:
             findings.append(
                 Finding("registration.compass-alone", north_sigma_deg=compass_sigma_deg)
             )
@@ -253,16 +257,16 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     findings += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded_labels)
     findings += _camera_findings(evidence, kinds, placement)
     if evidence.positions is not None and _is_only_kind(kinds):
-        _refuse_uncertain(placement, suspicious_findings)
+        _refuse_uncertain_rotation(placement, suspicious_findings)
     if attitudes is not None:
         findings += bowing_findings(
-            _bowing_by_tilts(evidence, placement, extent), is_photo_model=True
+            _bowing_from_tilts(evidence, placement, extent), is_photo_model=True
         )
     placement = _add_control_errors(_add_pixel_residuals(placement, evidence), evidence)
     return prepend_warnings(placement, findings)
 
 
-def _add_pixel_residuals(placement: Placed, evidence: Evidence) -> Placed:
+def _add_pixel_residuals(placement: ModelPlacement, evidence: Evidence) -> ModelPlacement:
     """Add the RMS residual of each control point in the photos, pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placement
@@ -291,9 +295,9 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
     pairs = evidence.pairs
     assert pairs is not None
     is_clicked = pairs.is_clicked
-    click_m, click = _click_errors(evidence)
-    sigma_m = np.where(is_clicked, click_m, 0.0)
-    covariance = np.tile(click**2 * np.eye(3), (len(is_clicked), 1, 1))
+    click_error_m, click_error = _click_errors(evidence)
+    sigma_m = np.where(is_clicked, click_error_m, 0.0)
+    covariance = np.tile(click_error**2 * np.eye(3), (len(is_clicked), 1, 1))
     if pairs.covariance is not None:
         covariance[~is_clicked] = pairs.covariance[~is_clicked]
 
@@ -305,7 +309,7 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
             pairs.model[rows],
             pairs.world[rows],
             pairs.sigma[rows],
-            click_m=sigma_m[rows] if sigma_m.any() else None,
+            click_error_m=sigma_m[rows] if sigma_m.any() else None,
             covariance=covariance[rows] if covariance.any() else None,
         )
 
@@ -319,24 +323,24 @@ def _click_errors(evidence: Evidence) -> tuple[float, float]:
     return 0.0, 0.5 * (evidence.resolution or 0.0)
 
 
-def _add_control_errors(placement: Placed, evidence: Evidence) -> Placed:
+def _add_control_errors(placement: ModelPlacement, evidence: Evidence) -> ModelPlacement:
     """Add the errors of clicks and marks that were used, and findings about them."""
     placement = replace(placement, mark_scatter_px=evidence.mark_scatter_px)
     findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
     pairs = evidence.pairs
     if pairs is not None and pairs.is_clicked.any():
-        click_m = evidence.click_sigma_m
-        if click_m is None:
-            click_m = 0.5 * placement.scale * (evidence.resolution or 0.0)
+        click_error_m = evidence.click_sigma_m
+        if click_error_m is None:
+            click_error_m = 0.5 * placement.scale * (evidence.resolution or 0.0)
             is_stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
             if evidence.resolution is None and is_stated:
                 findings.append(Finding("control.click-error-unknown"))
-        placement = replace(placement, click_sigma_m=click_m)
+        placement = replace(placement, click_sigma_m=click_error_m)
     return prepend_warnings(placement, findings)
 
 
 # --- cameras ----------------------------------------------------------------------------------
-def _camera_finder(
+def _create_camera_finder(
     evidence: Evidence, known_cameras: Mapping[str, Any], field_: str
 ) -> Callable[[str], str | None]:
     """Return a function that finds the camera of a photo by its name.
@@ -348,12 +352,12 @@ def _camera_finder(
             Finding("cameras.no-poses") if evidence.centres else Finding("cameras.missing"),
             field=field_,
         )
-    return finder(list(known_cameras))
+    return create_photo_finder(list(known_cameras))
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
     """Return the view of a photo by its name, with or without folder and suffix."""
-    name = _camera_finder(evidence, evidence.views, field_)(photo)
+    name = _create_camera_finder(evidence, evidence.views, field_)(photo)
     return None if name is None else evidence.views[name]
 
 
@@ -367,7 +371,7 @@ def _match_photos(
     """Return the rows of photos that match cameras of the model, and the camera names."""
     rows, names = [], []
     unknown_photos = []
-    find = _camera_finder(evidence, known_cameras, field_)
+    find = _create_camera_finder(evidence, known_cameras, field_)
     for row, photo in enumerate(photos):
         name = find(photo)
         if name is None:
@@ -415,16 +419,16 @@ def _cameras(
     has_only_cameras = (
         evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
     )
-    cameras, suspicious, exclusions = select_consistent_cameras(
+    cameras, camera_findings, exclusions = select_consistent_cameras(
         labels, model, world, sigma, is_alone=has_only_cameras, crs=evidence.crs
     )
-    suspicious_findings += suspicious
-    findings += [*suspicious, *exclusions]
+    suspicious_findings += camera_findings
+    findings += [*camera_findings, *exclusions]
     return cameras
 
 
 def _camera_findings(
-    evidence: Evidence, kinds: Sequence[Observed], placement: Placed
+    evidence: Evidence, kinds: Sequence[ObservationKind], placement: ModelPlacement
 ) -> list[Finding]:
     """Return findings about view directions and position residuals after registration."""
     findings: list[Finding] = []
@@ -438,20 +442,22 @@ def _camera_findings(
     return findings
 
 
-def _is_only_kind(kinds: Sequence[Observed]) -> bool:
+def _is_only_kind(kinds: Sequence[ObservationKind]) -> bool:
     """Return whether a single kind of observation (lengths aside) determines the placement."""
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_uncertain(placement: Placed, suspicious_findings: Sequence[Finding]) -> None:
+def _refuse_uncertain_rotation(
+    placement: ModelPlacement, suspicious_findings: Sequence[Finding]
+) -> None:
     worst_error_deg = placement.rotation_error_95_deg.weakest.error_deg
     if worst_error_deg is None or worst_error_deg > _MAX_TURN_ERROR_DEG:
         reason = Finding("cameras.unsure", limit_deg=_MAX_TURN_ERROR_DEG)
         raise GeometryError(suspicious_findings[0] if suspicious_findings else reason)
 
 
-def marked_places(
-    evidence: Evidence, marks: Sequence[Marked], findings: list[Finding] | None = None
+def triangulate_marks(
+    evidence: Evidence, marks: Sequence[PhotoMark], findings: list[Finding] | None = None
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Triangulate the points that are marked in at least two photos.
 
@@ -476,7 +482,7 @@ def marked_places(
     GeometryError
         If the marks scatter too much to show the same points.
     """
-    collected = [] if findings is None else findings
+    collected_findings = [] if findings is None else findings
     views_by_label: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
     mark_counts: Counter[str] = Counter()
     for label, photo, x, y in marks:
@@ -486,7 +492,7 @@ def marked_places(
         mark_counts[label] += 1
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
-            collected.append(
+            collected_findings.append(
                 Finding(
                     "control.mark-outside",
                     label=label,
@@ -507,30 +513,30 @@ def marked_places(
     }
     mark_px = mark_error_px(list(points.values()))
     evidence.mark_scatter_px = mark_px if points else None
-    triangulated_points, contradictory = {}, []
+    triangulated_points, contradictory_labels = {}, []
     for label, point in points.items():
-        rows, wrong_marks = find_agreeing(label, point, agreement_px(mark_px))
-        collected += [mark.finding for mark in wrong_marks]
-        right = point.select(rows)
+        rows, wrong_marks = find_consistent_marks(label, point, max_mark_distance_px(mark_px))
+        collected_findings += [mark.finding for mark in wrong_marks]
+        consistent_marks = point.select(rows)
         if len(rows) < 2:
             continue
-        if not is_meeting(right, agreement_px(mark_px)):
-            contradictory.append(label)
+        if not do_rays_intersect(consistent_marks, max_mark_distance_px(mark_px)):
+            contradictory_labels.append(label)
             continue
-        place = triangulate(*right)
-        triangulated_points[label] = place, place_covariance(right, place, mark_px)
-    if contradictory:
-        collected.append(marks_disagree(contradictory))
+        place = triangulate(*consistent_marks)
+        triangulated_points[label] = place, position_covariance(consistent_marks, place, mark_px)
+    if contradictory_labels:
+        collected_findings.append(disagreeing_marks_finding(contradictory_labels))
     # Points that are marked only once are reported when the labels are compared.
-    labels_with_few = [
-        mark_count
-        for mark_count in mark_counts
-        if mark_counts[mark_count] > 1
-        and mark_count not in triangulated_points
-        and mark_count not in contradictory
+    labels_with_few_marks = [
+        label
+        for label in mark_counts
+        if mark_counts[label] > 1
+        and label not in triangulated_points
+        and label not in contradictory_labels
     ]
-    if labels_with_few:
-        collected.append(Finding("control.few-marks", labels=labels_with_few))
+    if labels_with_few_marks:
+        collected_findings.append(Finding("control.few-marks", labels=labels_with_few_marks))
     return triangulated_points
 
 
@@ -539,11 +545,11 @@ def _attitudes(
 ) -> AttitudeEvidence:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", findings)
     views = [evidence.views[name] for name in names]
-    return match_attitudes(table, rows, views, evidence.north_doubt_deg, findings)
+    return match_attitudes(table, rows, views, evidence.north_sigma_deg, findings)
 
 
-def _bowing_by_tilts(
-    evidence: Evidence, placement: Placed, extent: FloatArray | None
+def _bowing_from_tilts(
+    evidence: Evidence, placement: ModelPlacement, extent: FloatArray | None
 ) -> Bowing | None:
     table = evidence.attitudes
     if table is None or not placement.known.scale:
@@ -551,10 +557,10 @@ def _bowing_by_tilts(
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
     matrix = np.array(placement.matrix)
     fit = Similarity(placement.scale, matrix[:3, :3] / placement.scale, matrix[:3, 3])
-    return bowing_by_tilts(table, rows, [evidence.views[name] for name in names], fit, extent)
+    return bowing_from_tilts(table, rows, [evidence.views[name] for name in names], fit, extent)
 
 
-def attitude_misses(evidence: Evidence, placement: Placed) -> list[AttitudeMiss]:
+def attitude_residuals(evidence: Evidence, placement: ModelPlacement) -> list[AttitudeResidual]:
     """Compare each photo attitude with the attitude in the placed model.
 
     Parameters
@@ -571,7 +577,7 @@ def attitude_misses(evidence: Evidence, placement: Placed) -> list[AttitudeMiss]
         return []
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
     rotation = np.array(placement.matrix)[:3, :3] / placement.scale
-    return attitude_differences(table, rows, [evidence.views[name] for name in names], rotation)
+    return compare_attitudes(table, rows, [evidence.views[name] for name in names], rotation)
 
 
 def _level(
@@ -584,8 +590,8 @@ def _level(
     )
     directions = []
     for row, view in zip(rows, views, strict=True):
-        flat_rays = view.intrinsics.rays(table.ends[row])
-        directions.append((flat_rays[1] - flat_rays[0]) @ view.rotation)
+        rays = view.intrinsics.rays(table.ends[row])
+        directions.append((rays[1] - rays[0]) @ view.rotation)
     model = np.array(directions)
     model /= np.linalg.norm(model, axis=1, keepdims=True)
     return LevelLines([table.photos[row] for row in rows], model, np.full(len(model), np.nan))

@@ -12,14 +12,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
-from vomstudio.registration.marks.mark_checks import nearest
-from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
+from vomstudio.registration.marks.mark_checks import most_similar_name
+from vomstudio.registration.observations import FixedScale, Lengths, ObservationKind, Points
 from vomstudio.registration.similarity import fit_similarity
 
 _DEFAULT_ERROR = 0.005
 """Default relative one-sigma error of a taped length whose ends are picked on a model."""
 _SIGNIFICANCE = 0.001
-_MAX_NAMED = 8
+_MAX_LISTED = 8
 # Number of units per metre and name of each unit; relative tolerance of a length in these units.
 _UNITS = ((1 / 0.3048, "feet"), (100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"))
 _UNIT_TOLERANCE = 0.01
@@ -29,13 +29,13 @@ FIXED_SCALE_ERROR = 1e-4
 _FIT_SCALE_ERROR = 1e-9
 
 
-def lengths_of(
+def length_observations(
     bars: Sequence[ScaleBar],
     segments: Sequence[Segment],
     pairs: Pairs | None,
     *,
-    click_m: float = 0.0,
-    click: float = 0.0,
+    click_error_m: float = 0.0,
+    click_error: float = 0.0,
 ) -> list[Lengths]:
     """Convert scale bars and measured lengths to observations.
 
@@ -46,7 +46,7 @@ def lengths_of(
     bars : sequence of ScaleBar
     segments : sequence of Segment
     pairs : Pairs or None
-    click_m, click : float
+    click_error_m, click_error : float
         Errors of each coordinate of a click on the model, in metres and in the unit of the model,
         which are added to stated errors. Default errors already include them.
 
@@ -55,14 +55,14 @@ def lengths_of(
     UsageError
         If a point of a scale bar is missing, or both ends of a length coincide.
     """
-    labels, first_labels, second_labels, length, sigma = [], [], [], [], []
+    labels, first_ends, second_ends, length, sigma = [], [], [], [], []
     positions = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
     is_clicked = {} if pairs is None else dict(zip(pairs.labels, pairs.is_clicked, strict=True))
-    clicks = list[int]()
+    click_counts = list[int]()
     for bar in bars:
         for label in (bar.first, bar.second):
             if label not in positions:
-                similar_names = nearest(label, list(positions))
+                similar_names = most_similar_name(label, list(positions))
                 raise UsageError(
                     Finding(
                         "length.unknown-point",
@@ -75,21 +75,21 @@ def lengths_of(
         if bar.check:
             continue
         labels.append(f"{bar.first} - {bar.second}")
-        clicks.append(int(is_clicked[bar.first]) + int(is_clicked[bar.second]))
-        first_labels.append(positions[bar.first])
-        second_labels.append(positions[bar.second])
+        click_counts.append(int(is_clicked[bar.first]) + int(is_clicked[bar.second]))
+        first_ends.append(positions[bar.first])
+        second_ends.append(positions[bar.second])
         length.append(bar.length_m)
         sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
     for line_number, line in enumerate(segments, 1):
         labels.append(line.label or tr("length {number}", number=line_number))
-        first_labels.append(np.asarray(line.first))
-        second_labels.append(np.asarray(line.second))
+        first_ends.append(np.asarray(line.first))
+        second_ends.append(np.asarray(line.second))
         length.append(line.value)
-        clicks.append(0 if line.sigma is None else 2)
+        click_counts.append(0 if line.sigma is None else 2)
         sigma.append(_DEFAULT_ERROR * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
-    ends = np.array(first_labels, np.float64), np.array(second_labels, np.float64)
+    ends = np.array(first_ends, np.float64), np.array(second_ends, np.float64)
     is_short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
     if is_short.any():
         line_number = int(np.argmax(is_short))
@@ -101,25 +101,25 @@ def lengths_of(
             line=None if position is None else position.line,
             field="--scale" if position is None else "--scale-bars",
         )
-    joint_clicks = np.sqrt(clicks)
+    click_factors = np.sqrt(click_counts)
     return [
         Lengths(
             labels,
             *ends,
             np.array(length),
             np.array(sigma),
-            click_m=joint_clicks * click_m if click_m else None,
-            click=joint_clicks * click if click else None,
+            click_error_m=click_factors * click_error_m if click_error_m else None,
+            click_error=click_factors * click_error if click_error else None,
         )
     ]
 
 
 def fixed_scale(
     scale: float,
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     extent: FloatArray | None,
     scale_error: float | None = None,
-) -> list[KeptScale]:
+) -> list[FixedScale]:
     """Convert a fixed scale to a length across the model.
 
     The fit does not change it; its error is added to the covariance of the fit.
@@ -147,7 +147,7 @@ def fixed_scale(
     label = tr("the fixed scale")
     error = float(np.hypot(FIXED_SCALE_ERROR, scale_error or 0.0))
     return [
-        KeptScale(
+        FixedScale(
             [label], centre[None], end[None], length, _FIT_SCALE_ERROR * length, scale_error=error
         )
     ]
@@ -157,7 +157,7 @@ def length_findings(
     bars: Sequence[ScaleBar],
     segments: Sequence[Segment],
     pairs: Pairs | None,
-    separate_labels: Collection[str] = (),
+    excluded_labels: Collection[str] = (),
 ) -> list[Finding]:
     """Return findings about lengths that contradict the control points.
 
@@ -167,7 +167,7 @@ def length_findings(
         Scale bars, and lengths given by two points.
     pairs : Pairs or None
         Control points.
-    separate_labels : collection of str, optional
+    excluded_labels : collection of str, optional
         Labels of points and lengths that are excluded or reported elsewhere.
 
     Returns
@@ -177,12 +177,14 @@ def length_findings(
     if pairs is None or not (bars or segments):
         return []
     is_known = (
-        np.array([label not in separate_labels for label in pairs.labels], bool) & ~pairs.check
+        np.array([label not in excluded_labels for label in pairs.labels], bool) & ~pairs.check
     )
-    points_fit = _points_alone(pairs.model[is_known], pairs.world[is_known], pairs.sigma[is_known])
+    points_fit = _estimate_point_scale(
+        pairs.model[is_known], pairs.world[is_known], pairs.sigma[is_known]
+    )
     if points_fit is None:
         return []
-    scale, scale_error, sigma, times = points_fit
+    scale, scale_error, sigma, error_factor = points_fit
     positions = dict(zip(pairs.labels, pairs.model, strict=True))
     wrong_lengths: list[Finding] = []
     units: dict[str, list[str]] = {}
@@ -201,10 +203,10 @@ def length_findings(
         label = line.label or tr("length {number}", number=line_number)
         ends = np.asarray(line.first), np.asarray(line.second)
         lengths.append((label, *ends, line.value, line.sigma, False))
-    for label, first_label, second_label, stated_length, length_sigma, check in lengths:
-        length_by_points = scale * float(np.linalg.norm(second_label - first_label))
+    for label, first_end, second_end, stated_length, length_sigma, check in lengths:
+        length_by_points = scale * float(np.linalg.norm(second_end - first_end))
         length_sigma = _DEFAULT_ERROR * length_by_points if length_sigma is None else length_sigma
-        error = times(len(lengths)) * float(
+        error = error_factor(len(lengths)) * float(
             np.sqrt((scale_error * length_by_points) ** 2 + 2.0 * sigma**2 + length_sigma**2)
         )
         if not abs(stated_length - length_by_points) > error or not length_by_points > 0:
@@ -212,7 +214,7 @@ def length_findings(
         unit = _unit(stated_length / length_by_points, error / length_by_points)
         if unit is not None:
             units.setdefault(unit, []).append(label)
-        elif not check and label not in separate_labels:
+        elif not check and label not in excluded_labels:
             wrong_lengths.append(
                 Finding(
                     "length.contradicted",
@@ -225,10 +227,10 @@ def length_findings(
     findings = [
         Finding("length.other-unit", labels=labels, unit=tr(unit)) for unit, labels in units.items()
     ]
-    return [*findings, *wrong_lengths[:_MAX_NAMED]]
+    return [*findings, *wrong_lengths[:_MAX_LISTED]]
 
 
-def _points_alone(
+def _estimate_point_scale(
     model: FloatArray, world: FloatArray, stated_sigmas: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
     """Estimate the scale from the points alone, or return None if they do not determine it.

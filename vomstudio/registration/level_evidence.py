@@ -21,29 +21,29 @@ from vomstudio.registration.observations import (
     Azimuths,
     Lengths,
     LevelLines,
-    Observed,
+    ObservationKind,
     PhotoUpright,
     PlumbLines,
 )
 
 # Distance of model points from the end of a line, as a share of the long side of the photo.
 _END_TOLERANCE = 0.02
-_MAX_AWAY_DEG = 2.0
+_MAX_IMAGE_PLANE_ANGLE_DEG = 2.0
 # Tolerance beyond the edge of a photo, as a share of its size.
 _EDGE_TOLERANCE = 0.1
 # Tolerances for lines that are perpendicular to one direction, and that rotate with the photos.
-_LEVEL_TOLERANCE_DEG, _TURNED_DEG = 5.0, 10.0
+_LEVEL_TOLERANCE_DEG, _MIN_ANGLE_RANGE_DEG = 5.0, 10.0
 _DEFAULT_LEVEL_ERROR_DEG = 0.5
 """Default one-sigma error of a water line, a spirit-levelled staff or a built edge."""
 _DEFAULT_PLUMB_ERROR_DEG = 0.5
 """Default one-sigma error of a plumb line, a hanging rope or a built edge."""
-MIN_APART_DEG = 15.0
+MIN_SEPARATION_DEG = 15.0
 """Angle below which level lines count as one."""
 UPRIGHT_SIGMA_DEG = 15.0
 """One-sigma error of the vertical derived from the upper edges of photos. Cameras are held level to
 within some degrees, but most of them look up at a cliff."""
 # Lines do not show which end of the vertical is up; above this tilt, the end is uncertain.
-_MAX_TIP_DEG = 60.0
+_MAX_TILT_DEG = 60.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class KnownDirection:
     label: str = ""
 
 
-def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
+def level_line_observations(lines: Sequence[KnownDirection]) -> LevelLines:
     """Convert level lines to observations.
 
     Parameters
@@ -88,11 +88,14 @@ def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
         for line_number, line in enumerate(lines, 1)
     ]
     return LevelLines(
-        names, _unit_vectors(lines, "--level"), np.radians(sigma), float(np.radians(MIN_APART_DEG))
+        names,
+        _unit_vectors(lines, "--level"),
+        np.radians(sigma),
+        float(np.radians(MIN_SEPARATION_DEG)),
     )
 
 
-def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
+def plumb_line_observations(lines: Sequence[KnownDirection]) -> PlumbLines:
     """Convert plumb lines to observations.
 
     Parameters
@@ -132,7 +135,7 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
     return np.asarray(segments / length[:, None])
 
 
-def photo_upright_of(up: FloatArray) -> PhotoUpright:
+def photo_upright_prior(up: FloatArray) -> PhotoUpright:
     """Return the prior of the vertical from the orientation of the camera in the photos.
 
     Parameters
@@ -150,7 +153,7 @@ def photo_upright_of(up: FloatArray) -> PhotoUpright:
     )
 
 
-def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:
+def vertical_findings(kinds: Sequence[ObservationKind], rotation: FloatArray) -> list[Finding]:
     """Return findings if known lines do not fully determine the vertical.
 
     Parameters
@@ -165,29 +168,29 @@ def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[F
     """
     findings = []
     for kind in kinds:
-        if isinstance(kind, LevelLines) and kind.count_as_one:
+        if isinstance(kind, LevelLines) and kind.are_nearly_parallel:
             findings.append(
                 Finding(
                     "registration.parallel-level-lines",
                     labels=list(kind.labels),
-                    apart_deg=float(np.degrees(kind.angle_between)),
+                    apart_deg=float(np.degrees(kind.max_angle_rad)),
                 )
             )
         if isinstance(kind, PhotoUpright):
             findings.append(Finding("registration.photo-upright", sigma_deg=UPRIGHT_SIGMA_DEG))
-    tip_deg = float(np.degrees(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0))))
-    two_ended = LevelLines | PlumbLines
-    has_lines = any(isinstance(kind, two_ended) for kind in kinds)
+    tilt_deg = float(np.degrees(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0))))
+    line_kinds = LevelLines | PlumbLines
+    has_lines = any(isinstance(kind, line_kinds) for kind in kinds)
     if (
         has_lines
-        and tip_deg > _MAX_TIP_DEG
-        and all(isinstance(kind, two_ended | Azimuths | Lengths) for kind in kinds)
+        and tilt_deg > _MAX_TILT_DEG
+        and all(isinstance(kind, line_kinds | Azimuths | Lengths) for kind in kinds)
     ):
-        findings.append(Finding("registration.which-end-up", tip_deg=tip_deg))
+        findings.append(Finding("registration.which-end-up", tip_deg=tilt_deg))
     return findings
 
 
-def angle_from_model_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
+def image_plane_angle_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
     """Return the angle between a line on the model and the image plane of the photo.
 
     Parameters
@@ -216,8 +219,8 @@ def angle_from_model_deg(view: View, ends: FloatArray, extent: FloatArray) -> fl
             return None
         # Visible points are in front of hidden ones.
         ray = view.rays(end)[0]
-        projections = float(np.quantile(depth[is_near], 0.25)) / float(ray @ view.rotation[2])
-        line_ends.append(view.centre + projections * ray)
+        distance = float(np.quantile(depth[is_near], 0.25)) / float(ray @ view.rotation[2])
+        line_ends.append(view.centre + distance * ray)
     line = line_ends[1] - line_ends[0]
     length = float(np.linalg.norm(line))
     if not length > 0:
@@ -251,19 +254,19 @@ def level_line_findings(
     findings = _upright_line_findings(photos, views, ends)
     if extent is None or not len(extent):
         return findings
-    line_names, maximum = [], 0.0
+    photo_names, maximum = [], 0.0
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
             continue
-        angles = angle_from_model_deg(view, line, extent)
-        if angles is not None and angles > _MAX_AWAY_DEG:
-            line_names.append(photo)
-            maximum = max(maximum, angles)
-    if not line_names:
+        angle = image_plane_angle_deg(view, line, extent)
+        if angle is not None and angle > _MAX_IMAGE_PLANE_ANGLE_DEG:
+            photo_names.append(photo)
+            maximum = max(maximum, angle)
+    if not photo_names:
         return findings
     return [
         *findings,
-        Finding("level.away", photos=line_names, away_deg=maximum),
+        Finding("level.away", photos=photo_names, away_deg=maximum),
     ]
 
 
@@ -306,12 +309,16 @@ def _upright_line_findings(
     _, _, axes = np.linalg.svd(lines)
     angle_range = _range_deg(np.arctan2(lines @ axes[1], lines @ axes[0]), 180.0)
     distance = np.degrees(np.arcsin(np.minimum(np.abs(lines @ axes[2]), 1.0)))
-    if angle_range > _TURNED_DEG and distance.max() <= _LEVEL_TOLERANCE_DEG:
+    if angle_range > _MIN_ANGLE_RANGE_DEG and distance.max() <= _LEVEL_TOLERANCE_DEG:
         return []
     names = [photo for photo, up in zip(photos, is_upright, strict=True) if up]
     forward = np.array([view.direction for view in views])
-    turned_range_deg = _range_deg(np.arctan2(forward @ axes[2], forward @ axes[1]), 360.0)
-    if is_upright.all() and turned_range_deg > _TURNED_DEG and angle_range < turned_range_deg / 2.0:
+    azimuth_range_deg = _range_deg(np.arctan2(forward @ axes[2], forward @ axes[1]), 360.0)
+    if (
+        is_upright.all()
+        and azimuth_range_deg > _MIN_ANGLE_RANGE_DEG
+        and angle_range < azimuth_range_deg / 2.0
+    ):
         return [Finding("level.upright", photos=names)]
     return [Finding("level.portrait", photos=names)]
 

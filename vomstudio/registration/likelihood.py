@@ -17,7 +17,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.adjustment import Adjustment, apply_step, weighted_rows
-from vomstudio.registration.observations import Observed, all_rows
+from vomstudio.registration.observations import ObservationKind, all_rows
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
@@ -29,7 +29,7 @@ _ITERATIONS = 3
 
 
 def widen_by_likelihood(
-    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray
+    kinds: Sequence[ObservationKind], result: Adjustment, centre: FloatArray
 ) -> Adjustment:
     """Widen the error about the weakest axis if the likelihood gives a larger error.
 
@@ -46,7 +46,7 @@ def widen_by_likelihood(
     -------
     Adjustment
     """
-    if result.free.shape[1] or result.rows.shared.shape[1]:
+    if result.null_space.shape[1] or result.rows.shared.shape[1]:
         return result
     _, inverse = weighted_rows(result)
     values, axes = np.linalg.eigh(inverse[:3, :3])
@@ -54,21 +54,21 @@ def widen_by_likelihood(
     if not linear_half_width > _MAX_LINEAR_RAD:
         return result
     axis = axes[:, -1]
-    rotation = max(_turn_to(kinds, result, centre, sign * axis) for sign in (1.0, -1.0))
-    times = rotation / linear_half_width
-    if not times > 1.0:
+    rotation = max(_rotation_limit(kinds, result, centre, sign * axis) for sign in (1.0, -1.0))
+    factor = rotation / linear_half_width
+    if not factor > 1.0:
         return result
-    widened_axes = np.eye(7)
-    widened_axes[:3, :3] += (times - 1.0) * np.outer(axis, axis)
+    widening_matrix = np.eye(7)
+    widening_matrix[:3, :3] += (factor - 1.0) * np.outer(axis, axis)
     return replace(
         result,
-        covariance=widened_axes @ result.covariance @ widened_axes.T,
-        plain_covariance=widened_axes @ result.plain_covariance @ widened_axes.T,
+        covariance=widening_matrix @ result.covariance @ widening_matrix.T,
+        plain_covariance=widening_matrix @ result.plain_covariance @ widening_matrix.T,
     )
 
 
-def _turn_to(
-    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray, axis: FloatArray
+def _rotation_limit(
+    kinds: Sequence[ObservationKind], result: Adjustment, centre: FloatArray, axis: FloatArray
 ) -> float:
     """Return the 95 % limit of rotations about an axis (3,), rad, or pi if all are likely."""
     step = np.zeros(7)
@@ -78,7 +78,7 @@ def _turn_to(
     distance_before = 0.0
     for iteration in range(_MAX_STEPS):
         fit = apply_step(fit, step, fit(centre)[0])
-        fit, squares = _adjust_others(kinds, fit, result, centre, axis)
+        fit, squares = _adjust_other_parameters(kinds, fit, result, centre, axis)
         distance_after = float(np.sqrt(max(squares - min_squares, 0.0)))
         if distance_after > _Z95:
             fraction = (_Z95 - distance_before) / (distance_after - distance_before)
@@ -87,8 +87,8 @@ def _turn_to(
     return float(np.pi)
 
 
-def _adjust_others(
-    kinds: Sequence[Observed],
+def _adjust_other_parameters(
+    kinds: Sequence[ObservationKind],
     fit: Similarity,
     result: Adjustment,
     centre: FloatArray,

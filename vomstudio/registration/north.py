@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.registrations import NorthKind, ReadNorth
+from vomstudio.geometry.registrations import NorthKind, NorthReference
 from vomstudio.io.control.attitude_tables import AttitudeTable
 
 MAGNETIC_NORTH_SIGMA_DEG = 2.0
@@ -26,7 +26,7 @@ FIRST_YEAR, LAST_YEAR = 1900, 2029
 _MAX_LATITUDE_DEG = 89.9
 _MIN_HORIZONTAL_NT = 2000.0
 """Horizontal field below which a compass does not work (WMM2025 report, "blackout zone")."""
-_YAWS_CORRECTED = {
+_YAW_CORRECTION_CODES = {
     "true": "north.true-yaws-corrected",
     "magnetic": "north.magnetic-yaws-corrected",
 }
@@ -73,10 +73,12 @@ class NorthCorrection:
     convergence_deg: float | None = None
     day: date | None = None
 
-    def read_north(self, sigma_deg: float) -> ReadNorth:
+    def read_north(self, sigma_deg: float) -> NorthReference:
         """Return the record of the correction; `sigma_deg` is the error common to all readings."""
         day = "" if self.day is None else self.day.isoformat()
-        return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
+        return NorthReference(
+            self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg
+        )
 
     @property
     def finding(self) -> Finding | None:
@@ -107,7 +109,7 @@ class NorthCorrection:
 
 
 @dataclass(frozen=True)
-class North:
+class NorthInputs:
     """Data required to correct azimuths at the location of a model.
 
     Parameters
@@ -162,7 +164,7 @@ class North:
         deg = declination - (convergence or 0.0)
         return NorthCorrection("magnetic", deg, declination, is_stated, convergence, day)
 
-    def required_correction(self, north: str, option: str = "") -> NorthCorrection:
+    def require_correction(self, north: str, option: str = "") -> NorthCorrection:
         """Return the correction of azimuths.
 
         Raises
@@ -184,12 +186,12 @@ class North:
 
         if self.crs is None or place is None:
             return None
-        grid_place = degrees_to_grid(self.crs)(*place)
-        return None if grid_place is None else convergence_deg(self.crs, *grid_place)
+        grid_position = degrees_to_grid(self.crs)(*place)
+        return None if grid_position is None else convergence_deg(self.crs, *grid_position)
 
 
 def declination_deg(
-    longitude_deg: float, latitude_deg: float, when: date, height_m: float = 0.0
+    longitude_deg: float, latitude_deg: float, day: date, height_m: float = 0.0
 ) -> float:
     """Return the angle from true to magnetic north, positive eastwards.
 
@@ -205,12 +207,12 @@ def declination_deg(
     """
     from ppigrf import igrf
 
-    if not FIRST_YEAR <= when.year <= LAST_YEAR:
+    if not FIRST_YEAR <= day.year <= LAST_YEAR:
         raise InputError(
-            Finding("north.unknown-year", first=FIRST_YEAR, last=LAST_YEAR, year=when.year)
+            Finding("north.unknown-year", first=FIRST_YEAR, last=LAST_YEAR, year=day.year)
         )
     latitude = float(np.clip(latitude_deg, -_MAX_LATITUDE_DEG, _MAX_LATITUDE_DEG))
-    noon = datetime.combine(when, time(12))
+    noon = datetime.combine(day, time(12))
     east, north, _ = igrf(longitude_deg, latitude, height_m / 1000.0, noon)
     x, y = float(np.ravel(north)[0]), float(np.ravel(east)[0])
     if np.hypot(x, y) < _MIN_HORIZONTAL_NT:
@@ -219,7 +221,7 @@ def declination_deg(
 
 
 def convert_to_grid_north(
-    table: AttitudeTable, north: North, findings: list[Finding]
+    table: AttitudeTable, north: NorthInputs, findings: list[Finding]
 ) -> AttitudeTable:
     """Convert all yaws to grid north.
 
@@ -239,33 +241,35 @@ def convert_to_grid_north(
     InputError
     """
     angles = table.angles.copy()
-    added_turns: dict[str, list[float]] = {}
-    lacking_count = 0
-    known_corrections: dict[object, NorthCorrection | None] = {}
-    for row, word in enumerate(table.north_references):
+    corrections_by_reference: dict[str, list[float]] = {}
+    uncorrected_count = 0
+    cached_corrections: dict[object, NorthCorrection | None] = {}
+    for row, reference in enumerate(table.north_references):
         if not np.isfinite(angles[row, 0]):
             continue
         longitude, latitude = table.places[row].tolist()
         location = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
         # The field is practically constant within a hundredth of a degree.
-        key = (word, table.days[row], location and tuple(np.round(location, 2)))
-        if key not in known_corrections:
-            known_corrections[key] = north.correction(word, table.days[row], location)
-        correction = known_corrections[key]
+        key = (reference, table.days[row], location and tuple(np.round(location, 2)))
+        if key not in cached_corrections:
+            cached_corrections[key] = north.correction(reference, table.days[row], location)
+        correction = cached_corrections[key]
         if correction is None:
-            lacking_count += 1
+            uncorrected_count += 1
         else:
             angles[row, 0] += correction.deg
-            added_turns.setdefault(word, []).append(correction.deg)
+            corrections_by_reference.setdefault(reference, []).append(correction.deg)
     findings += [
         Finding(
-            _YAWS_CORRECTED[word], minimum_deg=min(azimuth_turns), maximum_deg=max(azimuth_turns)
+            _YAW_CORRECTION_CODES[reference],
+            minimum_deg=min(corrections_deg),
+            maximum_deg=max(corrections_deg),
         )
-        for word, azimuth_turns in added_turns.items()
-        if any(azimuth_turns)
+        for reference, corrections_deg in corrections_by_reference.items()
+        if any(corrections_deg)
     ]
-    if lacking_count:
-        findings.append(Finding("north.not-corrected", photos=lacking_count))
+    if uncorrected_count:
+        findings.append(Finding("north.not-corrected", photos=uncorrected_count))
     return replace(table, angles=angles, north_references=("grid",) * len(table.photos))
 
 
@@ -321,7 +325,7 @@ def parse_day(text: str) -> date:
         raise UsageError(Finding("date.invalid", text=text[:40]), field="--date") from error
 
 
-def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
+def centre_longitude_latitude(crs: str, world: FloatArray) -> tuple[float, float] | None:
     """Return the longitude and latitude of the centre of points.
 
     Parameters

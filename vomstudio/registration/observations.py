@@ -18,9 +18,9 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.scatter import (
-    MIN_POINTS_HEIGHTS,
-    MIN_POINTS_PER_AXIS,
-    UNSEEN_HEIGHTS,
+    HEIGHT_ERROR_RATIO,
+    MIN_POINTS_FOR_AXES,
+    MIN_POINTS_FOR_HEIGHTS,
 )
 from vomstudio.registration.similarity import Similarity, jacobians
 
@@ -29,7 +29,7 @@ COMPASS = "compass"
 YAW = "yaw"
 """Name of the north error common to all photos."""
 # Share of a variance below which covariances between World axes are rounding errors.
-_ON_AXES = 1e-9
+_ROUNDING_SHARE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Rows:
     shared_names : (k,) tuple of str
         Names of the common errors. Errors with the same name are common to several kinds; "" is an
         error of a single kind.
-    doubt : (m,) array or None
+    error_factors : (m,) array or None
         Maximum ratio of the error of a row to the error of its part if too few rows determine it.
         If None, the ratio is 1.
     axes : (m, 3) array or None
@@ -67,11 +67,11 @@ class Rows:
     shared: FloatArray
     shared_sigma: FloatArray
     shared_names: tuple[str, ...] = ()
-    doubt: FloatArray | None = None
+    error_factors: FloatArray | None = None
     axes: FloatArray | None = None
 
 
-class Observed(Protocol):
+class ObservationKind(Protocol):
     """One kind of observation."""
 
     @property
@@ -97,7 +97,7 @@ class Points:
         which also contain the errors of `model`.
     name : str
         Name of the group of points, which are equally accurate unless their errors are stated.
-    click_m : (n,) array or None
+    click_error_m : (n,) array or None
         Errors of each coordinate of the points on the model, World metres. If None, 0.
     covariance : (n, 3, 3) array or None
         Covariances of `model`, in its frame and unit. If None, 0.
@@ -108,7 +108,7 @@ class Points:
     world: FloatArray
     sigma: FloatArray
     name: str = "points"
-    click_m: FloatArray | None = None
+    click_error_m: FloatArray | None = None
     covariance: FloatArray | None = None
 
     def errors(self, fit: Similarity) -> tuple[FloatArray, FloatArray]:
@@ -122,8 +122,8 @@ class Points:
             World directions (as rows) along which the errors of a point are independent.
         """
         sigma = self.sigma
-        if self.click_m is not None:
-            sigma = np.hypot(sigma, self.click_m[:, None])
+        if self.click_error_m is not None:
+            sigma = np.hypot(sigma, self.click_error_m[:, None])
         axes = np.tile(np.eye(3), (len(sigma), 1, 1))
         if self.covariance is None:
             return sigma, axes
@@ -132,7 +132,9 @@ class Points:
         diagonal = np.einsum("nii->ni", covariance)
         off_diagonal = np.abs(covariance - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
         sigma = np.sqrt(diagonal)
-        is_inclined = np.isfinite(off_diagonal) & (off_diagonal > _ON_AXES * diagonal.max(axis=1))
+        is_inclined = np.isfinite(off_diagonal) & (
+            off_diagonal > _ROUNDING_SHARE * diagonal.max(axis=1)
+        )
         if is_inclined.any():
             values, vectors = np.linalg.eigh(covariance[is_inclined])
             sigma[is_inclined] = np.sqrt(np.maximum(values, 0.0))
@@ -144,9 +146,9 @@ class Points:
         sigma, axes = self.errors(fit)
         return np.asarray(np.sqrt(np.einsum("nji,nj->ni", axes**2, sigma**2)))
 
-    def exact_on_model(self) -> Points:
+    def assume_exact_model(self) -> Points:
         """Return the points, assuming that their positions on the model are exact."""
-        return replace(self, click_m=None, covariance=None)
+        return replace(self, click_error_m=None, covariance=None)
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_points = fit(self.model)
@@ -155,16 +157,16 @@ class Points:
         design = axes @ jacobians(placed_points - centre)
         residuals = np.einsum("nij,nj->ni", axes, placed_points - self.world)
         parts = ("", "", "")
-        if n >= MIN_POINTS_PER_AXIS:
+        if n >= MIN_POINTS_FOR_AXES:
             parts = (" east", " north", " up")
-        elif n >= MIN_POINTS_HEIGHTS:
+        elif n >= MIN_POINTS_FOR_HEIGHTS:
             parts = (" level", " level", " up")
         row_names = tuple(self.name + part for part in parts)
         rows = _rows(residuals.ravel(), design.reshape(-1, 7), sigma, (self.name,) * 3, row_names)
         rows = replace(rows, axes=axes.reshape(-1, 3))
-        if n >= MIN_POINTS_HEIGHTS:
+        if n >= MIN_POINTS_FOR_HEIGHTS:
             return rows
-        return replace(rows, doubt=np.tile([1.0, 1.0, UNSEEN_HEIGHTS], n))
+        return replace(rows, error_factors=np.tile([1.0, 1.0, HEIGHT_ERROR_RATIO], n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,9 +181,9 @@ class Lengths:
         Distances.
     sigma : (n,) array
         One-sigma errors, NaN if not stated.
-    click_m : (n,) array or None
+    click_error_m : (n,) array or None
         Errors contributed by the clicks on both ends, World metres. If None, 0.
-    click : (n,) array or None
+    click_error : (n,) array or None
         The same errors in the unit of the model. If None, 0.
     """
 
@@ -190,27 +192,27 @@ class Lengths:
     second: FloatArray
     length: FloatArray
     sigma: FloatArray
-    click_m: FloatArray | None = None
-    click: FloatArray | None = None
+    click_error_m: FloatArray | None = None
+    click_error: FloatArray | None = None
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_lengths = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
         design = np.zeros((len(placed_lengths), 7))
         design[:, 3] = placed_lengths
         sigma = self.sigma
-        if self.click_m is not None:
-            sigma = np.hypot(sigma, self.click_m)
-        if self.click is not None:
-            sigma = np.hypot(sigma, fit.scale * self.click)
+        if self.click_error_m is not None:
+            sigma = np.hypot(sigma, self.click_error_m)
+        if self.click_error is not None:
+            sigma = np.hypot(sigma, fit.scale * self.click_error)
         return _rows(placed_lengths - self.length, design, sigma, ("lengths",))
 
-    def exact_on_model(self) -> Lengths:
+    def assume_exact_model(self) -> Lengths:
         """Return the lengths, assuming that their end points on the model are exact."""
-        return replace(self, click_m=None, click=None)
+        return replace(self, click_error_m=None, click_error=None)
 
 
 @dataclass(frozen=True, eq=False)
-class KeptScale(Lengths):
+class FixedScale(Lengths):
     """Known scale, expressed as a length across the model.
 
     It is never excluded as an outlier.
@@ -224,7 +226,7 @@ class KeptScale(Lengths):
     scale_error: float = 0.0
 
     @property
-    def scale_change(self) -> FloatArray:
+    def scale_derivative(self) -> FloatArray:
         """Return the change (1,) of the residual per relative error of the fixed scale."""
         return -self.length
 
@@ -255,16 +257,16 @@ class Directions:
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_directions = self.model @ fit.rotation.T
-        observed = self.world
+        world_directions = self.world
         if self.axial:
-            signs = np.where((placed_directions * observed).sum(axis=1) < 0, -1.0, 1.0)
-            observed = observed * signs[:, None]
-        down, cross_tangents = _tangents(observed)
+            signs = np.where((placed_directions * world_directions).sum(axis=1) < 0, -1.0, 1.0)
+            world_directions = world_directions * signs[:, None]
+        down, horizontal_tangents = _tangents(world_directions)
         design = np.zeros((len(placed_directions), 2, 7))
         residuals = np.zeros((len(placed_directions), 2))
         shared_columns = np.zeros((len(placed_directions), 2, 1))
-        for row, tangent in enumerate((down, cross_tangents)):
-            residuals[:, row] = _angle(placed_directions, observed, tangent)
+        for row, tangent in enumerate((down, horizontal_tangents)):
+            residuals[:, row] = _angle(placed_directions, world_directions, tangent)
             # A rotation w moves the direction u by w x u; its component along e is w . (u x e).
             rotation_columns = _cross_product(placed_directions, tangent)
             design[:, row, :3] = rotation_columns
@@ -359,7 +361,7 @@ class LevelLines:
         Unit vectors.
     sigma : (n,) array
         One-sigma errors, rad; NaN if not stated.
-    min_apart : float
+    min_separation_rad : float
         Angle, rad. If all lines are closer to each other, they count as one line with their mean
         direction. Otherwise an error of one of them, through its small component across the mean
         direction, would tip the model.
@@ -368,21 +370,21 @@ class LevelLines:
     labels: Sequence[str]
     model: FloatArray
     sigma: FloatArray
-    min_apart: float = 0.0
+    min_separation_rad: float = 0.0
 
     @property
-    def angle_between(self) -> float:
+    def max_angle_rad(self) -> float:
         """Largest angle between two of the lines, rad."""
         return float(np.arccos(np.clip(np.abs(self.model @ self.model.T).min(), 0.0, 1.0)))
 
     @property
-    def count_as_one(self) -> bool:
+    def are_nearly_parallel(self) -> bool:
         """Whether the lines are too nearly parallel to determine the tilt about them."""
-        return len(self.labels) > 1 and self.angle_between < self.min_apart
+        return len(self.labels) > 1 and self.max_angle_rad < self.min_separation_rad
 
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed_directions = self.model @ fit.rotation.T
-        if self.count_as_one:
+        if self.are_nearly_parallel:
             main_direction = np.linalg.svd(placed_directions / self.sigma[:, None])[2][0]
             placed_directions = (
                 np.sign(placed_directions @ main_direction)[:, None] * main_direction
@@ -464,9 +466,9 @@ class Attitudes:
     def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         from scipy.spatial.transform import Rotation
 
-        placed_directions = fit.rotation @ self.model
-        between_rotations = placed_directions @ np.swapaxes(self.world, 1, 2)
-        rotations = Rotation.from_matrix(between_rotations).as_rotvec()
+        placed_rotations = fit.rotation @ self.model
+        relative_rotations = placed_rotations @ np.swapaxes(self.world, 1, 2)
+        rotations = Rotation.from_matrix(relative_rotations).as_rotvec()
         # Rotation = axes @ (yaw, pitch, roll).
         inverse = np.swapaxes(self.axes, 1, 2)
         residuals = np.einsum("nij,nj->ni", inverse, rotations)
@@ -477,12 +479,12 @@ class Attitudes:
         # Express the common rotation caused by a north error as yaw, pitch and roll of each camera.
         rows = _add_shared_error(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _add_shared_error(
-            rows, (inverse @ placed_directions).reshape(-1, 3), self.mount_sigma
+            rows, (inverse @ placed_rotations).reshape(-1, 3), self.mount_sigma
         )
 
 
 _KIND_NAMES: tuple[tuple[type, str], ...] = (
-    (KeptScale, "kept_scale"),
+    (FixedScale, "kept_scale"),
     (Lengths, "lengths"),
     (LevelLines, "level_lines"),
     (PlumbLines, "plumb_lines"),
@@ -494,7 +496,7 @@ _KIND_NAMES: tuple[tuple[type, str], ...] = (
 )
 
 
-def kind_name(kind: Observed) -> str:
+def kind_name(kind: ObservationKind) -> str:
     """Return the name under which a kind of observation is recorded in a registration.
 
     Parameters
@@ -511,7 +513,7 @@ def kind_name(kind: Observed) -> str:
 
 
 def all_rows(
-    kinds: Sequence[Observed], fit: Similarity, position: FloatArray
+    kinds: Sequence[ObservationKind], fit: Similarity, position: FloatArray
 ) -> tuple[Rows, list[int]]:
     """Concatenate the rows of all kinds, about a point in the World frame.
 
@@ -528,12 +530,12 @@ def all_rows(
     for rows in rows_by_kind:
         starts.append(starts[-1] + len(rows.residuals))
     columns: dict[tuple[int, int] | str, int] = {}
-    columns_of_kinds = []
+    columns_by_kind = []
     for kind_index, rows in enumerate(rows_by_kind):
         column_keys = [name or (kind_index, k) for k, name in enumerate(rows.shared_names)]
-        columns_of_kinds.append([columns.setdefault(key, len(columns)) for key in column_keys])
+        columns_by_kind.append([columns.setdefault(key, len(columns)) for key in column_keys])
     shared_columns, sizes = np.zeros((starts[-1], len(columns))), np.zeros(len(columns))
-    for start, rows, selected_columns in zip(starts, rows_by_kind, columns_of_kinds, strict=False):
+    for start, rows, selected_columns in zip(starts, rows_by_kind, columns_by_kind, strict=False):
         shared_columns[start : start + len(rows.residuals), selected_columns] = rows.shared
         sizes[selected_columns] = rows.shared_sigma
     joined_rows = Rows(
@@ -547,7 +549,7 @@ def all_rows(
         tuple(key if isinstance(key, str) else "" for key in columns),
         np.concatenate(
             [
-                np.ones(len(rows.residuals)) if rows.doubt is None else rows.doubt
+                np.ones(len(rows.residuals)) if rows.error_factors is None else rows.error_factors
                 for rows in rows_by_kind
             ]
         ),
@@ -646,11 +648,13 @@ def _angle(
     The component is scaled to the angle instead of its sine, so that distant directions also
     converge.
     """
-    part = (placed_directions * tangent).sum(axis=1)
+    component = (placed_directions * tangent).sum(axis=1)
     sines = np.linalg.norm(
         placed_directions
         - (placed_directions * observed_directions).sum(axis=1)[:, None] * observed_directions,
         axis=1,
     )
     angle = np.arctan2(sines, (placed_directions * observed_directions).sum(axis=1))
-    return np.asarray(np.where(sines > 1e-12, part / np.maximum(sines, 1e-12) * angle, part))
+    return np.asarray(
+        np.where(sines > 1e-12, component / np.maximum(sines, 1e-12) * angle, component)
+    )

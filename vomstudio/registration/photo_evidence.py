@@ -90,7 +90,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         list[str](),
     )
     days, positions = list[date | None](), list[FloatArray]()
-    drones = unnamed_count = 0
+    drone_photo_count = unnamed_count = 0
     metadata, findings = drop_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):
         quarter_turns = _quarter_turns(photo, views.get(name))
@@ -102,7 +102,7 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
                 photo.pitch_deg,
                 (photo.roll_deg or 0.0) - 90.0 * quarter_turns,
             )
-            drones += 1
+            drone_photo_count += 1
         else:
             if photo.down is not None:
                 direction_down[:] = _rotate(photo.down, quarter_turns)
@@ -138,14 +138,14 @@ def read_photo_attitudes(photos: Mapping[str, Path], views: Mapping[str, View]) 
         down=np.array(down),
         days=tuple(days),
         positions=np.array(positions),
-        notes=(*findings, *_notes(drones, unnamed_count)),
+        notes=(*findings, *_notes(drone_photo_count, unnamed_count)),
     )
 
 
-def _notes(drones: int, unnamed_count: int) -> tuple[Finding, ...]:
+def _notes(drone_photo_count: int, unnamed_count: int) -> tuple[Finding, ...]:
     notes = []
-    if drones:
-        notes.append(Finding("attitude.from-drone", photos=drones))
+    if drone_photo_count:
+        notes.append(Finding("attitude.from-drone", photos=drone_photo_count))
     if unnamed_count:
         notes.append(Finding("attitude.north-assumed", photos=unnamed_count))
     return tuple(notes)

@@ -22,31 +22,30 @@ from vomstudio.registration.blunders import (
     find_blunders,
     leave_one_out,
 )
-from vomstudio.registration.checks.mirrors import mirror_findings, tipping_findings
-from vomstudio.registration.combined import Combined
+from vomstudio.registration.checks.mirrors import mirror_findings, upside_down_findings
 from vomstudio.registration.consistency import (
     check_fixed_scale,
     disagreement_findings,
-    estimate_norths,
+    estimate_north_errors,
 )
 from vomstudio.registration.length_evidence import fixed_scale
 from vomstudio.registration.likelihood import widen_by_likelihood
 from vomstudio.registration.observations import (
-    KeptScale,
-    Observed,
+    FixedScale,
+    ObservationKind,
     PhotoUpright,
     Points,
     kind_name,
 )
 from vomstudio.registration.precision import add_rounding
 from vomstudio.registration.results import (
-    Known,
-    Placed,
+    AdditionalPoint,
+    DeterminedParameters,
+    ModelPlacement,
     PointResidual,
     RotationError,
     RotationError95,
     WeakestAxis,
-    WorthAdding,
 )
 from vomstudio.registration.similarity import (
     Similarity,
@@ -54,6 +53,7 @@ from vomstudio.registration.similarity import (
     is_nearly_collinear,
     jacobian,
 )
+from vomstudio.registration.similarity_observation import SimilarityObservation
 from vomstudio.registration.turn_checks import turn_findings
 from vomstudio.registration.warnings import (
     blunder_findings,
@@ -66,8 +66,8 @@ from vomstudio.registration.warnings import (
 
 _Z95 = 1.959963984540054
 # One-sigma error above which a rotation or the relative scale is undetermined.
-_UNKNOWN_RAD = np.radians(30.0)
-_UNKNOWN_SCALE = 0.5
+_MAX_ROTATION_SIGMA_RAD = np.radians(30.0)
+_MAX_SCALE_SIGMA = 0.5
 # Minimum component of a free direction.
 _MIN_COMPONENT = 0.05
 _MIN_IMPROVEMENT = 0.8
@@ -75,17 +75,17 @@ _MIN_IMPROVEMENT = 0.8
 _ERROR_LIMITS = 1e-9, 1e9
 # Minimum distance of points from their line, as a multiple of their stated or estimated error.
 # Noise alone gives 1.4; with four points it gives 10 in one of thousands of sets.
-_OFF_LINE_STATED, _OFF_LINE_ESTIMATED, _MIN_POINTS_OFF_LINE = 6.0, 10.0, 4
+_MIN_LINE_OFFSET_STATED, _MIN_LINE_OFFSET_ESTIMATED, _MIN_POINTS_OFF_LINE = 6.0, 10.0, 4
 
 
 def place(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     check: Points | None = None,
     extent: FloatArray | None = None,
     *,
     up: FloatArray | None = None,
     is_doubted: bool = False,
-) -> Placed:
+) -> ModelPlacement:
     """Register a model by all observations.
 
     Parameters
@@ -109,16 +109,16 @@ def place(
     if not kinds and check is not None and len(check.labels):
         raise GeometryError(Finding("control.all-check", count=len(check.labels)))
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
-    _require_values(kinds)
+    _require_valid_values(kinds)
     if points is not None and len(kinds) == 1:
-        _require_enough(points)
+        _require_enough_points(points)
     centre, size = _extent(kinds, extent)
     # An error common to all readings must not make single readings appear wrong.
-    contradiction, consistent = check_fixed_scale(kinds, centre, size)
-    north_rotations, corrected_kinds = estimate_norths(consistent, centre, size)
+    contradiction, consistent_kinds = check_fixed_scale(kinds, centre, size)
+    north_turns, corrected_kinds = estimate_north_errors(consistent_kinds, centre, size)
     result = widen_by_likelihood(corrected_kinds, adjust(corrected_kinds, centre, size), centre)
     result = add_rounding(corrected_kinds, result, centre, size)
-    known_determined_parameters = _determined_parameters(result, corrected_kinds)
+    determined_parameters = _determined_parameters(result, corrected_kinds)
     mirrors = mirror_findings(points)
     blunders, leave_one_out_results = _find_outliers(
         corrected_kinds, result, centre, size, is_mirrored=bool(mirrors)
@@ -126,32 +126,30 @@ def place(
     control = _residuals(points, result.fit)
     residual_share = _residual_share(points, control)
     checked_residuals = _residuals(check, result.fit)
-    rotation, rotation95 = _rotation_errors(result, known_determined_parameters)
+    rotation, rotation95 = _rotation_errors(result, determined_parameters)
     scale95 = (
-        _Z95 * float(np.sqrt(result.covariance[3, 3]))
-        if known_determined_parameters.scale
-        else None
+        _Z95 * float(np.sqrt(result.covariance[3, 3])) if determined_parameters.scale else None
     )
-    named_evidence = [
+    named_causes = [
         *(
             suspect_findings(leave_one_out_results)
             or blunder_findings(corrected_kinds, blunders, result, centre, size)
         ),
         *mirrors,
-        *tipping_findings(result.fit.rotation, up, None if mirrors else points),
+        *upside_down_findings(result.fit.rotation, up, None if mirrors else points),
     ]
-    is_doubted = is_doubted or bool(named_evidence)
+    is_doubted = is_doubted or bool(named_causes)
     warnings = [
-        *named_evidence,
+        *named_causes,
         *fit_findings(result, kinds),
         *([] if contradiction is None else [contradiction.finding]),
         *disagreement_findings(corrected_kinds, centre, size),
-        *(north.finding for north in north_rotations),
+        *(north.finding for north in north_turns),
         *redundancy_findings(control, checked_residuals, points),
         *error_findings(
             rotation,
             scale95,
-            known_determined_parameters,
+            determined_parameters,
             points,
             is_named=is_doubted,
             fraction=residual_share,
@@ -162,7 +160,7 @@ def place(
         ),
     ]
     shape = _shape(extent, result.fit)
-    return Placed(
+    return ModelPlacement(
         matrix=_matrix(result.fit),
         scale=result.fit.scale,
         control=control,
@@ -172,8 +170,8 @@ def place(
         rotation_error_deg=rotation,
         rotation_error_95_deg=rotation95,
         scale_error_95=scale95,
-        worth_adding=_worth_adding(result, points, extent, known_determined_parameters),
-        known=known_determined_parameters,
+        worth_adding=_best_additional_point(result, points, extent, determined_parameters),
+        known=determined_parameters,
         blunders=tuple(blunders),
         without=tuple(leave_one_out_results),
         warnings=tuple(warnings),
@@ -188,13 +186,13 @@ def place(
 
 
 def place_robustly(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     check: Points | None = None,
     extent: FloatArray | None = None,
     *,
     up: FloatArray | None = None,
     is_doubted: bool = False,
-) -> Placed:
+) -> ModelPlacement:
     """Register a model without outliers, and report them.
 
     Parameters
@@ -235,7 +233,7 @@ def place_robustly(
 
 
 def _find_outliers(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     result: Adjustment,
     centre: FloatArray,
     size: float,
@@ -271,15 +269,15 @@ def _shape(
     return reach, (x, y, z)
 
 
-def _require_enough(points: Points) -> None:
+def _require_enough_points(points: Points) -> None:
     if len(points.labels) < 3:
         fit_similarity(points.model, points.world)
     is_collinear = is_nearly_collinear(points.world) or is_nearly_collinear(points.model)
-    if is_collinear and not _determine_turn(points):
+    if is_collinear and not _is_rotation_determined(points):
         raise GeometryError(Finding("control.collinear"))
 
 
-def _require_values(kinds: Sequence[Observed]) -> None:
+def _require_valid_values(kinds: Sequence[ObservationKind]) -> None:
     """Raise GeometryError if all points are equal, or if errors are out of range."""
     for kind in kinds:
         if isinstance(kind, Points) and len(kind.labels) > 1:
@@ -288,13 +286,13 @@ def _require_values(kinds: Sequence[Observed]) -> None:
                     raise GeometryError(Finding("control.one-place"))
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
         is_wrong = np.isfinite(sigma) & ~((sigma >= _ERROR_LIMITS[0]) & (sigma <= _ERROR_LIMITS[1]))
-        if is_wrong.any() and not isinstance(kind, Combined | KeptScale):
+        if is_wrong.any() and not isinstance(kind, SimilarityObservation | FixedScale):
             finding = check_error(float(sigma[is_wrong][0]))
             assert finding is not None
             raise GeometryError(finding, field=kind.labels[int(np.argwhere(is_wrong)[0, 0])])
 
 
-def _determine_turn(points: Points) -> bool:
+def _is_rotation_determined(points: Points) -> bool:
     """Return whether nearly collinear points determine the rotation about their line."""
     n = len(points.labels)
     try:
@@ -303,10 +301,10 @@ def _determine_turn(points: Points) -> bool:
         return False
     sigma = points.total_sigma(fit)
     if np.isfinite(sigma).all():
-        min_distance = _OFF_LINE_STATED * float(np.sqrt((sigma**2).mean()))
+        min_distance = _MIN_LINE_OFFSET_STATED * float(np.sqrt((sigma**2).mean()))
     elif n >= _MIN_POINTS_OFF_LINE:
         squares = float(((fit(points.model) - points.world) ** 2).sum())
-        min_distance = _OFF_LINE_ESTIMATED * float(np.sqrt(squares / (3 * n - 7)))
+        min_distance = _MIN_LINE_OFFSET_ESTIMATED * float(np.sqrt(squares / (3 * n - 7)))
     else:
         return False
     distance = [
@@ -316,7 +314,9 @@ def _determine_turn(points: Points) -> bool:
     return bool(min(distance) > min_distance)
 
 
-def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[FloatArray, float]:
+def _extent(
+    kinds: Sequence[ObservationKind], extent: FloatArray | None
+) -> tuple[FloatArray, float]:
     """Return the centre (1, 3) of the model, and the typical distance of the model from it."""
     positions = [extent] if extent is not None and len(extent) else []
     if not positions:
@@ -328,7 +328,7 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
                 and value.ndim == 2
                 and (isinstance(kind, Points) or name != "model")
             ]
-    fitted_kinds = [kind for kind in kinds if isinstance(kind, Combined)]
+    fitted_kinds = [kind for kind in kinds if isinstance(kind, SimilarityObservation)]
     if not positions and fitted_kinds:
         start = fitted_kinds[0].start
         return start.inverse(fitted_kinds[0].rotation_centre[None]), fitted_kinds[
@@ -343,13 +343,15 @@ def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[Float
 
 
 # --- determined parameters --------------------------------------------------------------------
-def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Known:
-    free_parameters = result.free
+def _determined_parameters(
+    result: Adjustment, kinds: Sequence[ObservationKind]
+) -> DeterminedParameters:
+    free_parameters = result.null_space
     sigma = np.sqrt(np.maximum(np.diag(result.covariance), 0.0))
     tilt = float(np.sqrt(max(np.linalg.eigvalsh(result.covariance[:2, :2])[-1], 0.0)))
     # The prior from upright photos does not determine the vertical; other observations must do so.
     priors = [float(kind.sigma[0, 0]) for kind in kinds if isinstance(kind, PhotoUpright)]
-    unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
+    max_tilt = sum(sigma_rad**-2 for sigma_rad in (_MAX_ROTATION_SIGMA_RAD, *priors)) ** -0.5
 
     def is_determined(*rows: int) -> bool:
         return not free_parameters.shape[1] or bool(
@@ -357,19 +359,21 @@ def _determined_parameters(result: Adjustment, kinds: Sequence[Observed]) -> Kno
         )
 
     # The azimuth of an inclined line determines north if the vertical is known.
-    is_north_determined = is_determined(2) or result.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
-    return Known(
-        north=bool(is_north_determined and sigma[2] < _UNKNOWN_RAD),
-        vertical=is_determined(0, 1) and bool(tilt < unknown_tilt),
-        scale=is_determined(3) and bool(sigma[3] < _UNKNOWN_SCALE),
+    is_north_determined = (
+        is_determined(2) or result.information[2, 2] > 1.0 / _MAX_ROTATION_SIGMA_RAD**2
+    )
+    return DeterminedParameters(
+        north=bool(is_north_determined and sigma[2] < _MAX_ROTATION_SIGMA_RAD),
+        vertical=is_determined(0, 1) and bool(tilt < max_tilt),
+        scale=is_determined(3) and bool(sigma[3] < _MAX_SCALE_SIGMA),
         position=is_determined(4, 5, 6),
     )
 
 
 def _rotation_errors(
-    result: Adjustment, known_parameters: Known
+    result: Adjustment, known_parameters: DeterminedParameters
 ) -> tuple[RotationError, RotationError95]:
-    free_axes = result.free[:3]
+    free_axes = result.null_space[:3]
     is_undetermined = (
         np.linalg.norm(free_axes, axis=1) > _MIN_COMPONENT
         if free_axes.shape[1]
@@ -399,7 +403,7 @@ def _rotation_errors(
 
 def _free_axis(result: Adjustment) -> FloatArray:
     """Return the axis (3,) about which the rotation is least determined."""
-    free_axes = result.free[:3]
+    free_axes = result.null_space[:3]
     if free_axes.shape[1]:
         u, s, _ = np.linalg.svd(free_axes)
         if s[0] > _MIN_COMPONENT:
@@ -407,9 +411,12 @@ def _free_axis(result: Adjustment) -> FloatArray:
     return np.asarray(np.linalg.eigh(result.rotation)[1][:, -1], np.float64)
 
 
-def _worth_adding(
-    result: Adjustment, points: Points | None, extent: FloatArray | None, known_parameters: Known
-) -> WorthAdding | None:
+def _best_additional_point(
+    result: Adjustment,
+    points: Points | None,
+    extent: FloatArray | None,
+    known_parameters: DeterminedParameters,
+) -> AdditionalPoint | None:
     """Return the best position for one more, equally accurate point at the edge of the model."""
     if points is None or not known_parameters.all:
         return None
@@ -419,15 +426,15 @@ def _worth_adding(
     corners = [np.where(corner_index, high, low) for corner_index in np.ndindex(2, 2, 2)]
     for axis in range(3):
         corners += [np.where(np.arange(3) == axis, end, centre) for end in (low, high)]
-    rows_of_points = slice(3 * len(points.labels))
-    squares = result.error[rows_of_points].reshape(-1, 3) ** 2
+    point_rows = slice(3 * len(points.labels))
+    squares = result.error[point_rows].reshape(-1, 3) ** 2
     if result.rows.axes is not None:
         squares = np.einsum(
-            "nji,nj->ni", result.rows.axes[rows_of_points].reshape(-1, 3, 3) ** 2, squares
+            "nji,nj->ni", result.rows.axes[point_rows].reshape(-1, 3, 3) ** 2, squares
         )
     sigma = np.sqrt(squares.mean(axis=0))
     covariance = result.covariance
-    variance_before = _worst_error(covariance[:3, :3])
+    error_before_deg = _worst_error(covariance[:3, :3])
     best_addition: tuple[float, FloatArray] | None = None
     for corner in corners:
         design = jacobian(corner - result.centre)
@@ -435,15 +442,15 @@ def _worth_adding(
         variances = design @ covariance_product + np.diag(sigma**2)
         # Points that fit exactly have a singular scatter matrix.
         inverse = np.linalg.pinv(variances, hermitian=True)
-        variance_after = _worst_error(
+        error_after_deg = _worst_error(
             (covariance - covariance_product @ inverse @ covariance_product.T)[:3, :3]
         )
-        if best_addition is None or variance_after < best_addition[0]:
-            best_addition = variance_after, corner
-    if best_addition is None or not best_addition[0] < _MIN_IMPROVEMENT * variance_before:
+        if best_addition is None or error_after_deg < best_addition[0]:
+            best_addition = error_after_deg, corner
+    if best_addition is None or not best_addition[0] < _MIN_IMPROVEMENT * error_before_deg:
         return None
     x, y, z = (float(v) for v in best_addition[1])
-    return WorthAdding(x, y, z, variance_before, best_addition[0])
+    return AdditionalPoint(x, y, z, error_before_deg, best_addition[0])
 
 
 def _worst_error(rotation: FloatArray) -> float:
@@ -486,8 +493,8 @@ def _bowing(
             *((item.model, item.world, item.total_sigma(fit)) for item in point_sets), strict=True
         )
     )
-    max_distance = None if extent is None or not len(extent) else fit(extent)
-    return fit_bowing(world, fit(model) - world, sigma, max_distance)
+    placed_extent = None if extent is None or not len(extent) else fit(extent)
+    return fit_bowing(world, fit(model) - world, sigma, placed_extent)
 
 
 def _rms(points: Sequence[PointResidual]) -> float | None:
@@ -499,10 +506,8 @@ def _residual_share(points: Points | None, residuals: Sequence[PointResidual]) -
     rms = _rms(residuals)
     if points is None or rms is None:
         return 0.0
-    max_distance = float(
-        np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean())
-    )
-    return rms / max_distance if max_distance > 0.0 else 0.0
+    extent = float(np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    return rms / extent if extent > 0.0 else 0.0
 
 
 def pairs(
@@ -510,7 +515,7 @@ def pairs(
     world: FloatArray,
     sigma_m: FloatArray | None,
     labels: Sequence[str],
-    which: FloatArray,
+    mask: FloatArray,
     *,
     click_sigma_m: float | None = None,
 ) -> Points:
@@ -522,7 +527,7 @@ def pairs(
     sigma_m : (n, 3) ndarray or None
         One-sigma errors of `world`, or None if they are not stated.
     labels : sequence of str
-    which : (n,) ndarray
+    mask : (n,) ndarray
         Mask of the selected points.
     click_sigma_m : float, optional
         One-sigma error of each coordinate of `model`, metres.
@@ -532,10 +537,14 @@ def pairs(
     Points
     """
     sigma = np.full(world.shape, np.nan) if sigma_m is None else sigma_m
-    rows = np.flatnonzero(which)
-    click_m = np.full(len(rows), click_sigma_m) if click_sigma_m else None
+    rows = np.flatnonzero(mask)
+    click_error_m = np.full(len(rows), click_sigma_m) if click_sigma_m else None
     return Points(
-        [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], click_m=click_m
+        [labels[int(i)] for i in rows],
+        model[rows],
+        world[rows],
+        sigma[rows],
+        click_error_m=click_error_m,
     )
 
 
@@ -549,7 +558,7 @@ def register_points(
     click_sigma_m: float | None = None,
     scale: float | None = None,
     is_robust: bool = False,
-) -> Placed:
+) -> ModelPlacement:
     """Register a model by pairs of points.
 
     Parameters
@@ -577,22 +586,22 @@ def register_points(
     """
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
     names = list(labels) if labels is not None else [str(i + 1) for i in range(len(model))]
-    control, judges = (
+    control, check_points = (
         pairs(model, world, sigma_m, names, is_selected, click_sigma_m=click_sigma_m)
         for is_selected in (~is_check, is_check)
     )
-    _require_enough(control)
-    kinds: list[Observed] = [control]
+    _require_enough_points(control)
+    kinds: list[ObservationKind] = [control]
     if scale is not None:
         kinds += fixed_scale(scale, kinds, None)
-    placement = (place_robustly if is_robust else place)(kinds, judges)
+    placement = (place_robustly if is_robust else place)(kinds, check_points)
     placement = replace(placement, click_sigma_m=click_sigma_m or 0.0)
     if click_sigma_m is not None or sigma_m is None:
         return placement
     return prepend_warnings(placement, [Finding("control.click-error-unknown")])
 
 
-def prepend_warnings(placement: Placed, warnings: Sequence[Finding]) -> Placed:
+def prepend_warnings(placement: ModelPlacement, warnings: Sequence[Finding]) -> ModelPlacement:
     """Return a placement with earlier warnings placed before its own.
 
     Parameters

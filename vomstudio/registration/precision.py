@@ -11,7 +11,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.adjustment import Adjustment, adjust
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.observations import ObservationKind, Points
 
 # Arrays lose trailing zeros, so coordinates are assumed to be written to at least a centimetre.
 _MIN_DECIMALS, _MAX_DECIMALS = 2, 9
@@ -20,7 +20,7 @@ _ROUNDING = np.sqrt(1.0 / 12.0)
 """Standard deviation of a rounded number, as a share of its last digit."""
 
 
-def last_digit(values: npt.ArrayLike) -> float:
+def rounding_step(values: npt.ArrayLike) -> float:
     """Return the step to which coordinates were rounded when written.
 
     Parameters
@@ -37,23 +37,23 @@ def last_digit(values: npt.ArrayLike) -> float:
     """
     x = np.asarray(values, np.float64)
     largest_value = float(np.abs(x).max(initial=0.0))
-    finest_value = float(np.spacing(largest_value))
+    float_spacing = float(np.spacing(largest_value))
     if (x == np.round(x)).all():
-        return max(10.0**-_MIN_DECIMALS, finest_value)
-    step = finest_value
+        return max(10.0**-_MIN_DECIMALS, float_spacing)
+    step = float_spacing
     for decimals in range(_MIN_DECIMALS, _MAX_DECIMALS + 1):
         # Any number is close to a decimal that is only slightly coarser than its spacing.
-        is_near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest_value
-        if is_near and 10.0**-decimals > _MIN_SPACING_RATIO * finest_value:
+        is_near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= float_spacing
+        if is_near and 10.0**-decimals > _MIN_SPACING_RATIO * float_spacing:
             step = 10.0**-decimals
             break
     if (x.astype(np.float32) == x).all():
         step = max(step, float(np.spacing(np.float32(largest_value))))
-    return max(step, finest_value)
+    return max(step, float_spacing)
 
 
 def add_rounding(
-    kinds: Sequence[Observed], result: Adjustment, centre: FloatArray, size: float
+    kinds: Sequence[ObservationKind], result: Adjustment, centre: FloatArray, size: float
 ) -> Adjustment:
     """Widen the errors of a fit whose residuals are smaller than the rounding of coordinates.
 
@@ -71,10 +71,10 @@ def add_rounding(
         Result with the errors of points that are as accurate as their coordinates.
     """
     groups = np.array(result.rows.groups)
-    rounded_kinds: list[Observed] = []
+    rounded_kinds: list[ObservationKind] = []
     for kind in kinds:
         if isinstance(kind, Points) and not np.isfinite(kind.sigma).all():
-            step = np.hypot(last_digit(kind.world), result.fit.scale * last_digit(kind.model))
+            step = np.hypot(rounding_step(kind.world), result.fit.scale * rounding_step(kind.model))
             sigma = _ROUNDING * float(step)
             estimated_errors = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
             if len(estimated_errors) and float(estimated_errors.max()) < sigma:

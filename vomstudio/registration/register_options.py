@@ -9,7 +9,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
 from vomstudio.core.words import to_translate
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 BESIDE = "beside the model"
 """Value that selects the photos next to the model instead of a file of cameras or attitudes."""
@@ -221,7 +221,7 @@ class RegisterOptions(Observations):
     )
     unit: str | None = option(
         None,
-        choices=tuple(METRES),
+        choices=tuple(METRES_PER_UNIT),
         help=to_translate("unit of the model file, which fixes the scale"),
         automatic_text=to_translate("the observations determine the scale"),
     )

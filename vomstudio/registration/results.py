@@ -66,7 +66,7 @@ class RotationError95:
 
 
 @dataclass(frozen=True)
-class WorthAdding:
+class AdditionalPoint:
     """World position of one more control point that would reduce the rotation error most.
 
     `error_before_deg` and `error_after_deg` are the 95 % errors about the weakest axis.
@@ -80,7 +80,7 @@ class WorthAdding:
 
 
 @dataclass(frozen=True)
-class Known:
+class DeterminedParameters:
     """Parameters that the registration has determined."""
 
     north: bool = True
@@ -94,7 +94,7 @@ class Known:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Placed(PrintableResult):
+class ModelPlacement(PrintableResult):
     """Registration of a model, with its residuals and errors.
 
     Attributes
@@ -140,8 +140,8 @@ class Placed(PrintableResult):
     rotation_error_deg: RotationError
     rotation_error_95_deg: RotationError95
     scale_error_95: float | None
-    worth_adding: WorthAdding | None
-    known: Known
+    worth_adding: AdditionalPoint | None
+    known: DeterminedParameters
     blunders: tuple[Blunder, ...]
     warnings: tuple[Finding, ...]
     covariance: tuple[tuple[float, ...], ...] = field(metadata=HIDDEN_IN_JSON)

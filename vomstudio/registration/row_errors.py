@@ -27,8 +27,8 @@ _MIN_ANGLE_ERROR_RAD = 3e-4
 # Significance of the F test of whether the error of a group is larger together with other groups
 # than alone.
 _SIGNIFICANCE = 1e-3
-METRES = {"points", "cameras", "lengths"}
-RECEIVERS = ("points", "cameras")
+METRE_GROUPS = {"points", "cameras", "lengths"}
+RECEIVER_GROUPS = ("points", "cameras")
 """Groups of positions in the order of measurement by a receiver, which may drift."""
 
 
@@ -73,18 +73,20 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     if not has_information.all():
         # Planes and lines alone determine neither scale nor position.
         n, informative_rows = len(has_information), np.ix_(has_information, has_information)
-        reduced_information, free_rows = (
+        reduced_inverse, reduced_null_space = (
             invert_determined(information[informative_rows])
             if has_information.any()
             else (np.zeros((0, 0)),) * 2
         )
         inverse, null_space = (
             np.zeros((n, n)),
-            np.zeros((n, free_rows.shape[1] + n - int(has_information.sum()))),
+            np.zeros((n, reduced_null_space.shape[1] + n - int(has_information.sum()))),
         )
-        inverse[informative_rows] = reduced_information
-        null_space[has_information, : free_rows.shape[1]] = free_rows
-        null_space[~has_information, free_rows.shape[1] :] = np.eye(n - int(has_information.sum()))
+        inverse[informative_rows] = reduced_inverse
+        null_space[has_information, : reduced_null_space.shape[1]] = reduced_null_space
+        null_space[~has_information, reduced_null_space.shape[1] :] = np.eye(
+            n - int(has_information.sum())
+        )
         return inverse, null_space
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scale = np.where(scale < 1e-140, 1.0, scale)
@@ -95,19 +97,21 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     null_space = (axes / scale[:, None])[:, ~is_determined]
     null_space, _ = np.linalg.qr(null_space)
     projection = np.eye(len(information)) - null_space @ null_space.T
-    part = projection @ information @ projection
+    projected_information = projection @ information @ projection
     # Invert in the determined subspace, free of the other parameters.
     basis = np.linalg.svd(projection)[0][:, : int(is_determined.sum())]
-    inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
+    inverse = (
+        basis @ np.linalg.pinv(basis.T @ projected_information @ basis, hermitian=True) @ basis.T
+    )
     return inverse, null_space
 
 
-def max_variance_ratio(dof: float, separate_freedom: float) -> float:
+def max_variance_ratio(dof: float, separate_dof: float) -> float:
     """Return the maximum chance ratio of a group's joint variance to its variance alone.
 
     Parameters
     ----------
-    dof, separate_freedom : float
+    dof, separate_dof : float
         Degrees of freedom of both variances.
 
     Returns
@@ -116,7 +120,7 @@ def max_variance_ratio(dof: float, separate_freedom: float) -> float:
     """
     from scipy.stats import f
 
-    return float(f.isf(_SIGNIFICANCE, dof, separate_freedom))
+    return float(f.isf(_SIGNIFICANCE, dof, separate_dof))
 
 
 def estimate_errors(
@@ -147,32 +151,32 @@ def estimate_errors(
     Returns
     -------
     sigma : (m,) array
-    redundancy_of : dict
+    redundancy_by_group : dict
         Redundancy of each unstated group.
     """
     design, residuals, _ = weighted_system(rows, sigma, size)
     inverse, _ = invert_determined(design.T @ design)
     residuals = remove_shared_errors(design, residuals, inverse, len(sigma))
-    hat = np.einsum("ij,jk,ik->i", design, inverse, design)[: len(sigma)]
+    leverage = np.einsum("ij,jk,ik->i", design, inverse, design)[: len(sigma)]
     groups = np.array(rows.groups)
     is_unknown = ~np.isfinite(rows.sigma)
-    errors, redundancy_of = sigma.copy(), {}
+    errors, redundancy_by_group = sigma.copy(), {}
     for name in unstated_names:
         mask = is_unknown & (groups == name)
-        dof = float(mask.sum() - hat[mask].sum())
-        redundancy_of[name] = dof
+        dof = float(mask.sum() - leverage[mask].sum())
+        redundancy_by_group[name] = dof
         if dof >= 0.5:
             squares = float((residuals[: len(sigma)][mask] ** 2).sum())
             variance = float(sigma[mask][0] ** 2) * squares / dof
-            is_shape_doubted = rows.shared.shape[1] and name not in METRES
-            min_error = _MIN_ANGLE_ERROR_RAD if is_shape_doubted else 1e-12 * size
-            variance_alone, redundancy_alone = separate_variances.get(name, (np.inf, dof))
-            if variance > variance_alone * max_variance_ratio(dof, redundancy_alone):
+            has_shared_angle_error = rows.shared.shape[1] and name not in METRE_GROUPS
+            min_error = _MIN_ANGLE_ERROR_RAD if has_shared_angle_error else 1e-12 * size
+            separate_variance, separate_redundancy = separate_variances.get(name, (np.inf, dof))
+            if variance > separate_variance * max_variance_ratio(dof, separate_redundancy):
                 separate_groups.add(name)
             if name in separate_groups:
-                variance, redundancy_of[name] = variance_alone, redundancy_alone
+                variance, redundancy_by_group[name] = separate_variance, separate_redundancy
             errors[mask] = np.sqrt(max(variance, min_error**2))
-    return errors, redundancy_of
+    return errors, redundancy_by_group
 
 
 def remove_shared_errors(
@@ -200,8 +204,8 @@ def remove_shared_errors(
     if not k:
         return residuals
     shared_errors = (inverse @ (design.T @ residuals))[-k:]
-    remaining_misses = residuals - design[:, -k:] @ shared_errors
-    return np.asarray(remaining_misses, np.float64)
+    remaining_residuals = residuals - design[:, -k:] @ shared_errors
+    return np.asarray(remaining_residuals, np.float64)
 
 
 def estimate_drift(rows: Rows, design: FloatArray, residuals: FloatArray) -> dict[str, float]:
@@ -224,18 +228,18 @@ def estimate_drift(rows: Rows, design: FloatArray, residuals: FloatArray) -> dic
         Correlation, by group ("points" or "cameras").
     """
     correlations = {}
-    for group in RECEIVERS:
-        rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
-        if len(rows_of_group):
-            axis_moves = (
-                _along_axes(rows, rows_of_group, design),
-                _along_axes(rows, rows_of_group, residuals),
+    for group in RECEIVER_GROUPS:
+        group_rows = np.flatnonzero(np.array(rows.groups) == group)
+        if len(group_rows):
+            axis_values = (
+                _project_to_axes(rows, group_rows, design),
+                _project_to_axes(rows, group_rows, residuals),
             )
-            correlations[group] = fit_serial_correlation(*axis_moves)
+            correlations[group] = fit_serial_correlation(*axis_values)
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
-def _along_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> FloatArray:
+def _project_to_axes(rows: Rows, selected_rows: IntArray, values: FloatArray) -> FloatArray:
     """Return the weighted values (n, 3, ...) of the rows of points along east, north and up."""
     values_by_axis = values[selected_rows].reshape(-1, 3, *values.shape[1:])
     if rows.axes is None:
@@ -249,11 +253,11 @@ def _correlated_design(rows: Rows, design: FloatArray, drift: Mapping[str, float
     """Return the weighted derivatives multiplied by the correlations of their errors."""
     result = design.copy()
     for group, rho in drift.items():
-        rows_of_group = np.flatnonzero(np.array(rows.groups) == group)
-        correlated_moves = correlate(_along_axes(rows, rows_of_group, design), rho)
+        group_rows = np.flatnonzero(np.array(rows.groups) == group)
+        correlated_values = correlate(_project_to_axes(rows, group_rows, design), rho)
         if rows.axes is not None:
-            correlated_moves = rows.axes[rows_of_group].reshape(-1, 3, 3) @ correlated_moves
-        result[rows_of_group] = correlated_moves.reshape(len(rows_of_group), -1)
+            correlated_values = rows.axes[group_rows].reshape(-1, 3, 3) @ correlated_values
+        result[group_rows] = correlated_values.reshape(len(group_rows), -1)
     return result
 
 
@@ -302,33 +306,33 @@ def estimate_covariance(
         squares = np.array([float((residuals[part] ** 2).sum()) for part in parts])
         squares -= [float(np.trace(response @ fixed_covariance)) for response in responses]
         variances = np.linalg.lstsq(system, squares, rcond=None)[0]
-        for group_rows in _same_group(rows, parts).values():
+        for group_rows in _parts_by_group(rows, parts).values():
             pooled = max(float(squares[group_rows].sum() / dof[group_rows].sum()), 0.0)
             variances[group_rows] = np.maximum(
                 variances[group_rows], min_variance(pooled, dof[group_rows])
             )
-    doubt = np.ones(m) if rows.doubt is None else rows.doubt
+    error_factors = np.ones(m) if rows.error_factors is None else rows.error_factors
     for g, response, v, f in zip(parts, responses, variances, dof, strict=True):
-        independent_part = independent_share(drift.get(rows.groups[g[0]], 0.0))
+        independent_fraction = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * variance_inflation(
             response, inverse @ (design[g].T @ correlated_design[g]), len(g)
         )
-        fraction[g] = np.sqrt(variance) * doubt[g]
-        extra_variance = doubt[g][:, None] ** 2
+        fraction[g] = np.sqrt(variance) * error_factors[g]
+        variance_factors = error_factors[g][:, None] ** 2
         part = variance * (
-            inverse @ ((design[g] * extra_variance).T @ correlated_design[g]) @ inverse
+            inverse @ ((design[g] * variance_factors).T @ correlated_design[g]) @ inverse
         )
         covariance = covariance + part
-        variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_part, 1.0)
+        variance_of_variances += np.diag(part) ** 2 / max(float(f) * independent_fraction, 1.0)
     # Degrees of freedom of a sum of estimated variances (Satterthwaite).
     total_variances = np.maximum(np.diag(covariance), 1e-300)
-    effective_freedoms = np.clip(
+    effective_dof = np.clip(
         total_variances**2 / np.maximum(variance_of_variances, 1e-300), 1.0, 1e9
     )
-    return fraction, covariance, t.ppf(0.975, effective_freedoms) / norm.ppf(0.975)
+    return fraction, covariance, t.ppf(0.975, effective_dof) / norm.ppf(0.975)
 
 
-def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
+def _parts_by_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
     """Return the parts of each group."""
     groups: dict[str, list[int]] = {}
     for index, part in enumerate(parts):

@@ -3,7 +3,7 @@
 Satellite heights are less accurate than horizontal positions, whereas levelled heights are more
 accurate. A single error for all coordinates would therefore give a wrong error of the tilt.
 Horizontal coordinates and heights have separate errors, as does each axis from
-`MIN_POINTS_PER_AXIS` points on. The errors are unbiased quadratic estimates independent of the
+`MIN_POINTS_FOR_AXES` points on. The errors are unbiased quadratic estimates independent of the
 similarity (Rao's MINQUE, here with equal prior weights): with the projection M onto the residuals,
 the expected sum of squares of group g is sum_k tr(M_gk M_kg) sigma_k^2.
 """
@@ -25,9 +25,9 @@ from vomstudio.geology.serial_errors import (
 )
 from vomstudio.registration.similarity import jacobian
 
-MIN_POINTS_HEIGHTS = 5
-MIN_POINTS_PER_AXIS = 12
-UNSEEN_HEIGHTS = 1.4
+MIN_POINTS_FOR_HEIGHTS = 5
+MIN_POINTS_FOR_AXES = 12
+HEIGHT_ERROR_RATIO = 1.4
 """Assumed ratio of height errors to horizontal errors if there are fewer points.
 
 Satellite heights are 1.5 to 3 times less accurate; this value covers at least 90 % of models with
@@ -76,10 +76,10 @@ class Scatter:
         return float(np.degrees(np.sqrt(np.linalg.eigvalsh(self.rotation)[-1])))
 
 
-def scatter_of(
+def estimate_scatter(
     positions: FloatArray,
     residuals: FloatArray,
-    stated_value: float | FloatArray | None = None,
+    stated_errors: float | FloatArray | None = None,
     *,
     is_ordered: bool = False,
 ) -> Scatter:
@@ -89,7 +89,7 @@ def scatter_of(
     ----------
     positions, residuals : (n, 3) array
         Points and their residuals in the target frame, with n of at least 3.
-    stated_value : float, (3,) or (n, 3, 3) array, optional
+    stated_errors : float, (3,) or (n, 3, 3) array, optional
         One-sigma errors of the coordinates, or covariances of the points. They are replaced by
         estimates from the residuals if these are significantly larger.
     is_ordered : bool
@@ -106,7 +106,7 @@ def scatter_of(
     design = design / units
     inverse = np.linalg.pinv(np.einsum("nik,nil->kl", design, design), hermitian=True)
     information = _information(design, 0.0)
-    known_covariances = _covariances(stated_value, n)
+    known_covariances = _covariances(stated_errors, n)
     freedom = float(3 * n - 7)
     if known_covariances is not None:
         roots, weights = _matrix_roots(known_covariances)
@@ -117,8 +117,8 @@ def scatter_of(
             rho = (
                 fit_serial_correlation(weights @ design, whitened_residuals) if is_ordered else 0.0
             )
-            whitened_moves = roots @ design
-            meat = np.einsum("nik,nil->kl", whitened_moves, correlate(whitened_moves, rho))
+            whitened_design = roots @ design
+            meat = np.einsum("nik,nil->kl", whitened_design, correlate(whitened_design, rho))
             covariance = inverse @ meat @ inverse / np.outer(units, units)
             sigma = np.sqrt(np.einsum("nii->i", known_covariances) / n)
             return Scatter(sigma, covariance, rho)
@@ -153,11 +153,11 @@ def scatter_of(
     return _result(np.sqrt(variances), inverse, next_information, units, factor, drift=rho)
 
 
-def _covariances(stated_value: float | FloatArray | None, n: int) -> FloatArray | None:
+def _covariances(stated_errors: float | FloatArray | None, n: int) -> FloatArray | None:
     """Convert stated errors to covariances (n, 3, 3), or None if an error is unknown."""
-    if stated_value is None:
+    if stated_errors is None:
         return None
-    values = np.asarray(stated_value, np.float64)
+    values = np.asarray(stated_errors, np.float64)
     if values.ndim < 3:
         values = np.tile(np.diag(np.broadcast_to(values, 3) ** 2), (n, 1, 1))
     return values if (np.einsum("nii->ni", values) > 0.0).all() else None
@@ -231,9 +231,9 @@ def scale_findings(scale_error: float) -> list[Finding]:
 
 
 def _groups(n: int) -> Sequence[tuple[int, ...]]:
-    if n >= MIN_POINTS_PER_AXIS:
+    if n >= MIN_POINTS_FOR_AXES:
         return ((0,), (1,), (2,))
-    return ((0, 1), (2,)) if n >= MIN_POINTS_HEIGHTS else ((0, 1, 2),)
+    return ((0, 1), (2,)) if n >= MIN_POINTS_FOR_HEIGHTS else ((0, 1, 2),)
 
 
 def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> FloatArray:
@@ -251,12 +251,12 @@ def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> Floa
     return np.asarray(system + np.diag(separate_squares), np.float64)
 
 
-def min_variance(pooled_value: float, degrees_of_freedom: FloatArray) -> FloatArray:
+def min_variance(pooled_variance: float, degrees_of_freedom: FloatArray) -> FloatArray:
     """Return the lower limits of variances estimated with few degrees of freedom.
 
     Parameters
     ----------
-    pooled_value : float
+    pooled_variance : float
         Variance of all groups together.
     degrees_of_freedom : (k,) ndarray
         Degrees of freedom of each variance.
@@ -266,11 +266,12 @@ def min_variance(pooled_value: float, degrees_of_freedom: FloatArray) -> FloatAr
     (k,) ndarray
     """
     return np.asarray(
-        _MIN_VARIANCE_SHARE * pooled_value / np.maximum(degrees_of_freedom / 10.0, 1.0), np.float64
+        _MIN_VARIANCE_SHARE * pooled_variance / np.maximum(degrees_of_freedom / 10.0, 1.0),
+        np.float64,
     )
 
 
-def _expected(
+def _expected_squares_matrix(
     groups: Sequence[tuple[int, ...]], n: int, inverse: FloatArray, information: FloatArray
 ) -> FloatArray:
     """Return the matrix that maps variances of groups to expected squared residuals."""
@@ -286,7 +287,7 @@ def _variances(
     squares: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the variances (3,) of the axes, and the degrees of freedom of each group."""
-    system = _expected(groups, n, inverse, information)
+    system = _expected_squares_matrix(groups, n, inverse, information)
     sums = np.array([squares[list(group)].sum() for group in groups])
     dof = np.array(
         [
@@ -294,14 +295,14 @@ def _variances(
             for group in groups
         ]
     )
-    pooled_value = float(squares.sum()) / (3 * n - 7)
-    estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled_value])
-    estimates = np.maximum(estimates, min_variance(pooled_value, dof))
+    pooled_variance = float(squares.sum()) / (3 * n - 7)
+    estimates = np.linalg.solve(system, sums) if len(groups) > 1 else np.array([pooled_variance])
+    estimates = np.maximum(estimates, min_variance(pooled_variance, dof))
     variances = np.empty(3)
     for group, value in zip(groups, estimates, strict=True):
         variances[list(group)] = value
-    if n < MIN_POINTS_HEIGHTS:
-        variances[2] *= UNSEEN_HEIGHTS**2
+    if n < MIN_POINTS_FOR_HEIGHTS:
+        variances[2] *= HEIGHT_ERROR_RATIO**2
     return variances, np.maximum(dof, 1.0)
 
 

@@ -133,18 +133,18 @@ def fit_robustly(
     best_fit = fit_similarity(source_points, target_points)
     if n < _MIN_POINTS_ROBUST:
         return best_fit, np.ones(n, np.bool_)
-    min_median_square = float(np.median(_squares(best_fit, source_points, target_points)))
+    min_median_square = float(np.median(_squared_residuals(best_fit, source_points, target_points)))
     for triple in _triples(n, seed):
         try:
             trial = fit_similarity(source_points[triple], target_points[triple])
         except GeometryError:
             continue
-        median = float(np.median(_squares(trial, source_points, target_points)))
+        median = float(np.median(_squared_residuals(trial, source_points, target_points)))
         if median < min_median_square:
             best_fit, min_median_square = trial, median
     is_used = np.zeros(n, np.bool_)
     is_used[
-        np.argsort(_squares(best_fit, source_points, target_points), kind="stable")[
+        np.argsort(_squared_residuals(best_fit, source_points, target_points), kind="stable")[
             : max(4, n // 2 + 1)
         ]
     ] = True
@@ -153,14 +153,16 @@ def fit_robustly(
             best_fit = fit_similarity(source_points[is_used], target_points[is_used])
         except GeometryError:  # the best half is collinear
             return fit_similarity(source_points, target_points), np.ones(n, np.bool_)
-        is_near = ~is_used & (_squares(best_fit, source_points, target_points) <= min_sigma**2)
+        is_near = ~is_used & (
+            _squared_residuals(best_fit, source_points, target_points) <= min_sigma**2
+        )
         if is_near.any():
             is_used |= is_near
             continue
-        joining = _next(best_fit, source_points, target_points, is_used)
-        if not len(joining):
+        new_inliers = _next_inliers(best_fit, source_points, target_points, is_used)
+        if not len(new_inliers):
             return best_fit, is_used
-        is_used[joining] = True
+        is_used[new_inliers] = True
 
 
 def _triples(n: int, seed: int) -> IntArray:
@@ -171,7 +173,7 @@ def _triples(n: int, seed: int) -> IntArray:
     return np.array([rng.choice(n, 3, replace=False) for _ in range(_MAX_TRIPLES)])
 
 
-def _next(
+def _next_inliers(
     fit: Similarity, source_points: FloatArray, target_points: FloatArray, is_used: BoolArray
 ) -> IntArray:
     """Return the unused point that fits best, if it fits.
@@ -180,32 +182,32 @@ def _next(
     """
     from scipy.stats import chi2, f
 
-    outside_rows = np.flatnonzero(~is_used)
-    if not len(outside_rows):
+    unused_rows = np.flatnonzero(~is_used)
+    if not len(unused_rows):
         return np.empty(0, np.int64)
     count = int(is_used.sum())
     degrees_of_freedom = 3 * count - 7
     inlier_share = count / len(source_points)
     # The used points are those with the smallest residuals, so their scatter must be corrected.
-    cut = chi2.ppf(inlier_share, 3)
+    chi2_limit = chi2.ppf(inlier_share, 3)
     variance = (
-        float(_squares(fit, source_points[is_used], target_points[is_used]).sum())
+        float(_squared_residuals(fit, source_points[is_used], target_points[is_used]).sum())
         / degrees_of_freedom
     )
-    variance /= float(chi2.cdf(cut, 5) / inlier_share)
+    variance /= float(chi2.cdf(chi2_limit, 5) / inlier_share)
     placed_points = fit(source_points)
     design = jacobians(placed_points - placed_points[is_used].mean(axis=0))
-    information_rows = design[is_used].reshape(-1, 7)
-    inverse = np.linalg.pinv(information_rows.T @ information_rows)
-    outside_moves = design[outside_rows]
-    residuals = (target_points - placed_points)[outside_rows]
-    covariances = np.eye(3) + outside_moves @ inverse @ outside_moves.transpose(0, 2, 1)
+    used_design = design[is_used].reshape(-1, 7)
+    inverse = np.linalg.pinv(used_design.T @ used_design)
+    unused_design = design[unused_rows]
+    residuals = (target_points - placed_points)[unused_rows]
+    covariances = np.eye(3) + unused_design @ inverse @ unused_design.transpose(0, 2, 1)
     statistic = (residuals * np.linalg.solve(covariances, residuals[..., None])[..., 0]).sum(axis=1)
     order = np.argsort(statistic, kind="stable")[: max(1, count // _STEP_DIVISOR)]
     limit = 3 * variance * float(f.ppf(_CONFIDENCE, 3, degrees_of_freedom))
-    first_rows = outside_rows[order[:1]][statistic[order[:1]] <= limit]
-    well_fitting = outside_rows[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
-    return np.asarray(well_fitting if len(well_fitting) > 1 else first_rows, np.int64)
+    best_rows = unused_rows[order[:1]][statistic[order[:1]] <= limit]
+    well_fitting_rows = unused_rows[order][statistic[order] <= _GOOD_FIT_SHARE * limit]
+    return np.asarray(well_fitting_rows if len(well_fitting_rows) > 1 else best_rows, np.int64)
 
 
 def jacobian(position: FloatArray) -> FloatArray:
@@ -243,7 +245,7 @@ def jacobians(positions: FloatArray) -> FloatArray:
     return derivatives
 
 
-def _squares(
+def _squared_residuals(
     transform: Similarity, source_points: FloatArray, target_points: FloatArray
 ) -> FloatArray:
     return np.asarray(((transform(source_points) - target_points) ** 2).sum(1))

@@ -15,10 +15,10 @@ from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import crs_label
-from vomstudio.geometry.registrations import ReadNorth, Registration
+from vomstudio.geometry.registrations import NorthReference, Registration
 from vomstudio.geometry.units import length_text
 from vomstudio.project.records import Model
-from vomstudio.project.registration_errors import bowing_of_registration
+from vomstudio.project.registration_errors import registration_bowing
 from vomstudio.registration.scatter import scale_findings
 from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.registration.warnings import (
@@ -31,7 +31,7 @@ from vomstudio.registration.warnings import (
 _Z95 = 1.959963984540054
 _MIN_REDUNDANT_POINTS = 4
 _SCALE_TOLERANCE = 1e-9
-METHODS = {
+METHOD_NAMES = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
@@ -41,7 +41,7 @@ METHODS = {
     "local": to_translate("photos only"),
 }
 
-_OBSERVATIONS = {
+_OBSERVATION_NAMES = {
     "points": to_translate("points"),
     "cameras": to_translate("positions of cameras"),
     "attitudes": to_translate("attitudes of cameras"),
@@ -56,13 +56,13 @@ _OBSERVATIONS = {
     "kept_scale": to_translate("fixed scale"),
 }
 
-_NORTHS = {
+_NORTH_NAMES = {
     "grid": to_translate("grid north"),
     "true": to_translate("true north"),
     "magnetic": to_translate("magnetic north"),
 }
 
-FACTS = {
+FACT_NAMES = {
     "method": to_translate("Registered by"),
     "observations": to_translate("Observations"),
     "gps-positions": to_translate("GPS positions"),
@@ -93,7 +93,7 @@ class Fact:
     Parameters
     ----------
     code : str
-        Key in `FACTS`.
+        Key in `FACT_NAMES`.
     text : str
         The figure as text.
     values : dict
@@ -107,7 +107,7 @@ class Fact:
     @property
     def name(self) -> str:
         """Name of the fact, in the user's language."""
-        return tr(FACTS[self.code])
+        return tr(FACT_NAMES[self.code])
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Summary:
     warnings: tuple[Finding, ...]
 
 
-def summary_of(registration: Registration) -> Summary:
+def summarize_registration(registration: Registration) -> Summary:
     """Describe a registration in words, with 95 % errors.
 
     Parameters
@@ -139,7 +139,7 @@ def summary_of(registration: Registration) -> Summary:
     Summary
     """
     method = registration.method
-    facts = [_fact("method", tr(METHODS[method]), method=method), *_points(registration)]
+    facts = [_fact("method", tr(METHOD_NAMES[method]), method=method), *_point_facts(registration)]
     if registration.observations:
         counts = {group.kind: group.count for group in registration.observations}
         facts.append(_fact("observations", _observations(registration), **counts))
@@ -167,9 +167,9 @@ def summary_of(registration: Registration) -> Summary:
         percent = 100.0 * _Z95 * registration.scale_error
         facts.append(_fact("scale", f"± {percent:.2g} %", error95_percent=percent))
     facts += [
-        *_north(registration.read_north),
-        *_bowing(bowing_of_registration(registration)),
-        *_lenses(registration),
+        *_north_facts(registration.read_north),
+        *_bowing_facts(registration_bowing(registration)),
+        *_lens_facts(registration),
     ]
     return Summary(weakest, tuple(facts), tuple(_warnings(registration)))
 
@@ -202,8 +202,8 @@ def placement_facts(model: Model, resolution: float | None = None) -> list[tuple
         north = tr("known") if frame.has_north else tr("unknown")
     facts = [(tr("Scale"), scale), (tr("North"), north)]
     if resolution:
-        shown_length_text = length_text(resolution * metres, is_metric=frame.has_metres)
-        facts.append((tr("Resolution"), shown_length_text))
+        resolution_text = length_text(resolution * metres, is_metric=frame.has_metres)
+        facts.append((tr("Resolution"), resolution_text))
     return facts
 
 
@@ -214,7 +214,7 @@ def _observations(registration: Registration) -> str:
         if group.kind in ("reference", "kept_scale", "photo_upright")
         else tr("{name}: {count}", name=tr(name), count=group.count)
         for group in registration.observations
-        for name in [_OBSERVATIONS.get(group.kind, group.kind)]
+        for name in [_OBSERVATION_NAMES.get(group.kind, group.kind)]
     )
 
 
@@ -222,7 +222,7 @@ def _fact(code: str, text: str, **values: Any) -> Fact:
     return Fact(code, text, values)
 
 
-def _bowing(bowing: Bowing | None) -> list[Fact]:
+def _bowing_facts(bowing: Bowing | None) -> list[Fact]:
     """Return the bowing that the residuals of the points show."""
     if bowing is None:
         return []
@@ -241,7 +241,7 @@ def _bowing(bowing: Bowing | None) -> list[Fact]:
     return [_fact("bowing", text, significant=bowing.significant, **values)]
 
 
-def _lenses(registration: Registration) -> list[Fact]:
+def _lens_facts(registration: Registration) -> list[Fact]:
     """Return the bowing and the stretch that the errors of the lenses allow."""
     facts = []
     if registration.lens_bowing95_deg is not None:
@@ -259,11 +259,11 @@ def _lenses(registration: Registration) -> list[Fact]:
     return facts
 
 
-def _north(north: ReadNorth | None) -> list[Fact]:
+def _north_facts(north: NorthReference | None) -> list[Fact]:
     """Return the north reference of azimuths and their common error."""
     if north is None:
         return []
-    reference_text = tr(_NORTHS[north.north])
+    reference_text = tr(_NORTH_NAMES[north.north])
     if north.north != "grid":
         reference_text = tr(
             "{north}, {turned:+.2f}° added", north=reference_text, turned=north.turned_deg
@@ -281,7 +281,7 @@ def _north(north: ReadNorth | None) -> list[Fact]:
     return [*facts, _fact("north-error", error_text, sigma_deg=north.doubt_deg)]
 
 
-def _points(registration: Registration) -> list[Fact]:
+def _point_facts(registration: Registration) -> list[Fact]:
     control = [point for point in registration.control if not point.check]
     check = [point for point in registration.control if point.check]
     is_gps = registration.method == "gps"
@@ -318,7 +318,7 @@ def _warnings(registration: Registration) -> list[Finding]:
         findings.append(Finding("control.no-check-points"))
     if registration.scale_error is not None:
         findings += scale_findings(registration.scale_error)
-    bowing = bowing_of_registration(registration)
+    bowing = registration_bowing(registration)
     findings += bowing_findings(bowing)
     if registration.lens_bowing95_deg is not None:
         findings += lens_bend_findings(

@@ -123,12 +123,12 @@ class Counterparts:
     ----------
     distance : (n,) array
         Signed distance, positive on the side of the benchmark normals; NaN for non-finite points.
-    beyond_edge : (n,) array
+    distance_beyond_edge : (n,) array
         Distance beyond the edge of the benchmark, along its surface.
     normal : (n, 3) array
         Unit normals of the benchmark.
     """
 
     distance: FloatArray
-    beyond_edge: FloatArray
+    distance_beyond_edge: FloatArray
     normal: FloatArray

@@ -9,16 +9,27 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
+from vomstudio.geology.bowing import Bowing, LensDeformation, bowing_deg
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjustment, adjust
 from vomstudio.registration.blunders import Blunder, LeaveOneOut, select_observations
-from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import MIN_PLANES, azimuth_that_fits
-from vomstudio.registration.observations import Directions, Lengths, Observed, Points, all_rows
-from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
+from vomstudio.registration.compass_checks import MIN_PLANES, find_azimuth_correction
+from vomstudio.registration.observations import (
+    Directions,
+    Lengths,
+    ObservationKind,
+    Points,
+    all_rows,
+)
+from vomstudio.registration.results import (
+    DeterminedParameters,
+    ModelPlacement,
+    PointResidual,
+    RotationError,
+)
 from vomstudio.registration.scatter import drift_findings, scale_findings
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
 _Z95 = 1.959963984540054
 _MAX_ROTATION_DEG = 1.0
@@ -30,14 +41,14 @@ _MIN_POSSIBLE_BOWING_DEG = 1.0
 # Residual as a share of the extent that wrong values cause, not measuring.
 _MAX_RESIDUAL_SHARE = 0.1
 # Upward component of the normal below which a mean plane is a wall.
-_MIN_UPWARD = np.sqrt(0.5)
+_MIN_UPWARD_COMPONENT = np.sqrt(0.5)
 # Redundancy and p-value from which stated accuracies are too large.
 _MIN_REDUNDANCY, _MIN_P_VALUE = 3.0, 1e-6
 # Limits of the angle within which a reading agrees with the others.
 _AZIMUTH_LIMITS_DEG = (10.0, 20.0)
 
 
-def fit_findings(result: Adjustment, kinds: Sequence[Observed]) -> list[Finding]:
+def fit_findings(result: Adjustment, kinds: Sequence[ObservationKind]) -> list[Finding]:
     """Return findings about the residuals of a fit.
 
     Parameters
@@ -55,20 +66,23 @@ def fit_findings(result: Adjustment, kinds: Sequence[Observed]) -> list[Finding]
     if (times := _error_ratio(result, kinds)) is not None:
         findings.append(
             Finding("registration.readings-copied", times=times)
-            if not any(isinstance(kind, Points | Lengths | Combined) for kind in kinds)
+            if not any(isinstance(kind, Points | Lengths | SimilarityObservation) for kind in kinds)
             else Finding("registration.residuals-small", times=times)
         )
     findings += drift_findings(result.drift)
     if result.is_ambiguous:
         findings.append(Finding("registration.ambiguous"))
-    if result.assumed:
+    if result.assumed_error_groups:
         findings.append(
-            Finding("registration.error-assumed", kinds=[tr(name) for name in result.assumed])
+            Finding(
+                "registration.error-assumed",
+                kinds=[tr(name) for name in result.assumed_error_groups],
+            )
         )
     return findings
 
 
-def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
+def _error_ratio(result: Adjustment, kinds: Sequence[ObservationKind]) -> float | None:
     """Return the ratio of stated errors to residuals if these are too small for chance.
 
     None if they agree. The errors of clicks are not counted, since a click may be better than the
@@ -76,17 +90,17 @@ def _error_ratio(result: Adjustment, kinds: Sequence[Observed]) -> float | None:
     """
     from scipy.stats import chi2
 
-    exact_distances = [
-        kind.exact_on_model() if isinstance(kind, Points | Lengths) else kind for kind in kinds
+    exact_kinds = [
+        kind.assume_exact_model() if isinstance(kind, Points | Lengths) else kind for kind in kinds
     ]
-    stated_rows = all_rows(exact_distances, result.fit, result.centre)[0].sigma
+    stated_sigma = all_rows(exact_kinds, result.fit, result.centre)[0].sigma
     if (
-        not len(stated_rows)
-        or not np.isfinite(stated_rows).all()
+        not len(stated_sigma)
+        or not np.isfinite(stated_sigma).all()
         or result.redundancy < _MIN_REDUNDANCY
     ):
         return None
-    squares = float(((result.rows.residuals / stated_rows) ** 2).sum())
+    squares = float(((result.rows.residuals / stated_sigma) ** 2).sum())
     if not squares > 0.0 or chi2.cdf(squares, result.redundancy) > _MIN_P_VALUE:
         return None
     return float(np.sqrt(result.redundancy / squares))
@@ -140,7 +154,7 @@ def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) 
     )
 
 
-def worst_axis_findings(placement: Placed) -> list[Finding]:
+def worst_axis_findings(placement: ModelPlacement) -> list[Finding]:
     """Return findings about the rotation error, and where one more point would help most.
 
     Parameters
@@ -172,7 +186,7 @@ def worst_axis_findings(placement: Placed) -> list[Finding]:
     return findings
 
 
-def vertical_error_findings(placement: Placed) -> list[Finding]:
+def vertical_error_findings(placement: ModelPlacement) -> list[Finding]:
     """Return findings about the error of the vertical if north may be undetermined.
 
     Parameters
@@ -196,14 +210,14 @@ def vertical_error_findings(placement: Placed) -> list[Finding]:
 def reference_fit_finding(
     places: int, overlap: float, rms_m: float, blocks: int, block_m: float
 ) -> Finding:
-    """Return the finding with the figures of a `FittedToReference`.
+    """Return the finding with the figures of a `ModelFit`.
 
     Parameters
     ----------
     places : int
         Number of compared places.
     overlap : float
-        See `FittedToReference`.
+        See `ModelFit`.
     rms_m : float
         Root mean square distance.
     blocks : int
@@ -228,7 +242,7 @@ def reference_fit_finding(
 def error_findings(
     error: RotationError,
     scale95: float | None,
-    known_parameters: Known,
+    known_parameters: DeterminedParameters,
     points: Points | None,
     *,
     is_named: bool = False,
@@ -261,29 +275,29 @@ def error_findings(
     ]
     if undetermined_names:
         findings.append(Finding("registration.not-known", parameters=undetermined_names))
-    weak_axes = []
+    weakness_findings = []
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None:
         tilt = float(np.hypot(east, north))
         if max(up, east, north) > _MAX_ROTATION_DEG:
-            weak_axes.append(
+            weakness_findings.append(
                 Finding("registration.rotation-unknown")
                 if max(up, tilt) > _UNKNOWN_ROTATION_DEG
                 else Finding("registration.weak-rotation", azimuth_deg=up, tilt_deg=tilt)
             )
     if scale95 is not None:
-        weak_axes += scale_findings(scale95 / _Z95)
-    has_wrong_errors = (
+        weakness_findings += scale_findings(scale95 / _Z95)
+    has_large_residuals = (
         points is not None and points.name != "cameras" and fraction >= _MAX_RESIDUAL_SHARE
     )
-    if weak_axes and has_wrong_errors and not is_named:
+    if weakness_findings and has_large_residuals and not is_named:
         findings.append(Finding("registration.points-nowhere", share_percent=100.0 * fraction))
-    findings += weak_axes
+    findings += weakness_findings
     return findings
 
 
 def blunder_findings(
-    kinds: Sequence[Observed],
+    kinds: Sequence[ObservationKind],
     blunders: Sequence[Blunder],
     result: Adjustment,
     centre: FloatArray,
@@ -307,23 +321,23 @@ def blunder_findings(
 
     if not blunders:
         return []
-    named_labels = {blunder.label for blunder in blunders}
+    blunder_labels = {blunder.label for blunder in blunders}
     other_kinds = [
-        select_observations(kind, [label not in named_labels for label in kind.labels])
+        select_observations(kind, [label not in blunder_labels for label in kind.labels])
         for kind in kinds
     ]
     remaining_fit = adjust([kind for kind in other_kinds if len(kind.labels)], centre, size)
-    turned_matrix = Rotation.from_matrix(
+    rotation_angle = Rotation.from_matrix(
         remaining_fit.fit.rotation @ result.fit.rotation.T
     ).magnitude()
     return [
         Finding(
             "registration.blunder",
             labels=[blunder.text() for blunder in blunders],
-            turned_deg=float(np.degrees(turned_matrix)),
+            turned_deg=float(np.degrees(rotation_angle)),
             scale_percent=100.0 * (remaining_fit.fit.scale / result.fit.scale - 1.0),
         ),
-        *_other_azimuth_findings(kinds, named_labels, remaining_fit),
+        *_other_azimuth_findings(kinds, blunder_labels, remaining_fit),
     ]
 
 
@@ -361,7 +375,7 @@ def _misread_azimuth_finding(label: str, turn_deg: float) -> Finding:
 
 
 def _other_azimuth_findings(
-    kinds: Sequence[Observed], named_names: set[str], remaining_fit: Adjustment
+    kinds: Sequence[ObservationKind], blunder_labels: set[str], remaining_fit: Adjustment
 ) -> list[Finding]:
     """Return findings about outliers whose azimuth was misread.
 
@@ -376,8 +390,8 @@ def _other_azimuth_findings(
         if not isinstance(kind, Directions) or len(kind.labels) >= MIN_PLANES:
             continue
         for label, model, world in zip(kind.labels, kind.model, kind.world, strict=True):
-            if label in named_names:
-                rotation = azimuth_that_fits(remaining_fit.fit.rotation @ model, world, limit)
+            if label in blunder_labels:
+                rotation = find_azimuth_correction(remaining_fit.fit.rotation @ model, world, limit)
                 findings += [] if rotation is None else [_misread_azimuth_finding(label, rotation)]
     return findings
 
@@ -430,8 +444,8 @@ def describe_edges(bowing: Bowing) -> str:
     -------
     str
     """
-    direction = bowing.edges_toward
-    if abs(float(direction[2])) < _MIN_UPWARD:
+    direction = bowing.edge_direction
+    if abs(float(direction[2])) < _MIN_UPWARD_COMPONENT:
         return tr(
             "on its side towards {azimuth}",
             azimuth=format_azimuth(Line.from_vector(direction, is_directed=True).trend_deg),
@@ -439,7 +453,7 @@ def describe_edges(bowing: Bowing) -> str:
     return tr("above it (a dish)") if direction[2] > 0.0 else tr("below it (a dome)")
 
 
-def lens_findings(bend: LensBend | None, bowing: Bowing | None) -> list[Finding]:
+def lens_findings(bend: LensDeformation | None, bowing: Bowing | None) -> list[Finding]:
     """Return findings about the deformation of a model by lens errors.
 
     Parameters

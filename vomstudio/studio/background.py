@@ -95,8 +95,8 @@ class Background:
         self._niceness, self._daemon = niceness, is_daemon
         self._lock = Lock()
         self._queue: list[Request[Any]] = []
-        self._newest: dict[Hashable, Request[Any]] = {}
-        self._running: set[Hashable] = set()
+        self._newest_requests: dict[Hashable, Request[Any]] = {}
+        self._running_keys: set[Hashable] = set()
         self._threads: set[Thread] = set()
         self._is_stopped = False
 
@@ -107,12 +107,12 @@ class Background:
 
     def is_waiting(self, key: Hashable) -> bool:
         """Whether a result with this key is pending."""
-        return key in self._newest
+        return key in self._newest_requests
 
     @property
     def is_busy(self) -> bool:
         """Whether any result is pending."""
-        return bool(self._newest)
+        return bool(self._newest_requests)
 
     def run(
         self,
@@ -172,22 +172,22 @@ class Background:
             return
         request = Request(key, work, on_result, on_error, expected_types, self._post)
         with self._lock:
-            self._newest[key] = request
+            self._newest_requests[key] = request
             self._queue.insert(0 if is_first else len(self._queue), request)
-            if key not in self._running and len(self._threads) < self._max_threads:
+            if key not in self._running_keys and len(self._threads) < self._max_threads:
                 self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
 
     def cancel(self, key: Hashable) -> None:
         """Cancel the request with a key, if there is one."""
         with self._lock:
-            if (request := self._newest.pop(key, None)) is not None:
+            if (request := self._newest_requests.pop(key, None)) is not None:
                 request.is_stale = True
                 if request in self._queue:
                     self._queue.remove(request)
 
     def cancel_all(self) -> None:
         """Cancel all requests."""
-        for key in list(self._newest):
+        for key in list(self._newest_requests):
             self.cancel(key)
 
     def stop(self, wait_s: float = 0.0) -> None:
@@ -209,11 +209,11 @@ class Background:
     def guard(self, call: Callable[[Value], object]) -> Callable[[Value], None]:
         """Wrap a callback so that it does nothing after `stop`, for jobs that end later."""
 
-        def guarded(value: Value) -> None:
+        def guarded_call(value: Value) -> None:
             if not self.is_stopped:
                 call(value)
 
-        return guarded
+        return guarded_call
 
     # --- in the threads ----------------------------------------------------------------------
     def _work(self) -> None:
@@ -227,11 +227,11 @@ class Background:
     def _next_request(self, last_request: Request[Any] | None) -> Request[Any] | None:
         with self._lock:
             if last_request is not None:
-                self._running.discard(last_request.key)
+                self._running_keys.discard(last_request.key)
             for request in self._queue:
-                if request.key not in self._running:
+                if request.key not in self._running_keys:
                     self._queue.remove(request)
-                    self._running.add(request.key)
+                    self._running_keys.add(request.key)
                     return request
             self._threads.discard(current_thread())
             return None
@@ -262,6 +262,6 @@ class Background:
         return partial(request.on_error, error)
 
     def _finish(self, key: Hashable, call: Call | None) -> None:
-        self._newest.pop(key, None)
+        self._newest_requests.pop(key, None)
         if call is not None:
             call()

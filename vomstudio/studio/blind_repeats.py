@@ -9,8 +9,8 @@ from vomstudio.core.signals import Signal
 from vomstudio.geology.coverage.repeat_selection import DEFAULT_SHARE, select_repeats
 from vomstudio.project import repeated_features
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.records import Repeatable, Typed, get
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.records import RepeatableFeature, TypedFeature, get
 from vomstudio.project.selection import Selection
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.tool_host import NAVIGATE, ToolHost
@@ -39,16 +39,16 @@ class BlindRepeats:
         tools: ToolHost,
         visibility: Visibility,
         selection: Selection,
-        hand_over: Callable[[Callable[[], object]], object],
+        run_in_owner: Callable[[Callable[[], object]], object],
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._tools = projects, tools
         self._visibility, self._selection = visibility, selection
-        self._run_in_owner = hand_over
+        self._run_in_owner = run_in_owner
         self.selected_ids: tuple[str, ...] = ()
         self.interpreter = ""
         self._skipped_ids: set[str] = set()
-        self._hidden_before: set[str] | None = None
+        self._previous_hidden_ids: set[str] | None = None
         self._offered_id: str | None = None
 
     # --- a round -----------------------------------------------------------------------------
@@ -58,7 +58,7 @@ class BlindRepeats:
         return [
             f.id
             for f in repeated_features.repeatable_features(records)
-            if kind_of(f).orientations and kind_of(f).tool
+            if get_kind(f).orientations and get_kind(f).tool
         ]
 
     def begin(self, share: float = DEFAULT_SHARE, interpreter: str = "", seed: str = "") -> None:
@@ -68,21 +68,21 @@ class BlindRepeats:
         self._skipped_ids.clear()
         if not self.selected_ids:
             return
-        self._hidden_before = set(self._visibility.hidden)
+        self._previous_hidden_ids = set(self._visibility.hidden)
         self._hide()
-        self._offer_next()
+        self._offer_next_repeat()
 
     def stop(self) -> None:
         """End the round and restore the previous visibility."""
-        if self._hidden_before is not None:
-            hidden_ids, hidden_before = self._visibility.hidden, self._hidden_before
-            self._hidden_before = None
-            self._visibility.set_visible(hidden_ids - hidden_before, True)
+        if self._previous_hidden_ids is not None:
+            hidden_ids, previous_hidden_ids = self._visibility.hidden, self._previous_hidden_ids
+            self._previous_hidden_ids = None
+            self._visibility.set_visible(hidden_ids - previous_hidden_ids, True)
         self.selected_ids = ()
         self._offered_id = None
         self.changed.emit()
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """End the round because the project is about to be closed."""
         if self.selected_ids:
             self.stop()
@@ -91,7 +91,7 @@ class BlindRepeats:
     def waiting_ids(self) -> list[str]:
         """Ids of the features that remain to be repeated in this round."""
         records = self._projects.records
-        repeated_ids = {r.repeat_of for r in self._projects.of(Repeatable) if r.repeat_of}
+        repeated_ids = {r.repeat_of for r in self._projects.of(RepeatableFeature) if r.repeat_of}
         return [
             i
             for i in self.selected_ids
@@ -107,18 +107,18 @@ class BlindRepeats:
         """Skip the current feature, for example if it cannot be located any more."""
         if (id_ := self.current) is not None:
             self._skipped_ids.add(id_)
-            self._offer_next()
+            self._offer_next_repeat()
 
-    def _offer_next(self) -> None:
+    def _offer_next_repeat(self) -> None:
         """Activate the tool of the next feature, with its type and set."""
-        original = get(self._projects.records, self.current, Repeatable)
+        original = get(self._projects.records, self.current, RepeatableFeature)
         self._offered_id = None if original is None else original.id
         if original is None:
             self._tools.activate(NAVIGATE)
             self.stop()
             return
-        self._tools.activate(kind_of(original).tool or NAVIGATE)
-        if isinstance(original, Typed):
+        self._tools.activate(get_kind(original).tool or NAVIGATE)
+        if isinstance(original, TypedFeature):
             self._tools.copy_next(original.type_id, original.set_name)
         self.changed.emit()
 
@@ -133,7 +133,7 @@ class BlindRepeats:
         """Link a new feature of the requested kind to the original."""
         if not self.selected_ids:
             return
-        original = get(self._projects.records, self._offered_id, Repeatable)
+        original = get(self._projects.records, self._offered_id, RepeatableFeature)
         for id_, record in edit.after.items():
             is_added = record is not None and edit.before[id_] is None
             if (
@@ -142,14 +142,14 @@ class BlindRepeats:
                 and type(record) is type(original)
                 and id_ != original.id
             ):
-                assert isinstance(record, Repeatable)
+                assert isinstance(record, RepeatableFeature)
                 if record.repeat_of is None:
                     # The next edit must wait until all listeners have received this one.
                     self._run_in_owner(partial(self._link, id_, original.id))
                     return
         if self.current != self._offered_id:
             # A repeat was undone, or its original was deleted.
-            self._run_in_owner(self._offer_next)
+            self._run_in_owner(self._offer_next_repeat)
 
     def _link(self, id_: str, first_id: str) -> None:
         session = self._projects.session
@@ -158,4 +158,4 @@ class BlindRepeats:
         edit = repeated_features.link_repeat(session.records, id_, first_id, self.interpreter)
         session.apply(edit, joins=session.top)
         self._hide()
-        self._offer_next()
+        self._offer_next_repeat()

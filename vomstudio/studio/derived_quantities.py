@@ -25,18 +25,18 @@ class DerivedQuantities:
         self._projects, self._thresholds = projects, thresholds
         self.measurements = Measurements(thresholds())
         self._nearest_picks: dict[str, NearestPick] | None = None
-        self._affected_by_edit: tuple[Edit, list[str]] | None = None
+        self._cached_affected_ids: tuple[Edit, list[str]] | None = None
 
     def begin(self) -> None:
         """Reset the cache for another project."""
         self.measurements = self._projects.measurements or Measurements(self._thresholds())
         self._nearest_picks = None
-        self._affected_by_edit = None
+        self._cached_affected_ids = None
 
     def refresh(self, edit: Edit) -> None:
         """Discard the quantities that an edit has changed."""
         self._nearest_picks = None
-        self._affected_by_edit = None
+        self._cached_affected_ids = None
         self.measurements.keep_after_edit(self._projects.records, self.affected_ids(edit))
 
     # --- measurements -------------------------------------------------------------------------
@@ -44,7 +44,7 @@ class DerivedQuantities:
         """Return the measurements of features in the project, keyed by id."""
         return self.measurements.of(self._projects.records, ids)
 
-    def store_expected(
+    def store_expected_measurements(
         self, measured_pairs: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
     ) -> None:
         """Store measurements in advance for features that are about to be added."""
@@ -106,9 +106,9 @@ class DerivedQuantities:
         and all features that depend on them.
         """
         # Cached because every view of the window requests this for the same edit.
-        if self._affected_by_edit is None or self._affected_by_edit[0] is not edit:
-            self._affected_by_edit = (edit, _affected_ids(self._projects.records, edit))
-        return list(self._affected_by_edit[1])
+        if self._cached_affected_ids is None or self._cached_affected_ids[0] is not edit:
+            self._cached_affected_ids = (edit, _affected_ids(self._projects.records, edit))
+        return list(self._cached_affected_ids[1])
 
 
 def _affected_ids(records: RecordMap, edit: Edit) -> list[str]:

@@ -48,22 +48,22 @@ class DiscardedWork:
         )
 
 
-def list_discarded_works() -> list[DiscardedWork]:
+def list_discarded_work() -> list[DiscardedWork]:
     """Return the most recently discarded projects, sorted by time.
 
     The contents are those before the last edit of the journal, which discarded them and can be
     undone.
     """
-    works = []
+    discarded_works = []
     for folder in untitled_projects(finished=True)[:MAX_LISTED]:
         try:
-            played = read_replay(folder)
+            replay = read_replay(folder)
         except InputError:
             continue
-        discarded_work = played.done[-1][1].before.values() if played.done else ()
-        records = [r for r in (*played.records.values(), *discarded_work) if r is not None]
+        discarded_work = replay.done[-1][1].before.values() if replay.done else ()
+        records = [r for r in (*replay.records.values(), *discarded_work) if r is not None]
         features = {r.id for r in records if isinstance(r, Feature)}
         models = {r.id: r.name for r in records if isinstance(r, Model)}
         time = datetime.fromtimestamp((folder / "journal.sqlite").stat().st_mtime)
-        works.append(DiscardedWork(folder, time, len(features), tuple(models.values())))
-    return works
+        discarded_works.append(DiscardedWork(folder, time, len(features), tuple(models.values())))
+    return discarded_works

@@ -13,7 +13,7 @@ from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.studio.owner_thread import Later
+from vomstudio.studio.owner_thread import TimerFactory
 
 MODES = {
     "textured": to_translate("Textured"),
@@ -27,7 +27,7 @@ POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
 
 SAVE_DELAY_S = 0.4
 
-Data = Mesh | PointCloud
+ModelData = Mesh | PointCloud
 
 
 class Display:
@@ -47,7 +47,7 @@ class Display:
         clip (on or off, or its handles) or box (the clipping box, at every step of a drag).
     """
 
-    def __init__(self, save_state: Callable[[dict[str, Any]], None], later: Later) -> None:
+    def __init__(self, save_state: Callable[[dict[str, Any]], None], later: TimerFactory) -> None:
         self.changed: Signal[str] = Signal()
         self._save_state = save_state
         self._timer = later(SAVE_DELAY_S, self.flush)
@@ -103,7 +103,7 @@ class Display:
             self.changed.emit("mode")
         self._notify_change("fields")
 
-    def show_no_field(self, model_id: str) -> None:
+    def hide_field(self, model_id: str) -> None:
         """Stop showing the field of a model because its values are outdated."""
         if self.styles.pop(model_id, None) is not None:
             self._notify_change("fields")
@@ -121,7 +121,7 @@ class Display:
         self._notify_change("clip")
 
     @property
-    def clip_shown(self) -> ClipBox | None:
+    def effective_clip(self) -> ClipBox | None:
         """Clipping box that is in effect, or None if clipping is off."""
         return self.box if self.clipping else None
 
@@ -177,7 +177,7 @@ class Display:
 
 
 # --- available display modes ------------------------------------------------------------------
-def default_field(data: Data) -> str:
+def default_field(data: ModelData) -> str:
     """Return the name of a model's default field, preferably classification or intensity."""
     names = field_names(data)
     for word in ("classification", "intensity"):
@@ -188,7 +188,7 @@ def default_field(data: Data) -> str:
     return attributes[0] if attributes else ELEVATION
 
 
-def has_textures(data: Data) -> bool:
+def has_textures(data: ModelData) -> bool:
     """Whether a mesh has texture coordinates and at least one texture."""
     return (
         isinstance(data, Mesh)
@@ -197,7 +197,7 @@ def has_textures(data: Data) -> bool:
     )
 
 
-def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
+def mode_refusal(mode: str, models: list[ModelData]) -> Finding | None:
     """Return why a display mode is unavailable, or None if any of the models supports it."""
     if not models:
         return Finding("action.no-model")
@@ -211,27 +211,27 @@ def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
     return None
 
 
-def mode_shown(mode: str, models: list[Data]) -> str:
+def effective_mode(mode: str, models: list[ModelData]) -> str:
     """Return the effective display mode, which differs from `mode` without textures."""
-    if mode == "textured" and models and why_not_mode(mode, models):
-        if not why_not_mode("vertex_colors", models):
+    if mode == "textured" and models and mode_refusal(mode, models):
+        if not mode_refusal("vertex_colors", models):
             return "vertex_colors"
         if all(isinstance(m, Mesh) for m in models):
             return "plain shaded"
     return mode
 
 
-def usual_look(models: list[Data]) -> str:
+def default_appearance(models: list[ModelData]) -> str:
     """Describe the appearance of models that are not coloured by a field."""
-    mode = mode_shown("textured", models)
+    mode = effective_mode("textured", models)
     if mode == "vertex_colors":
         return tr("Own colours")
-    if mode == "plain shaded" or (models and why_not_mode(mode, models)):
+    if mode == "plain shaded" or (models and mode_refusal(mode, models)):
         return tr("Without colours")
     return tr("Photo texture")
 
 
-def why_not_lit(models: list[Data]) -> Finding | None:
+def lighting_refusal(models: list[ModelData]) -> Finding | None:
     """Return why lighting is unavailable, or None if any of the models can be lit."""
     if not models:
         return Finding("action.no-model")
@@ -240,7 +240,7 @@ def why_not_lit(models: list[Data]) -> Finding | None:
     return None
 
 
-def why_not_eye_dome(models: list[Data]) -> Finding | None:
+def eye_dome_refusal(models: list[ModelData]) -> Finding | None:
     """Return why eye-dome lighting is unavailable, or None if any model supports it."""
     if not models:
         return Finding("action.no-model")

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.products.ortho.interpretation import items_of
+from vomstudio.products.ortho.interpretation import items_from_records
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Record
 from vomstudio.studio.jobs.drawing_tasks import DrawnLines, PictureGeometry
@@ -42,8 +42,8 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
     """
     import shapely
 
-    items = [item for item in items_of(records, Measurements()) if item.form != "point"]
-    shapes_drawn = [shapely.LineString(line.pixels) for line in drawing.lines]
+    items = [item for item in items_from_records(records, Measurements()) if item.form != "point"]
+    drawn_shapes = [shapely.LineString(line.pixels) for line in drawing.lines]
     shapes = [
         shapely.LineString(
             _close_ring(project_to_pixels(item.points, drawing.picture), item.form == "ring")
@@ -55,9 +55,9 @@ def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[
     unchanged_lines: dict[int, int] = {}
     # Lines with a known id are matched first: two features may coincide.
     ids = {item.id for item in items}
-    for i in sorted(range(len(shapes_drawn)), key=lambda i: drawing.lines[i].id not in ids):
-        candidates = tree.query(shapes_drawn[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
-        matches = [int(j) for j in candidates if _is_same(shapes_drawn[i], shapes[j], frame)]
+    for i in sorted(range(len(drawn_shapes)), key=lambda i: drawing.lines[i].id not in ids):
+        candidates = tree.query(drawn_shapes[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
+        matches = [int(j) for j in candidates if _is_same(drawn_shapes[i], shapes[j], frame)]
         matches_by_id = [j for j in matches if items[j].id == drawing.lines[i].id]
         unmatched_ids = [j for j in matches if j not in unchanged_lines.values()]
         if matches:

@@ -10,11 +10,11 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.matrices import Point
 from vomstudio.products.ortho.back_projection import off_surface_findings
 from vomstudio.project import edits
@@ -88,7 +88,7 @@ class DrawingTarget:
     """
 
     model: Model
-    surface: PaintSurface | None
+    surface: SelectableSurface | None
     type_id: str | None
     set_name: str = ""
     is_type_fixed: bool = False
@@ -100,7 +100,7 @@ def create_trace(
     model: Model,
     type_id: str,
     set_name: str,
-    surface: PaintSurface | None,
+    surface: SelectableSurface | None,
 ) -> Trace:
     """Create a trace from points (n, 3) in the file frame of a model."""
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
@@ -136,19 +136,19 @@ def update_traces(
         len(edited_traces),
         drawing=drawing,
     )
-    records_after: dict[str, Record | None] = {}
+    changed_records: dict[str, Record | None] = {}
     for trace in edited_traces:
         current = get(records, trace.id, Trace)
         if current is None:
             raise DocumentError(Finding("record.missing", id=trace.id, kind="trace"))
-        records_after[trace.id] = replace(
+        changed_records[trace.id] = replace(
             current,
             vertices=trace.vertices,
             resolution=trace.resolution,
             outcrop_normal=trace.outcrop_normal,
             rule=trace.rule,
         )
-    return change(records, label, records_after)
+    return change(records, label, changed_records)
 
 
 def find_layer_type(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
@@ -189,10 +189,10 @@ def create_drawn_traces(
     edited_traces: list[Trace] = []
     unchanged_traces: list[str] = []
     skipped_lines: list[tuple[str, Finding]] = []
-    off_surface = 0
+    off_surface_count = 0
     comparisons = compare_drawing(lines, records)
     types = iter(
-        _types_of(
+        _find_types(
             [
                 line
                 for line, comparison in zip(lines.lines, comparisons, strict=True)
@@ -216,8 +216,8 @@ def create_drawn_traces(
             # A line without a name was named by its number; the project has its own scheme of
             # names.
             name = "" if line.name.isdecimal() and not line.is_named else line.name
-            points = np.array(line.on_surface).reshape(-1, 3)
-            off_surface += len(line.points) - len(points)
+            points = np.array(line.surface_points).reshape(-1, 3)
+            off_surface_count += len(line.points) - len(points)
             trace = create_trace(
                 name, points, model, type_id, line.set or target.set_name, target.surface
             )
@@ -225,14 +225,14 @@ def create_drawn_traces(
             edits.add_trace(records, trace)
             traces.append(trace)
         except GeometryError as error:
-            skipped_lines.append((line.name, cause_of(error)))
+            skipped_lines.append((line.name, cause_finding(error)))
     if skipped_lines and not traces and not edited_traces and not unchanged_traces:
         name, reason = skipped_lines[0]
         raise GeometryError(
             Finding("drawing.no-plane", name=name, reason=reason),
             file=drawing,
         )
-    warnings += off_surface_findings(off_surface, 0)
+    warnings += off_surface_findings(off_surface_count, 0)
     if unchanged_traces:
         warnings.append(Finding("drawing.unchanged", count=len(unchanged_traces)))
     return DrawnTraces(
@@ -244,7 +244,7 @@ def create_drawn_traces(
     )
 
 
-def _types_of(
+def _find_types(
     lines: Sequence[DrawingLine], target: DrawingTarget, records: Mapping[str, Record]
 ) -> list[str]:
     """Return the id of the feature type of each new line. Raises UsageError."""

@@ -9,7 +9,7 @@ from vomstudio.core.signals import Signal
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.project.kinds import group_and_set, is_picked_plane
 from vomstudio.project.record_map import RecordMap
-from vomstudio.project.records import Record, Typed
+from vomstudio.project.records import Record, TypedFeature
 from vomstudio.project.selection import Selection
 from vomstudio.studio.derived_quantities import DerivedQuantities
 from vomstudio.studio.projects import Projects
@@ -54,7 +54,7 @@ class FoldChoice:
             self.fold_filter, self.is_selected = fold_filter, is_selected
             self.changed.emit()
 
-    def features(self) -> list[Typed]:
+    def features(self) -> list[TypedFeature]:
         """Return the bedding planes of any quality and set, or only the selected ones."""
         beds = self._projects.records.cached(_beds)
         if self.is_selected:
@@ -90,7 +90,7 @@ class FoldChoice:
             from vomstudio.project.fold_planes import fold_planes
 
             records = self._projects.records
-            first_beds = list(islice(filter(is_bed, records.of(Typed)), MAX_TESTED_PLANES))
+            first_beds = list(islice(filter(is_bed, records.of(TypedFeature)), MAX_TESTED_PLANES))
             measurements = self._derived.measured(f.id for f in first_beds)
             if len(fold_planes(records, first_beds, measurements, self.fold_filter)) >= count:
                 return True
@@ -104,10 +104,12 @@ class FoldChoice:
         )
 
 
-def _beds(records: RecordMap) -> tuple[Typed, ...]:
-    return tuple(f for f in records.of(Typed) if is_bed(f))
+def _beds(records: RecordMap) -> tuple[TypedFeature, ...]:
+    return tuple(f for f in records.of(TypedFeature) if is_bed(f))
 
 
 def is_bed(record: Record | None) -> bool:
     """Return whether a record is a picked plane with the feature type bedding."""
-    return isinstance(record, Typed) and record.type_id == FOLD_TYPE and is_picked_plane(record)
+    return (
+        isinstance(record, TypedFeature) and record.type_id == FOLD_TYPE and is_picked_plane(record)
+    )

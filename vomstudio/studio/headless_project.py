@@ -17,13 +17,13 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
-from vomstudio.core.findings import Finding, cause_of, finding_of
+from vomstudio.core.findings import Finding, cause_finding, to_finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geology.profiles import PROFILES_BY_NAME
 from vomstudio.geology.slip import SlipSense
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coordinate_limits import check_near_model
 from vomstudio.geometry.mesh import Mesh
@@ -40,7 +40,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import change
 from vomstudio.project.folder import MODELS, ProjectFolder
 from vomstudio.project.kinds.station import Station, StationKind
-from vomstudio.project.measurement_cache import measure_all, measure_one
+from vomstudio.project.measurement_cache import measure_all, measure_feature
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.registration_import import registration_in_project
 from vomstudio.project.session import Session
@@ -53,7 +53,7 @@ from vomstudio.studio.drawn_traces import (
 )
 from vomstudio.studio.jobs.drawing_tasks import collect_lines
 from vomstudio.studio.layer_export import update_layers
-from vomstudio.studio.models import name_of, new_model
+from vomstudio.studio.models import get_name, new_model
 from vomstudio.studio.placed_features import (
     SHAPE_NOUNS,
     PickedShape,
@@ -69,7 +69,7 @@ from vomstudio.studio.project_summary import matching_ids
 from vomstudio.studio.tools.local_surface import (
     features_of_earlier_rules,
     remeasure,
-    surroundings_on,
+    surroundings_function,
 )
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from vomstudio.studio.placing.register_order import RegistrationResult
 
 
-Named = TypeVar("Named", Model, FeatureType)
+NamedRecord = TypeVar("NamedRecord", Model, FeatureType)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class _ModelData:
         Reasons why the file could not be read; empty if it was read.
     """
 
-    surface: PaintSurface | None = None
+    surface: SelectableSurface | None = None
     bounds: FloatArray | None = None
     why_not: tuple[Finding, ...] = ()
 
@@ -179,7 +179,7 @@ class HeadlessProject:
 
     Attributes
     ----------
-    recovered : bool
+    is_recovered : bool
         Whether the journal contains changes that a crash left unsaved.
     """
 
@@ -192,7 +192,7 @@ class HeadlessProject:
     ) -> None:
         self.project, self.settings, self.warnings = project, settings, tuple(warnings)
         self._progress = progress or SilentProgress()
-        self.recovered, self._initial_top = self.session.recovered, self.session.top
+        self.is_recovered, self._initial_top = self.session.is_recovered, self.session.top
         self._model_data: dict[str, _ModelData] = {}
 
     # --- opening and closing -----------------------------------------------------------------
@@ -230,7 +230,7 @@ class HeadlessProject:
         return skipped_files
 
     def _mark_saved(self) -> None:
-        self.recovered, self._initial_top = False, self.session.top
+        self.is_recovered, self._initial_top = False, self.session.top
 
     def close(self) -> None:
         """Close the project; `undo` can restore its unsaved changes.
@@ -240,7 +240,7 @@ class HeadlessProject:
         """
         session = self.session
         try:
-            is_unchanged = self.recovered and session.top == self._initial_top
+            is_unchanged = self.is_recovered and session.top == self._initial_top
             # A missing folder or a full disk was already reported when writing failed.
             if session.dirty and not is_unchanged and self.project.write_failure is None:
                 session.discard_unsaved()
@@ -261,7 +261,7 @@ class HeadlessProject:
         UsageError
         """
         models = self.session.of(Model)
-        matches = _matching(models, name) if name is not None else models
+        matches = _find_matches(models, name) if name is not None else models
         if len(matches) == 1:
             return matches[0]
         names = [model.name for model in models]
@@ -286,7 +286,7 @@ class HeadlessProject:
     def find_type(self, name: str) -> FeatureType:
         """Return a feature type by its name or id, ignoring case. Raises UsageError."""
         types = self.session.of(FeatureType)
-        if matches := _matching(types, name):
+        if matches := _find_matches(types, name):
             return matches[0]
         names = [feature_type.name for feature_type in types]
         raise UsageError(
@@ -347,21 +347,21 @@ class HeadlessProject:
             )
             added_model = self.add_model(converted_model)
             return replace(added_model, warnings=(*findings, *added_model.warnings))
-        folder = model_cache.folder_of(path, self.project.cache)
+        folder = model_cache.cache_folder(path, self.project.cache)
         loaded_model = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
         # Checked first, because an invalid frame is an error even if the project contains the
         # file.
         established = establish_frame(replace(loaded_model, path=path), options)
-        same_file = [m for m in models if m.content_hash == loaded_model.content_hash]
-        if same_file:
-            warning = Finding("model.already-added", model=same_file[0].name)
-            return AddedModel(same_file[0], False, (warning,))
+        models_of_file = [m for m in models if m.content_hash == loaded_model.content_hash]
+        if models_of_file:
+            warning = Finding("model.already-added", model=models_of_file[0].name)
+            return AddedModel(models_of_file[0], False, (warning,))
         placement = established.placement
         if isinstance(placement, Registration):
             placement = registration_in_project(self.session.records, placement)
         model = new_model(
-            name_of(path),
+            get_name(path),
             self.project.model_path(path),
             loaded_model.kind,
             loaded_model.content_hash or "",
@@ -417,25 +417,25 @@ class HeadlessProject:
         for pick in picks:
             feature_type = pick.kind or kind
             try:
-                points = self._points_on(model, pick.points)
+                points = self._to_file_points(model, pick.points)
                 feature = create_feature(shape, points, model, feature_type, surface)
-                measure_one(feature, model)
+                measure_feature(feature, model)
             except GeometryError as error:
-                skipped_picks.append((pick.name, cause_of(error)))
+                skipped_picks.append((pick.name, cause_finding(error)))
                 continue
-            name = pick.name or names.next_for(feature_type)
-            feature = feature.but(name=name, set_name=set_name, domain=pick.domain)
+            name = pick.name or names.propose_name(feature_type)
+            feature = feature.replace_fields(name=name, set_name=set_name, domain=pick.domain)
             names.reserve(feature)
             features.append(feature)
         if not features:
             example = ": ".join(map(str, skipped_picks[0])) if skipped_picks else ""
             code = "picks.no-plane" if shape == "trace" else "picks.none-usable"
             raise GeometryError(Finding(code, count=len(picks), first=example))
-        records_after: dict[str, Record | None] = {feature.id: feature for feature in features}
+        changed_records: dict[str, Record | None] = {feature.id: feature for feature in features}
         subject = f"{len(features)} {SHAPE_NOUNS[shape]}"
         if len(features) == 1:
             subject = features[0].name
-        self.session.apply(change(records, f"Add {subject}", records_after))
+        self.session.apply(change(records, f"Add {subject}", changed_records))
         return AddedPicks(tuple(features), tuple(skipped_picks), warnings)
 
     def add_line(
@@ -471,7 +471,7 @@ class HeadlessProject:
             If the points are far from the model or do not define a line.
         """
         line = create_line(
-            self._points_on(model, points), model, kind, self._surface_for_planes(model)[0]
+            self._to_file_points(model, points), model, kind, self._surface_for_planes(model)[0]
         )
         if kind.geometry != "plane":
             plane_id = "" if plane is None else self.find_features([plane])[0].id
@@ -481,7 +481,7 @@ class HeadlessProject:
             raise UsageError(
                 Finding("option.not-a-choice", value=kind.name, choices=names), field="--type"
             )
-        return self._add_feature(line.but(**labels))
+        return self._add_feature(line.replace_fields(**labels))
 
     def add_station(
         self, point: FloatArray, model: Model, what: StationKind = "station", **labels: str
@@ -495,9 +495,9 @@ class HeadlessProject:
         GeometryError
             If the point is far from the model.
         """
-        vertices = to_vertices(self._points_on(model, point.reshape(1, 3)))
+        vertices = to_vertices(self._to_file_points(model, point.reshape(1, 3)))
         station = Station(new_id("station"), "", model.id, model.content_hash, vertices, what)
-        return self._add_feature(station.but(**labels))
+        return self._add_feature(station.replace_fields(**labels))
 
     def add_patch(
         self,
@@ -529,7 +529,7 @@ class HeadlessProject:
         assert surface is not None
         if area.ndim == 2:
             elements = elements_inside(
-                surface, self._points_on(model, np.asarray(area, np.float64))
+                surface, self._to_file_points(model, np.asarray(area, np.float64))
             )
         else:
             is_mask = area.dtype == bool
@@ -544,12 +544,14 @@ class HeadlessProject:
                     ),
                     field="elements",
                 )
-        return self._add_feature(create_patch(elements, model, kind, surface).but(**labels))
+        return self._add_feature(
+            create_patch(elements, model, kind, surface).replace_fields(**labels)
+        )
 
-    def _points_on(self, model: Model, points: FloatArray) -> FloatArray:
+    def _to_file_points(self, model: Model, points: FloatArray) -> FloatArray:
         """Return World points (n, 3) in the file frame of a model. Raises GeometryError."""
         file_points = transform.apply(_to_file(model), points)
-        if (reason := self._why_not_on(model, file_points)) is not None:
+        if (reason := self._points_refusal(model, file_points)) is not None:
             raise GeometryError(reason)
         return file_points
 
@@ -604,7 +606,7 @@ class HeadlessProject:
         reason = {
             line.name: reason
             for line in lines.lines
-            if (reason := self._why_not_on(model, np.array(line.on_surface))) is not None
+            if (reason := self._points_refusal(model, np.array(line.surface_points))) is not None
         }
         lines = replace(lines, lines=tuple(line for line in lines.lines if line.name not in reason))
         type_id = None if feature_type is None else feature_type.id
@@ -619,7 +621,7 @@ class HeadlessProject:
         if traces.edited and update:
             parts.append(update_traces(records, traces.edited, drawing.name))
         if parts:
-            self.session.apply(parts[0] if len(parts) == 1 else parts[0].followed_by(parts[1]))
+            self.session.apply(parts[0] if len(parts) == 1 else parts[0].merge_with(parts[1]))
         return replace(
             traces,
             skipped=(*reason.items(), *traces.skipped),
@@ -646,7 +648,7 @@ class HeadlessProject:
             None if model_data.surface is None else model_data.surface.area_inside,
             model_data.bounds,
             self._progress,
-            surroundings_on(model_data.surface),
+            surroundings_function(model_data.surface),
         )
         edit = edits.add_features(self.session.records, features.features)
         self.session.apply(edit)
@@ -655,7 +657,7 @@ class HeadlessProject:
             features, features=added_features, warnings=(*model_data.why_not, *features.warnings)
         )
 
-    def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
+    def _points_refusal(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in a model's file frame cannot lie on the model, or None."""
         bounds = self._read_model_data(model).bounds
         if bounds is None or not len(points):
@@ -781,7 +783,7 @@ class HeadlessProject:
                 Finding("model.file-missing", model=model.name),
                 file=model.path,
             )
-        folder = model_cache.folder_of(path, self.project.cache)
+        folder = model_cache.cache_folder(path, self.project.cache)
         loaded_model = model_cache.load(path, folder, self._progress)
         if loaded_model.content_hash != model.content_hash:
             raise InputError(
@@ -790,7 +792,9 @@ class HeadlessProject:
             )
         return loaded_model
 
-    def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
+    def _surface_for_planes(
+        self, model: Model
+    ) -> tuple[SelectableSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, with findings about new planes if it is unavailable."""
         data = self._read_model_data(model)
         return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
@@ -801,13 +805,13 @@ class HeadlessProject:
             try:
                 self._model_data[model.id] = _ModelData.from_data(self.read_model(model).data)
             except VomError as error:
-                self._model_data[model.id] = _ModelData(why_not=(finding_of(error),))
+                self._model_data[model.id] = _ModelData(why_not=(to_finding(error),))
         return self._model_data[model.id]
 
 
-def _matching(records: Sequence[Named], name: str) -> list[Named]:
-    exact_records = [record for record in records if record.id == name]
-    return exact_records or [r for r in records if r.name.casefold() == name.casefold()]
+def _find_matches(records: Sequence[NamedRecord], name: str) -> list[NamedRecord]:
+    exact_matches = [record for record in records if record.id == name]
+    return exact_matches or [r for r in records if r.name.casefold() == name.casefold()]
 
 
 def _to_file(model: Model) -> FloatArray:

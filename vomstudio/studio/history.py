@@ -10,7 +10,7 @@ from vomstudio.studio.editing import Editing
 from vomstudio.studio.notices import Notices
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.tool_host import ToolHost
-from vomstudio.studio.tools.interaction_types import Discarded
+from vomstudio.studio.tools.interaction_types import DiscardedFeature
 from vomstudio.studio.tools.tool_context import Tool
 
 MAX_DISCARDED = 100
@@ -30,37 +30,37 @@ class History:
     ) -> None:
         self._projects, self._editing = projects, editing
         self._tools, self._notices = tools, notices
-        self._discarded: list[tuple[int, Discarded]] = []
-        self._restored_work: tuple[int, Discarded] | None = None
+        self._discarded_works: list[tuple[int, DiscardedFeature]] = []
+        self._restored_work: tuple[int, DiscardedFeature] | None = None
         self._emptied_tool: tuple[int, Tool] | None = None
-        tools.let_go.connect(self._store_discarded)
+        tools.feature_discarded.connect(self._store_discarded)
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Clear the history because another project is opened."""
-        self._discarded.clear()
+        self._discarded_works.clear()
         self._restored_work = self._emptied_tool = None
 
-    def _store_discarded(self, discarded_work: Discarded) -> None:
+    def _store_discarded(self, discarded_work: DiscardedFeature) -> None:
         top = self._top if discarded_work.after is None else discarded_work.after
-        self._discarded = [*self._discarded[1 - MAX_DISCARDED :], (top, discarded_work)]
+        self._discarded_works = [*self._discarded_works[1 - MAX_DISCARDED :], (top, discarded_work)]
         self._restored_work = self._emptied_tool = None
 
     @property
     def _top(self) -> int:
         return self._projects.session.top
 
-    def _restorable(self) -> Discarded | None:
+    def _restorable_work(self) -> DiscardedFeature | None:
         """Return the feature discarded last if no edit followed and no feature is unfinished."""
-        if self._tools.open_tool is not None or not self._discarded:
+        if self._tools.open_tool is not None or not self._discarded_works:
             return None
-        top, discarded_work = self._discarded[-1]
+        top, discarded_work = self._discarded_works[-1]
         return discarded_work if top == self._top else None
 
-    def _discardable(self) -> Discarded | None:
+    def _discardable_work(self) -> DiscardedFeature | None:
         if self._restored_work is None:
             return None
         top, discarded_work = self._restored_work
-        return discarded_work if top == self._top and discarded_work.untouched() else None
+        return discarded_work if top == self._top and discarded_work.is_untouched() else None
 
     # --- undo ---------------------------------------------------------------------------------
     @property
@@ -73,13 +73,13 @@ class History:
             # A stroke that is being painted is not a step yet; it must be kept or discarded
             # first.
             return tool.undo_label
-        if (discarded_work := self._restorable()) is not None:
+        if (discarded_work := self._restorable_work()) is not None:
             return discarded_work.label
         return self._projects.session.undo_label
 
     def undo(self) -> None:
         """Undo the last action: a step of the unfinished feature, a discard or an edit."""
-        label, discarded_work = self.undo_label, self._restorable()
+        label, discarded_work = self.undo_label, self._restorable_work()
         tool = self._tools.open_tool
         if label is None:
             return
@@ -116,11 +116,11 @@ class History:
         if label is not None and self._editing.redo():
             self._notices.info(Finding("edit.redone", edit=step_title(label)))
 
-    def _restore_work(self, discarded_work: Discarded) -> bool:
-        entry = self._discarded.pop()
+    def _restore_work(self, discarded_work: DiscardedFeature) -> bool:
+        entry = self._discarded_works.pop()
         self._tools.activate(discarded_work.tool)
-        if not discarded_work.bring_back():
-            self._discarded.append(entry)
+        if not discarded_work.restore_work():
+            self._discarded_works.append(entry)
             return False
         self._restored_work = entry
         return True
@@ -138,7 +138,7 @@ class History:
         """Label of the action that `redo` would redo, or None if nothing can be redone."""
         if (stepped_tool := self._steppable_tool()) is not None:
             return stepped_tool.redo_label
-        if (discarded_work := self._discardable()) is not None:
+        if (discarded_work := self._discardable_work()) is not None:
             return discarded_work.label
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
@@ -154,7 +154,7 @@ class History:
         if (stepped_tool := self._steppable_tool()) is not None:
             self._tools.activate(stepped_tool.name)
             is_redone = stepped_tool.redo()
-        elif self._discardable() is not None:
+        elif self._discardable_work() is not None:
             self._tools.cancel()
         else:
             self.redo_edit()

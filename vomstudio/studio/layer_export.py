@@ -13,7 +13,7 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.job import Lane
 from vomstudio.studio.jobs.layer_tasks import WRITE_LAYERS, LayersRequest
 from vomstudio.studio.notices import Notices
-from vomstudio.studio.owner_thread import Later
+from vomstudio.studio.owner_thread import TimerFactory
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 
@@ -46,14 +46,16 @@ def remove_layers(folder: Path) -> None:
 class GisLayers:
     """Updates the layers; `written` emits the file, or "" if the update failed."""
 
-    def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
+    def __init__(
+        self, projects: Projects, jobs: Jobs, notices: Notices, later: TimerFactory
+    ) -> None:
         self.written: Signal[str] = Signal()
         self._projects, self._jobs, self._notices = projects, jobs, notices
         self._timer = later(IDLE_TIME_S, self.write)
 
     def write_soon(self) -> None:
         """Schedule an update of the layers at the next pause in editing."""
-        if not self._projects.project.untitled:
+        if not self._projects.project.is_untitled:
             self._timer.start()
 
     def write_pending(self) -> None:
@@ -68,7 +70,7 @@ class GisLayers:
     def write(self) -> None:
         """Start a job that writes the layers now."""
         self._timer.stop()
-        if self._projects.project.untitled or not self._projects.is_written:
+        if self._projects.project.is_untitled or not self._projects.is_written:
             return
         folder = self._projects.project.folder
         path = folder / LAYERS

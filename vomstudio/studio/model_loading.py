@@ -35,7 +35,7 @@ from vomstudio.studio.jobs.model_tasks import (
     PreviewPoints,
     PreviewRequest,
 )
-from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later
+from vomstudio.studio.owner_thread import FIRST_PICTURE_DELAY_S, TimerFactory
 from vomstudio.studio.running_jobs import Jobs, RunningJob
 
 
@@ -55,7 +55,7 @@ class OpenModel:
         """Kind of the model."""
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
 
-    def give_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
+    def add_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
         """Add computed fields with values (n,) for all points to those of the file.
 
         Views show them too, because they share the data. Returns False if the number of points
@@ -71,15 +71,15 @@ class OpenModel:
         model_fields.update(fields)
         return True
 
-    def drop_fields(self, names: Iterable[str]) -> None:
-        """Remove fields that were added by `give_fields`."""
+    def remove_fields(self, names: Iterable[str]) -> None:
+        """Remove fields that were added by `add_fields`."""
         model_fields = self.data.fields
         if isinstance(model_fields, dict):
             for name in names:
                 model_fields.pop(name, None)
 
 
-Then = Callable[[OpenModel], None]
+LoadCallback = Callable[[OpenModel], None]
 
 
 PREVIEW_SUFFIXES = (".las", ".laz")
@@ -94,7 +94,7 @@ class ModelLoader:
     ----------
     problem : Signal
         Emits the reason why a model could not be opened.
-    convertible : Signal
+    conversion_available : Signal
         Emits the file of a model that is not metric, a suitable CRS, and the error.
     previewed : Signal
         Emits the key of a large cloud that is being read, and a sample of its points.
@@ -106,8 +106,8 @@ class ModelLoader:
         self,
         jobs: Jobs,
         background: Background,
-        streams: Background,
-        later: Later,
+        stream_background: Background,
+        later: TimerFactory,
         budget: Callable[[], int] = lambda: POINT_BUDGET,
     ) -> None:
         """Create a loader.
@@ -116,30 +116,30 @@ class ModelLoader:
         ----------
         background : Background
             Reads the caches of models; the process waits for it.
-        streams : Background
+        stream_background : Background
             Starts the streaming of clouds. The threads that unpack points later have the same
             priority.
         budget : callable
             Maximum number of points of a cloud in memory; a larger COPC file is streamed.
         """
         self.problem: Signal[Finding | VomError] = Signal()
-        self.convertible: Signal[Path, str, VomError] = Signal()
+        self.conversion_available: Signal[Path, str, VomError] = Signal()
         self.previewed: Signal[str, PointCloud] = Signal()
         self.ended: Signal[str] = Signal()
-        self._jobs, self._background, self._streams = jobs, background, streams
+        self._jobs, self._background, self._streams = jobs, background, stream_background
         self._budget = budget
-        self._running: dict[str, RunningJob | None] = {}
-        self._unbuilt: list[MeshSurface | CloudSurface] = []
-        self._build_timer = later(PICTURE_FIRST_S, self._build)
+        self._running_jobs: dict[str, RunningJob | None] = {}
+        self._unbuilt_surfaces: list[MeshSurface | CloudSurface] = []
+        self._build_timer = later(FIRST_PICTURE_DELAY_S, self._build_surfaces)
 
     @property
     def busy(self) -> bool:
         """Whether a model is being loaded."""
-        return bool(self._running)
+        return bool(self._running_jobs)
 
-    def load(self, key: str, path: Path, cache: Path, finished_callback: Then) -> None:
+    def load(self, key: str, path: Path, cache: Path, finished_callback: LoadCallback) -> None:
         """Read a file unless it is being read; call `finished_callback` in the owner's thread."""
-        if key in self._running:
+        if key in self._running_jobs:
             return
 
         if copc.point_count(path) > self._budget():
@@ -147,17 +147,17 @@ class ModelLoader:
             return
 
         def failed(event: Failed) -> None:
-            self._running.pop(key, None)
+            self._running_jobs.pop(key, None)
             self.ended.emit(key)
             if event.cancelled:
                 return
             if crs := event.error.get("suggested_crs"):
-                self.convertible.emit(path, str(crs), event.to_error())
+                self.conversion_available.emit(path, str(crs), event.to_error())
             else:
                 self.problem.emit(event.to_error())
 
         self._start_preview(key, path, cache)
-        self._running[key] = self._jobs.submit(
+        self._running_jobs[key] = self._jobs.submit(
             LOAD_MODEL,
             ModelFile(path, cache),
             title=tr("Opening {file}", file=path.name),
@@ -165,20 +165,20 @@ class ModelLoader:
             on_failed=failed,
         )
 
-    def _stream(self, key: str, path: Path, callback: Then) -> None:
+    def _stream(self, key: str, path: Path, callback: LoadCallback) -> None:
         """Open a cloud as a stream: further levels are read when the camera needs them."""
-        self._running[key] = None
+        self._running_jobs[key] = None
 
         def read(request: Request[OpenModel]) -> OpenModel:
             cloud = copc.stream(path, self._budget())
             request.deliver(partial(self.previewed.emit, key, cloud.overview()))
             # The hash that identifies the file is computed while the first levels are shown.
             content_hash = file_hash(path, lambda: not request.is_stale)
-            crs, warnings = copc.crs_of(path)
+            crs, warnings = copc.read_crs(path)
             request.check()
             surface = create_surface(cloud)
             surface.build()
-            spacing = cloud.store.usual_spacing
+            spacing = cloud.store.median_spacing
             return OpenModel(cloud, surface, warnings, spacing, crs, content_hash)
 
         self._streams.run_request(
@@ -191,7 +191,7 @@ class ModelLoader:
         """Request a sample of a large cloud, to be shown before all points are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
-            or model_cache.folder_of(path, cache).exists()
+            or model_cache.cache_folder(path, cache).exists()
         ):
             return
         try:
@@ -205,7 +205,7 @@ class ModelLoader:
         out = Path(name)
 
         def ready(preview: PreviewPoints) -> None:
-            if not preview.points or key not in self._running:
+            if not preview.points or key not in self._running_jobs:
                 out.unlink(missing_ok=True)
                 return
             self._background.run(
@@ -225,30 +225,32 @@ class ModelLoader:
         )
 
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
-        if key in self._running:
+        if key in self._running_jobs:
             self.previewed.emit(key, cloud)
 
     def forget_all(self) -> None:
         """Cancel the loading of all models."""
-        for key in self._running:
+        for key in self._running_jobs:
             self.ended.emit(key)
         self._background.cancel_all()
         self._streams.cancel_all()
         self._build_timer.stop()
-        self._unbuilt.clear()
-        for job in self._running.values():
+        self._unbuilt_surfaces.clear()
+        for job in self._running_jobs.values():
             if job is not None:
                 self._jobs.cancel(job)
-        self._running.clear()
+        self._running_jobs.clear()
 
-    def _fetch(self, key: str, path: Path, cached_model: CachedModel, callback: Then) -> None:
-        if key not in self._running:
+    def _fetch(
+        self, key: str, path: Path, cached_model: CachedModel, callback: LoadCallback
+    ) -> None:
+        if key not in self._running_jobs:
             return
         # Runs in a thread, because reading a large cache takes long.
-        self._running[key] = None
+        self._running_jobs[key] = None
 
         def read() -> OpenModel:
-            data = model_cache.read_transferred(cached_model.folder).data
+            data = model_cache.read_transfer_folder(cached_model.folder).data
             # Computed here because the owner's thread needs the bounds often, and they take 0.1
             # s for ten million points.
             _ = data.bounds
@@ -269,20 +271,20 @@ class ModelLoader:
 
         self._background.run(read, partial(self._hand_over, key, callback), refuse)
 
-    def _hand_over(self, key: str, callback: Then, opened_model: OpenModel) -> None:
-        del self._running[key]
+    def _hand_over(self, key: str, callback: LoadCallback, opened_model: OpenModel) -> None:
+        del self._running_jobs[key]
         callback(opened_model)
-        self._unbuilt.append(opened_model.surface)
+        self._unbuilt_surfaces.append(opened_model.surface)
         self._build_timer.start()
         self.ended.emit(key)
 
     def _report_failure(self, key: str, reason: Finding | VomError) -> None:
-        del self._running[key]
+        del self._running_jobs[key]
         self.problem.emit(reason)
         self.ended.emit(key)
 
-    def _build(self) -> None:
-        surfaces, self._unbuilt = self._unbuilt, []
+    def _build_surfaces(self) -> None:
+        surfaces, self._unbuilt_surfaces = self._unbuilt_surfaces, []
         start_thread(_build_all, surfaces, name="surfaces", daemon=False)
 
 

@@ -14,21 +14,21 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.signals import Signal
 from vomstudio.core.words import tr
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.frames import Frame, crs_label
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.gis.crs import unit_in_metres, world_crs
 from vomstudio.io.models.frames import (
     check_frame,
-    frame_of_file,
-    registration_beside,
+    file_frame,
+    find_matching_registration,
     world_bounds,
 )
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.photos.cameras_file import has_known_scale
 from vomstudio.project import edits
 from vomstudio.project.paths import is_project
-from vomstudio.project.photo_edits import reconstruction_in, reconstruction_registration
+from vomstudio.project.photo_edits import find_reconstruction, reconstruction_registration
 from vomstudio.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.project.records import Model, Record
 from vomstudio.project.registration_import import registration_in_project
@@ -61,7 +61,7 @@ class Models:
         Data of the loaded models, keyed by id.
     loaded : Signal
         Emitted when a model has been read.
-    frame_wanted : Signal
+    frame_needed : Signal
         Emitted when a model has been added whose frame is not known from its file, its
         reconstruction or the project.
     """
@@ -76,15 +76,15 @@ class Models:
         notices: Notices,
     ) -> None:
         self.loaded: Signal[str] = Signal()
-        self.frame_wanted: Signal[str] = Signal()
+        self.frame_needed: Signal[str] = Signal()
         self.open_models: dict[str, OpenModel] = {}
-        self.convertible: tuple[Path, str] | None = None
+        self.conversion_available: tuple[Path, str] | None = None
         """File of the model rejected last because it is not metric, and a suitable CRS for it."""
         self._projects, self._editing, self._loader = projects, editing, loader
         self._jobs, self._preferences, self._notices = jobs, preferences, notices
-        loader.convertible.connect(self._offer_conversion)
+        loader.conversion_available.connect(self._offer_conversion)
 
-    def surface(self, model_id: str) -> PaintSurface | None:
+    def surface(self, model_id: str) -> SelectableSurface | None:
         """Return the surface of a model, or None while the model is not loaded."""
         open_model = self.open_models.get(model_id)
         return open_model.surface if open_model else None
@@ -130,7 +130,7 @@ class Models:
             path,
             self._projects.project.cache,
             lambda opened: self._add(
-                path, opened, name or name_of(path), reference_id, finished_callback, label
+                path, opened, name or get_name(path), reference_id, finished_callback, label
             ),
         )
 
@@ -209,20 +209,20 @@ class Models:
 
     def _offer_conversion(self, path: Path, crs: str, error: VomError) -> None:
         """Report that a model is not metric, and offer to convert it."""
-        self.convertible = path, crs
+        self.conversion_available = path, crs
         self._notices.post(Notice(error, "error", CONVERT))
 
     def convert(self) -> None:
         """Convert the model that was rejected last to a metric CRS, and open the copy."""
-        if self.convertible is None:
+        if self.conversion_available is None:
             return
-        (path, crs), project = self.convertible, self._projects.project
+        (path, crs), project = self.conversion_available, self._projects.project
 
         finding = Finding("model.converted", file=path.name, crs=crs)
 
         def show_converted(converted_model: ConvertedModel) -> None:
             if self._projects.project is project:
-                self.convertible = None
+                self.conversion_available = None
                 self.open_model(
                     converted_model.path,
                     path.stem,
@@ -254,11 +254,11 @@ class Models:
             self._notices.info(Finding("model.already-open", file=path.name))
             return
         stored_model_path = self._projects.project.model_path(path)
-        similar = self._projects.records.get(reference_id or "")
+        reference_model = self._projects.records.get(reference_id or "")
         findings: tuple[Finding, ...] = ()
         try:
-            if isinstance(similar, Model):
-                placement = similar.placement
+            if isinstance(reference_model, Model):
+                placement = reference_model.placement
             else:
                 placement, findings = self._placement(path, stored_model_path, opened_model)
         except InputError as error:
@@ -268,7 +268,7 @@ class Models:
                 self._notices.fail(error)
             return
         is_frame_known = placement != Frame() or has_known_scale(path) is not None
-        if not is_frame_known and (frame := self._frame_of_project(opened_model)) is not None:
+        if not is_frame_known and (frame := self._project_frame(opened_model)) is not None:
             placement, is_frame_known = frame, True
             finding = Finding("frame.of-project", crs=crs_label(frame.crs or ""))
             self._notices.post(Notice(finding.with_file(path.name), action=DECLARE_FRAME))
@@ -284,8 +284,8 @@ class Models:
             return
         self._preferences.remember(path)
         self._attach(model.id, path, opened_model)
-        if not is_frame_known and not isinstance(similar, Model):
-            self.frame_wanted.emit(model.id)
+        if not is_frame_known and not isinstance(reference_model, Model):
+            self.frame_needed.emit(model.id)
         finished_callback(model.id)
 
     def _placement(
@@ -297,24 +297,26 @@ class Models:
         beside the file, or the frame stated in the file, in this order. Raises InputError.
         """
         records, bounds = self._projects.records, opened_model.data.bounds
-        own_registration = registration_of_file(records, stored_text)
-        if own_registration is not None:
-            return own_registration, check_frame(
-                own_registration.frame,
-                world_bounds(bounds, own_registration.matrix),
+        file_registration = registration_of_file(records, stored_text)
+        if file_registration is not None:
+            return file_registration, check_frame(
+                file_registration.frame,
+                world_bounds(bounds, file_registration.matrix),
                 file=path.name,
             )
-        stored_registration = registration_beside(path, opened_model.content_hash, opened_model.crs)
+        stored_registration = find_matching_registration(
+            path, opened_model.content_hash, opened_model.crs
+        )
         if stored_registration.registration is not None:
             registration = registration_in_project(records, stored_registration.registration)
             placed_world_bounds = world_bounds(bounds, registration.matrix)
             return registration, check_frame(
                 registration.frame, placed_world_bounds, file=path.name
             )
-        frame = frame_of_file(path, opened_model.crs)
+        frame = file_frame(path, opened_model.crs)
         return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
 
-    def _frame_of_project(self, opened_model: OpenModel) -> Frame | None:
+    def _project_frame(self, opened_model: OpenModel) -> Frame | None:
         """Return the frame of a model of the project near the coordinates of a file, or None."""
         low, high = opened_model.data.bounds
         for model in reversed(self._projects.of(Model)):
@@ -322,9 +324,9 @@ class Models:
             if model.frame.crs is None or other_model is None:
                 continue
             unit_m = unit_in_metres(model.frame.crs)
-            near_low, near_high = world_bounds(other_model.data.bounds, model.to_world) / unit_m
+            other_low, other_high = world_bounds(other_model.data.bounds, model.to_world) / unit_m
             margin = MAX_DISTANCE_M / unit_m
-            if np.all(low <= near_high + margin) and np.all(high >= near_low - margin):
+            if np.all(low <= other_high + margin) and np.all(high >= other_low - margin):
                 return Frame("crs", model.frame.crs, unit_m)
         return None
 
@@ -382,13 +384,13 @@ def registration_of_file(records: Mapping[str, Record], stored_text: str) -> Reg
     parts = Path(stored_text).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
-    reconstruction = reconstruction_in(records, parts[1])
+    reconstruction = find_reconstruction(records, parts[1])
     return (
         None if reconstruction is None else reconstruction_registration(records, reconstruction.id)
     )
 
 
-def name_of(path: Path) -> str:
+def get_name(path: Path) -> str:
     """Return the file name of a model, or its folder name if it is a reconstruction."""
     folder = path.parent.name
     if not path.with_name(cameras_file.FILE_NAME).is_file() or path.stem == folder:

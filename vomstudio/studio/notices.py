@@ -82,5 +82,5 @@ class Notices:
 
     def fail(self, error: VomError) -> None:
         """Show an error, and offer a remedy if the project cannot be written."""
-        helps = SAVE_AS if isinstance(error, NotWritten) else ""
-        self.posted.emit(Notice(error, "error", helps))
+        remedy = SAVE_AS if isinstance(error, NotWritten) else ""
+        self.posted.emit(Notice(error, "error", remedy))

@@ -49,22 +49,22 @@ from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
-_OF_MODELS: dict[Interface, str] = {
+_MODEL_COMMAND_REASONS: dict[Interface, str] = {
     "project method": "the function takes a model of a project",
     "project command": "`--project` of the command places the model",
 }
 
-_OF_FILES: dict[Interface, str] = {
+_FILE_COMMAND_REASONS: dict[Interface, str] = {
     "project method": "the command reads files, not a project",
     "project command": "the command reads files, not a project",
 }
 
-_OF_TABLES: dict[Interface, str] = {
+_TABLE_COMMAND_REASONS: dict[Interface, str] = {
     "project method": "the function takes the planes of a project",
     "project command": "the command reads an exported table",
 }
 
-_OF_PHOTOS: dict[Interface, str] = {
+_PHOTO_COMMAND_REASONS: dict[Interface, str] = {
     "project method": "a project needs no photos before the reconstruction",
     "project command": "the command reads photos, not a project",
 }
@@ -75,7 +75,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (PlanOptions,),
         function="plan",
         window="dialogs.planner.planner_dialog.PlannerDialog",
-        missing=_OF_PHOTOS,
+        missing=_PHOTO_COMMAND_REASONS,
     ),
     Operation(
         "check",
@@ -83,13 +83,14 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(CheckScene,),
         function="check",
         window="panels.photos.photos_panel.PhotosPanel",
-        missing=_OF_PHOTOS,
+        missing=_PHOTO_COMMAND_REASONS,
     ),
     Operation(
         "frames",
         command_options=(VideoFrameOptions,),
         window="dialogs.video_dialog.VideoDialog",
-        missing=_OF_PHOTOS | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
+        missing=_PHOTO_COMMAND_REASONS
+        | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
     ),
     Operation(
         "facets",
@@ -105,7 +106,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(DemFiles,),
         function="dem",
         window="panels.sections.elevation_panel.ElevationPanel",
-        missing=_OF_MODELS,
+        missing=_MODEL_COMMAND_REASONS,
     ),
     Operation(
         "section",
@@ -113,7 +114,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(SectionFeatures,),
         function="section",
         window="panels.sections.section_panel.SectionPanel",
-        missing=_OF_MODELS,
+        missing=_MODEL_COMMAND_REASONS,
     ),
     Operation(
         "reconstruct",
@@ -138,7 +139,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (CompareOptions,),
         function="compare",
         window="panels.comparison.compare_panel.ComparePanel",
-        missing=_OF_MODELS,
+        missing=_MODEL_COMMAND_REASONS,
     ),
     Operation(
         "measurable",
@@ -146,7 +147,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(MeasurableTarget,),
         function="measurable",
         window="panels.surface.fields_panel.FieldsPanel",
-        missing=_OF_MODELS,
+        missing=_MODEL_COMMAND_REASONS,
     ),
     Operation(
         "sets",
@@ -171,7 +172,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "slip",
         function="slip",
-        missing=_OF_TABLES | {"window": "the net shows the axes of each fault"},
+        missing=_TABLE_COMMAND_REASONS | {"window": "the net shows the axes of each fault"},
     ),
     Operation(
         "fractures",
@@ -259,14 +260,16 @@ OPERATIONS: tuple[Operation, ...] = (
         (ExtendOptions,),
         function="extend",
         window="dialogs.extended_plane_dialog.ExtendDialog",
-        missing=_OF_MODELS | {"project command": "the command extends planes of tables"},
+        missing=_MODEL_COMMAND_REASONS
+        | {"project command": "the command extends planes of tables"},
     ),
     Operation(
         "surface",
         (SurfaceOptions,),
         function="surface",
         window="dialogs.surface_dialog.SurfaceDialog",
-        missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
+        missing=_MODEL_COMMAND_REASONS
+        | {"project command": "the command reads the patch as a model"},
     ),
     Operation(
         "trace",
@@ -274,7 +277,8 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(TraceSource, DrawnTraceOptions),
         function="follow",
         window="widgets.follow_box.FollowBox",
-        missing=_OF_MODELS | {"project command": "`trace --into` adds drawn lines to a project"},
+        missing=_MODEL_COMMAND_REASONS
+        | {"project command": "`trace --into` adds drawn lines to a project"},
     ),
     Operation(
         "propose traces",
@@ -291,7 +295,7 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(SetColors,),
         function="stereonet",
         window="panels.net.stereonet_panel.StereonetPanel",
-        missing=_OF_TABLES | {"project command": "`stereonet` reads a project"},
+        missing=_TABLE_COMMAND_REASONS | {"project command": "`stereonet` reads a project"},
     ),
     Operation(
         "rose",
@@ -299,11 +303,11 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(RoseFigure, SetColors),
         function="rose",
         window="panels.net.stereonet_panel.StereonetPanel",
-        missing=_OF_TABLES | {"project command": "`rose` reads a project"},
+        missing=_TABLE_COMMAND_REASONS | {"project command": "`rose` reads a project"},
     ),
     Operation(
         "info",
-        missing=_OF_FILES
+        missing=_FILE_COMMAND_REASONS
         | {
             "function": "`vs.read` returns what the file contains",
             "window": "the outline shows what a model contains",
@@ -312,7 +316,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "convert",
         window="commands.project_files.Files",
-        missing=_OF_FILES | {"function": "`vs.read` and `.save` of a model"},
+        missing=_FILE_COMMAND_REASONS | {"function": "`vs.read` and `.save` of a model"},
     ),
     Operation(
         "export",
@@ -337,7 +341,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "demo",
         command_options=(DemoOptions,),
-        missing=_OF_FILES
+        missing=_FILE_COMMAND_REASONS
         | {"function": "`vs.sample` returns the files", "window": "*Open sample outcrop*"},
     ),
     Operation(
@@ -346,6 +350,6 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(OrthoDrawing,),
         function="orthophoto",
         window="dialogs.orthophoto_dialog.OrthoDialog",
-        missing=_OF_MODELS,
+        missing=_MODEL_COMMAND_REASONS,
     ),
 )

@@ -10,7 +10,7 @@ from typing import Protocol
 
 Call = Callable[[], object]
 
-PICTURE_FIRST_S = 1.0
+FIRST_PICTURE_DELAY_S = 1.0
 """Delay of work that was not requested after a project or model has been opened. A thread that
 imports modules or compiles code blocks the drawing thread, whatever its priority."""
 
@@ -46,7 +46,7 @@ class BlockingRunner(Protocol):
         """Run a task in this thread or another, return when it is done, and raise its errors."""
 
 
-class Later(Protocol):
+class TimerFactory(Protocol):
     """Factory of timers in the owner's thread."""
 
     def __call__(self, seconds: float, call: Call) -> Timer:

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.extraction.path_costs import COLOUR_COSTS, COST_NAMES
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
 from vomstudio.studio.photo_path_finding import PhotoPaths
 from vomstudio.studio.photos import ModelPhotos
-from vomstudio.studio.tools.followed_line import Answer, FollowedPath
+from vomstudio.studio.tools.followed_line import FollowedPath, PathCallback
 from vomstudio.studio.tools.interaction_types import Point
 
 if TYPE_CHECKING:
     from vomstudio.extraction.surface_graph import SurfaceGraph
 
-_LIVE = "live"
+_LIVE_KEY = "live"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class PathFinding:
         background: Background,
         photos_of: Callable[[str], ModelPhotos | None] = lambda model_id: None,
     ) -> None:
-        self._models, self._background, self._photos_of = models, background, photos_of
+        self._models, self._background, self._get_photos = models, background, photos_of
         self._photo_paths = PhotoPaths()
         self._surface: SurfaceGraph | None = None
 
@@ -81,22 +81,22 @@ class PathFinding:
         *,
         photo: str = "",
         is_live: bool,
-        answer: Answer,
+        answer: PathCallback,
     ) -> None:
         """Request a path; see `studio.tools.followed_line.PathFinder`."""
         open_model = self._models.open_models.get(model_id)
-        photos = self._photos_of(model_id) if photo else None
+        photos = self._get_photos(model_id) if photo else None
         data = None if open_model is None else open_model.data
         search = _Search(data, cost, ends, is_live, photo, photos)
         # A new search for the cursor replaces the one for its previous position.
         self._background.run(
             partial(self._find_path, search),
             answer,
-            lambda error: answer(finding_of(error)),
-            key=_LIVE if is_live else None,
+            lambda error: answer(to_finding(error)),
+            key=_LIVE_KEY if is_live else None,
         )
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Discard all searches and the graph because another project is opened."""
         self._background.cancel_all()
         self._surface = None
@@ -107,7 +107,7 @@ class PathFinding:
         if search.data is None:
             raise InputError(Finding("model.not-open"))
         if search.photos is None:
-            return self._over_surface(search)
+            return self._find_surface_path(search)
         ends = np.asarray(search.ends)
         try:
             return self._photo_paths.find_path(
@@ -115,10 +115,10 @@ class PathFinding:
             )
         except VomError as error:
             # If the photo gives no path, the path over the surface is returned with the reason.
-            path = self._over_surface(search)
-            return replace(path, warnings=(finding_of(error),), is_final=not search.is_live)
+            path = self._find_surface_path(search)
+            return replace(path, warnings=(to_finding(error),), is_final=not search.is_live)
 
-    def _over_surface(self, search: _Search) -> FollowedPath:
+    def _find_surface_path(self, search: _Search) -> FollowedPath:
         from vomstudio.extraction.following import Follower
         from vomstudio.extraction.surface_graph import SurfaceGraph
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.files.regular import is_regular
+from vomstudio.core.files.regular import is_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.studio.photos import ModelPhotos
@@ -26,7 +26,7 @@ class PhotoPaths:
         self._opened: CalibratedPhotos | None = None
         self._follower: PhotoFollower | None = None
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Discard the cached pictures."""
         self._photos = self._opened = self._follower = None
 
@@ -53,7 +53,7 @@ class PhotoPaths:
             If the photo does not show both points.
         InputError, UsageError
         """
-        follower = self._follower_in(photos, photo, cost)
+        follower = self._open_follower(photos, photo, cost)
         views, row = follower.photos.views, follower.photos.view_row
         world = transform.apply(views.to_world, ends)
         # Points that are hidden by a small amount lie at the edge that was clicked.
@@ -65,18 +65,18 @@ class PhotoPaths:
             points,
             photo,
             path.voters,
-            path.judged,
-            path.confirmed,
+            path.judged_count,
+            path.confirmed_count,
             () if is_live else path.warnings,
             is_final=not is_live,
             costs=path.costs,
         )
 
-    def _follower_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
+    def _open_follower(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
         from vomstudio.extraction.photo_following import PhotoFollower
 
         if photos is not self._photos or self._opened is None:
-            self.forget()
+            self.clear_state()
             self._opened, self._photos = _open_photos(photos), photos
         follower, row = self._follower, photos.views.row(photo)
         if follower is None or follower.photos.view_row != row:
@@ -96,7 +96,7 @@ def _open_photos(photos: ModelPhotos) -> CalibratedPhotos:
 
     views = photos.views
     paths = {row: photos.path(row) for row in range(len(views.views))}
-    files = {row: path for row, path in paths.items() if path is not None and is_regular(path)}
+    files = {row: path for row, path in paths.items() if path is not None and is_regular_file(path)}
     scaled_views = tuple(scale_view(view, files.get(row)) for row, view in enumerate(views.views))
     cameras = replace(views.cameras, views=scaled_views)
     views_of_files = PhotoViews(cameras, views.tree, views.to_world, views.resolution)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.signals import Signal
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 VIEW_KEY = "cameras"
 # Maximum distance of a line of sight from the points of a cloud that it meets, in point
 # spacings.
-_REACH_SPACINGS = 1.0
+_MAX_RAY_DISTANCE_SPACINGS = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,8 @@ class ModelPhotos:
 class PhotoLinks:
     """Photos of the open models.
 
-    No photos are read before `want` is called, because preparing a model with millions of faces
-    takes seconds.
+    No photos are read before `request_photos` is called, because preparing a model with millions of
+    faces takes seconds.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class PhotoLinks:
         """Return why the photos of a model with cameras cannot be used, or None."""
         return self._problems.get(model_id)
 
-    def want(self) -> None:
+    def request_photos(self) -> None:
         """Start to search for photos, now and whenever models change."""
         if not self._is_enabled:
             self._is_enabled = True
@@ -118,7 +118,7 @@ class PhotoLinks:
     def forget_choices(self, model_id: str) -> None:
         """Discard the user's choices, and use the cameras and photos beside the model."""
         choices = self._projects.view(VIEW_KEY, {})
-        self._projects.keep_view(
+        self._projects.store_view(
             VIEW_KEY, {id_: choices[id_] for id_ in choices if id_ != model_id}
         )
 
@@ -129,7 +129,7 @@ class PhotoLinks:
             **choices,
             model_id: {**(choice if isinstance(choice, dict) else {}), **values},
         }
-        self._projects.keep_view(VIEW_KEY, new_choices)
+        self._projects.store_view(VIEW_KEY, new_choices)
 
     # --- reading -----------------------------------------------------------------------------
     def cameras_path(self, model_id: str) -> Path | None:
@@ -180,7 +180,7 @@ class PhotoLinks:
 
         def refuse(error: VomError) -> None:
             self._ready.pop(model_id, None)
-            self._problems[model_id] = finding_of(error)
+            self._problems[model_id] = to_finding(error)
             self.changed.emit(model_id)
 
         self._background.run(
@@ -203,16 +203,16 @@ class PhotoLinks:
     def follow_edit(self, edit: Edit) -> None:
         """Discard the photos of removed models, and reread the photos of moved models."""
         for id_, record in edit.after.items():
-            record_before = edit.before[id_]
-            if isinstance(record_before, Model) and record is None:
+            old_record = edit.before[id_]
+            if isinstance(old_record, Model) and record is None:
                 self._background.cancel(id_)
                 self._ready.pop(id_, None)
                 self._trees.pop(id_, None)
                 self.changed.emit(id_)
             elif (
-                isinstance(record_before, Model)
+                isinstance(old_record, Model)
                 and isinstance(record, Model)
-                and (record_before.to_world != record.to_world or record_before.path != record.path)
+                and (old_record.to_world != record.to_world or old_record.path != record.path)
             ):
                 self.look(id_)
 
@@ -243,7 +243,7 @@ def _read_photos(
     cameras_of_model = read_own_cameras(path, data.bounds)
     cameras = local_cameras(cameras_of_model)
     if tree is None:
-        tree = RayTree(data, _REACH_SPACINGS * resolution)
+        tree = RayTree(data, _MAX_RAY_DISTANCE_SPACINGS * resolution)
     # Runs in a thread, because the first ray loads the kernels.
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)

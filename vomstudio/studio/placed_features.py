@@ -10,7 +10,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.matrices import Point
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lineation import Lineation
@@ -18,7 +18,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import FeatureType, Model
 from vomstudio.studio.drawn_traces import create_trace
-from vomstudio.studio.tools.brush_stroke import record_figures
+from vomstudio.studio.tools.brush_stroke import patch_fields
 from vomstudio.studio.tools.element_preview import empty_patch
 
 PickedShape = Literal["trace", "line", "patch"]
@@ -34,7 +34,7 @@ def create_feature(
     points: FloatArray,
     model: Model,
     kind: FeatureType,
-    surface: PaintSurface | None,
+    surface: SelectableSurface | None,
 ) -> Trace | Lineation | Contact | Patch:
     """Create a feature of which points are known.
 
@@ -63,7 +63,7 @@ def create_feature(
 
 
 def create_line(
-    points: FloatArray, model: Model, kind: FeatureType, surface: PaintSurface | None
+    points: FloatArray, model: Model, kind: FeatureType, surface: SelectableSurface | None
 ) -> Lineation | Contact:
     """Create a lineation if the features of the type are lines, otherwise a contact line.
 
@@ -96,12 +96,12 @@ def create_line(
         model.id,
         model.content_hash,
         vertices,
-        resolution=None if surface is None else surface.resolution_near(points),
+        resolution=None if surface is None else surface.local_resolution(points),
     )
 
 
 def create_patch(
-    elements: IntArray, model: Model, kind: FeatureType, surface: PaintSurface
+    elements: IntArray, model: Model, kind: FeatureType, surface: SelectableSurface
 ) -> Patch:
     """Create a patch of faces or points of a model.
 
@@ -122,10 +122,10 @@ def create_patch(
     if not len(elements):
         raise GeometryError(Finding("patch.no-elements", model=model.name))
     patch = empty_patch(model, surface.element, kind.id)
-    return patch.but(**record_figures(surface, elements))
+    return patch.replace_fields(**patch_fields(surface, elements))
 
 
-def elements_inside(surface: PaintSurface, ring: FloatArray) -> IntArray:
+def elements_inside(surface: SelectableSurface, ring: FloatArray) -> IntArray:
     """Return the ids of the connected faces or points inside an outline.
 
     The outline is seen along its normal. Faces belong to it by their centroids. Rock behind the
@@ -167,10 +167,10 @@ def elements_inside(surface: PaintSurface, ring: FloatArray) -> IntArray:
     # The face nearest to the plane of the outline is the one on which it was drawn.
     normal = np.cross(*axes)
     seed = int(candidates[np.argmin(np.abs(offsets @ normal))])
-    return np.intersect1d(surface.within(seed, centre, radius), candidates)
+    return np.intersect1d(surface.connected_ids_in_ball(seed, centre, radius), candidates)
 
 
-def _elements_in_ball(surface: PaintSurface, centre: FloatArray, radius: float) -> IntArray:
+def _elements_in_ball(surface: SelectableSurface, centre: FloatArray, radius: float) -> IntArray:
     blocks = []
     for start in range(0, surface.count, BLOCK_SIZE):
         ids = np.arange(start, min(start + BLOCK_SIZE, surface.count), dtype=np.int64)
@@ -179,7 +179,7 @@ def _elements_in_ball(surface: PaintSurface, centre: FloatArray, radius: float) 
     return np.concatenate(blocks) if blocks else np.empty(0, np.int64)
 
 
-def _element_positions(surface: PaintSurface, ids: IntArray) -> FloatArray:
+def _element_positions(surface: SelectableSurface, ids: IntArray) -> FloatArray:
     """Return the centroids (k, 3) of faces, or the points (k, 3)."""
     corners = surface.corners(ids)
     return corners if surface.element == "point" else corners.mean(axis=1)

@@ -8,19 +8,21 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.signals import Signal
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.studio.notices import Notices
-from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later, Post
+from vomstudio.studio.owner_thread import FIRST_PICTURE_DELAY_S, Post, TimerFactory
 
 
 class Preferences:
     """User settings. Changes emit `changed`, or `recent_changed` for recent files."""
 
-    def __init__(self, settings: Settings, notices: Notices, post: Post, later: Later) -> None:
+    def __init__(
+        self, settings: Settings, notices: Notices, post: Post, later: TimerFactory
+    ) -> None:
         self.changed: Signal[()] = Signal()
         self.recent_changed: Signal[()] = Signal()
         self.settings = settings
         self._notices = notices
         self._file = SettingsFile(settings, lambda error: post(lambda: notices.warn(error)))
-        self._recent_timer = later(PICTURE_FIRST_S, self._write_soon)
+        self._recent_timer = later(FIRST_PICTURE_DELAY_S, self._write_soon)
 
     def keep(self) -> None:
         """Write the settings to their file now."""
@@ -33,7 +35,7 @@ class Preferences:
 
     def remember(self, path: Path) -> None:
         """Add a path to the list of recent files."""
-        self.settings.add_recent(path.resolve())
+        self.settings.add_recent_project(path.resolve())
         self.recent_changed.emit()
         self._recent_timer.start()
 
@@ -43,7 +45,7 @@ class Preferences:
             self.settings.results_folder = str(folder)
             self._write_soon()
 
-    def keep_window(self, window: dict[str, str]) -> None:
+    def store_window(self, window: dict[str, str]) -> None:
         """Save the position and panels of the window soon, so that they survive a crash."""
         if window != self.settings.window:
             self.settings.window = window

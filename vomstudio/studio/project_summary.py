@@ -12,17 +12,17 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.project.exports.export import thresholds_of
+from vomstudio.project.exports.export import get_thresholds
 from vomstudio.project.journal.database import read_replay, read_schema_and_replay
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement_cache import Measurements
-from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
+from vomstudio.project.records import Feature, FeatureType, Model, Record, TypedFeature
 from vomstudio.project.tables.orientation_table import Row
 from vomstudio.project.tables.project_table import project_table
 
 
 @dataclass(frozen=True)
-class ModelFacts:
+class ModelSummary:
     """Summary of a model; `features` is the number of features on it."""
 
     id: str
@@ -66,7 +66,7 @@ class ProjectSummary(Result):
     schema: int
     sound: bool
     problems: tuple[Finding, ...]
-    models: tuple[ModelFacts, ...]
+    models: tuple[ModelSummary, ...]
     features: int
     kinds: dict[str, int]
     types: dict[str, int]
@@ -78,39 +78,39 @@ class ProjectSummary(Result):
 
 def summarise(folder: Path) -> ProjectSummary:
     """Summarise a project. Raises InputError if it is not a project or is too new."""
-    schema, played = read_schema_and_replay(folder)
-    records = played.records
+    schema, replay = read_schema_and_replay(folder)
+    records = replay.records
     features = [r for r in records.values() if isinstance(r, Feature)]
-    typed_features = [f for f in features if isinstance(f, Typed)]
+    typed_features = [f for f in features if isinstance(f, TypedFeature)]
     names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
     return ProjectSummary(
         project=str(folder),
         schema=schema,
-        sound=not played.problems,
-        problems=tuple(played.problems),
-        models=model_facts(records),
+        sound=not replay.problems,
+        problems=tuple(replay.problems),
+        models=summarise_models(records),
         features=len(features),
-        kinds=dict(Counter(kind_of(f).name for f in features)),
+        kinds=dict(Counter(get_kind(f).name for f in features)),
         types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed_features)),
         sets=dict(Counter(f.set_name for f in typed_features if f.set_name)),
         history=HistorySummary(
-            max(len(played.done) - 1, 0),
-            len(played.undone),
-            played.done[-1][1].label if len(played.done) > 1 else None,
-            played.undone[-1][1].label if played.undone else None,
+            max(len(replay.done) - 1, 0),
+            len(replay.undone),
+            replay.done[-1][1].label if len(replay.done) > 1 else None,
+            replay.undone[-1][1].label if replay.undone else None,
         ),
-        unsaved=played.top != played.saved_top,
-        draft=played.draft is not None,
+        unsaved=replay.top != replay.saved_top,
+        draft=replay.draft is not None,
     )
 
 
-def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
+def summarise_models(records: Mapping[str, Record]) -> tuple[ModelSummary, ...]:
     """Describe the models of a project, in the order in which they were added."""
     features_by_model = Counter(
         getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature)
     )
     return tuple(
-        ModelFacts(
+        ModelSummary(
             m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, features_by_model[m.id]
         )
         for m in records.values()
@@ -119,7 +119,7 @@ def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class ProjectOrientations:
     """Orientation table of a project.
 
     Parameters
@@ -136,7 +136,7 @@ class Fitted:
     limits: Thresholds
 
 
-def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
+def fitted(folder: Path, names: Sequence[str] = ()) -> ProjectOrientations:
     """Return the orientations of features as shown in the table of the window.
 
     Parameters
@@ -151,9 +151,9 @@ def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
     InputError
         If no feature has one of the names.
     """
-    played = read_replay(folder)
+    replay = read_replay(folder)
     return fitted_records(
-        played.records, Measurements(thresholds_of(played.settings)), folder, names
+        replay.records, Measurements(get_thresholds(replay.settings)), folder, names
     )
 
 
@@ -162,7 +162,7 @@ def fitted_records(
     measurements: Measurements,
     folder: Path,
     names: Sequence[str] = (),
-) -> Fitted:
+) -> ProjectOrientations:
     """Return the orientations of features in an open project. Raises InputError."""
     ids = matching_ids(records.values(), names, folder) if names else None
     table = project_table(records, measurements)
@@ -174,7 +174,7 @@ def fitted_records(
         if isinstance(record, Feature) and record.id in missing:
             reason = Finding("feature.without-plane")
             skipped.append({"id": record.id, "name": record.name, "reason": reason})
-    return Fitted(tuple(rows), tuple(skipped), table.limits)
+    return ProjectOrientations(tuple(rows), tuple(skipped), table.limits)
 
 
 def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) -> set[str]:
@@ -188,10 +188,12 @@ def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) 
     features = [r for r in records if isinstance(r, Feature)]
     ids: set[str] = set()
     for name in names:
-        named = [f for f in features if name in (f.id, f.name)]
+        named_features = [f for f in features if name in (f.id, f.name)]
         # Control points and known lines may have the same names as what was interpreted.
-        interpreted = [f for f in named if isinstance(f, Typed) or kind_of(f).listed]
-        matches = {f.id for f in interpreted or named}
+        interpreted_features = [
+            f for f in named_features if isinstance(f, TypedFeature) or get_kind(f).listed
+        ]
+        matches = {f.id for f in interpreted_features or named_features}
         if not matches:
             raise InputError(
                 Finding("record.missing", id=name, kind="feature"),

@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar
 
-from vomstudio.core.files.regular import is_regular
-from vomstudio.core.files.user_folders import home_is_writable
+from vomstudio.core.files.regular import is_regular_file
+from vomstudio.core.files.user_folders import is_home_writable
 from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal
 from vomstudio.project.edit import Edit
@@ -89,7 +89,7 @@ class Projects:
         """Return the records of one class, in the order of their creation."""
         return self.session.of(cls)
 
-    def name_of(self, id_: str) -> str:
+    def get_name(self, id_: str) -> str:
         """Return the name of a record, or its id if it has no name or is missing."""
         return getattr(self.records.get(id_), "name", id_)
 
@@ -98,7 +98,7 @@ class Projects:
         journal = self.project.journal
         return journal.view(key, default)
 
-    def keep_view(self, key: str, value: Any) -> None:
+    def store_view(self, key: str, value: Any) -> None:
         """Store a value of the view state with the project."""
         journal = self.project.journal
         journal.set_view(key, value)
@@ -107,7 +107,7 @@ class Projects:
     def new(self) -> None:
         """Create an untitled project and open it."""
         self._adopt(create_untitled(self._preferences.settings.recorded_settings))
-        if not self._has_warned and not home_is_writable():
+        if not self._has_warned and not is_home_writable():
             self._has_warned = True
             self._notices.warn(
                 Finding("project.home-not-writable", folder=self.project.folder.parent)
@@ -127,12 +127,12 @@ class Projects:
         finally:
             self._is_opening = False
         self._adopt(project, measurements)
-        if not self.project.untitled:
+        if not self.project.is_untitled:
             self._preferences.remember(self.project.folder)
 
     def _read_folder(self, folder: Path) -> tuple[ProjectFolder, Measurements | None]:
         journal = folder / JOURNAL_NAME
-        if not is_regular(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
+        if not is_regular_file(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
             return self._lock(folder), None
         read: list[tuple[ProjectFolder, Measurements]] = []
 
@@ -158,11 +158,11 @@ class Projects:
         settings = self._preferences.settings
         return ProjectFolder.open(folder, settings=settings.recorded_settings, allow_unlocked=True)
 
-    def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
-        """Return the projects that a crash left open, except those in `but`."""
+    def unclosed(self, excluded_folders: Collection[Path] = ()) -> list[Path]:
+        """Return the projects that a crash left open, except those in `excluded_folders`."""
         unclosed_paths = [Path(path) for path in self._preferences.settings.unclosed]
         folders = (*(f for f in unclosed_paths if is_free(f)), *untitled_projects(finished=False))
-        excluded_paths = {path.resolve() for path in (self.project.folder, *but)}
+        excluded_paths = {path.resolve() for path in (self.project.folder, *excluded_folders)}
         return [
             f for f in folders if not excluded_paths & {f.resolve(), f.resolve() / JOURNAL_NAME}
         ]
@@ -186,7 +186,7 @@ class Projects:
 
     def _mark_open(self, is_open: bool) -> None:
         project = self.project
-        self._preferences.mark_open(project.folder, is_open and not project.untitled)
+        self._preferences.mark_open(project.folder, is_open and not project.is_untitled)
 
     # --- write errors -------------------------------------------------------------------------
     def _report_failure(self, failure: Finding | None) -> None:
@@ -207,7 +207,7 @@ class Projects:
         return self.project.write_failure is None
 
     @property
-    def whole_on_disk(self) -> bool:
+    def is_complete_on_disk(self) -> bool:
         """Whether all steps are on disk in the original folder."""
         failure = self.project.write_failure
         return failure is None or not (is_lost(failure) or self.project.journal.has_pending_rows)
@@ -244,4 +244,4 @@ class Projects:
     @property
     def unsaved_reconstructions(self) -> bool:
         """Whether the project is untitled and contains reconstructions."""
-        return self.project.untitled and self.project.has_reconstructions
+        return self.project.is_untitled and self.project.has_reconstructions

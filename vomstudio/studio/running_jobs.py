@@ -62,7 +62,7 @@ class RunningJob:
         return f"{self.title}: {self.status()}" if self.stage else self.title
 
 
-class _Newest:
+class _EventForwarder:
     """Passes the events of a job to its owner, skipping all but the newest step.
 
     Displaying hundreds of steps that arrive at once would block the owner for a second.
@@ -82,9 +82,9 @@ class _Newest:
             forwarded_events = [event]
             # A step after another event must not overtake it.
             self._waiting = forwarded_events if isinstance(event, Step) else None
-        self._post(partial(self._pass_on, forwarded_events))
+        self._post(partial(self._forward_event, forwarded_events))
 
-    def _pass_on(self, passed_events: list[Event]) -> None:
+    def _forward_event(self, passed_events: list[Event]) -> None:
         with self._lock:
             if self._waiting is passed_events:
                 self._waiting = None
@@ -135,7 +135,9 @@ class Jobs:
         lane = job.lane
         worker = self.workers[lane]
         try:
-            number = worker.submit(job, request, _Newest(self._post, partial(self._deliver, lane)))
+            number = worker.submit(
+                job, request, _EventForwarder(self._post, partial(self._deliver, lane))
+            )
         except WorkerError as error:
             # Reported like every other failure, after the caller has received the job.
             self._next_refused_number -= 1

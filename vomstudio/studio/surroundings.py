@@ -9,7 +9,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.surface import Surface
 from vomstudio.project import edits
-from vomstudio.project.records import Model, Surrounded
+from vomstudio.project.records import Model, SurroundedFeature
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
 from vomstudio.studio.models import Models
@@ -35,7 +35,7 @@ class Surroundings:
     ) -> None:
         self._projects, self._models, self._editing = projects, models, editing
         self._notices, self._background = notices, background
-        self._offered_for = ""
+        self._offered_folder = ""
 
     def why_not(self) -> Finding | None:
         """Return why no feature can be updated, or None if one can."""
@@ -50,13 +50,13 @@ class Surroundings:
             return Finding("surroundings.models-closed")
         return None
 
-    def offer(self, model_id: str) -> None:
+    def offer_update(self, model_id: str) -> None:
         """Report once per project that features on this model can be updated."""
         folder = str(self._projects.project.folder)
         count = sum(feature.model_id == model_id for feature in self._updatable_features())
-        if not count or self._offered_for == folder:
+        if not count or self._offered_folder == folder:
             return
-        self._offered_for = folder
+        self._offered_folder = folder
         self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
@@ -77,7 +77,7 @@ class Surroundings:
             fail,
         )
 
-    def _earlier(self) -> list[Surrounded]:
+    def _outdated_features(self) -> list[SurroundedFeature]:
         return self._projects.records.cached(features_of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
@@ -88,12 +88,12 @@ class Surroundings:
             if self._models.surface(model.id) is not None
         }
 
-    def _updatable_features(self) -> Iterator[Surrounded]:
+    def _updatable_features(self) -> Iterator[SurroundedFeature]:
         hashes = self._hashes()
-        return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
+        return (f for f in self._outdated_features() if hashes.get(f.model_id) == f.model_hash)
 
     def _finish(
-        self, features: list[Surrounded], measured_fields: Mapping[str, dict[str, Any]]
+        self, features: list[SurroundedFeature], measured_fields: Mapping[str, dict[str, Any]]
     ) -> None:
         records = self._projects.records
         # Features that were changed meanwhile already follow the present rule.
@@ -104,14 +104,14 @@ class Surroundings:
         }
         if not unchanged or not self._editing.attempt(edits.update_surroundings, unchanged):
             return
-        remaining_count = len(self._earlier())
+        remaining_count = len(self._outdated_features())
         self._notices.info(Finding("surroundings.updated", count=len(unchanged)))
         if remaining_count:
             self._notices.warn(Finding("surroundings.left-out", count=remaining_count))
 
 
 def _measure(
-    features: list[Surrounded],
+    features: list[SurroundedFeature],
     surfaces: Mapping[str, Surface | None],
     measured_fields: dict[str, dict[str, Any]],
 ) -> None:

@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.signals import Signal, group_notifications
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.project.kinds import group_of
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import Feature, FeatureType, Model, get
@@ -32,7 +32,7 @@ from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.element_tool import ElementTool
 from vomstudio.studio.tools.interaction_types import (
     Button,
-    Discarded,
+    DiscardedFeature,
     Hit,
     Pointer,
     PointerEvent,
@@ -64,7 +64,7 @@ class ToolHost:
         Emitted when the feature type or the set of the next feature changes.
     preview : Preview or None
         Preview of the unfinished feature.
-    let_go : Signal
+    feature_discarded : Signal
         Emits unfinished work that was discarded.
     """
 
@@ -87,7 +87,7 @@ class ToolHost:
         self.active_changed: Signal[str] = Signal()
         self.next_changed: Signal[()] = Signal()
         self.preview: Signal[Preview | None] = Signal()
-        self.let_go: Signal[Discarded] = Signal()
+        self.feature_discarded: Signal[DiscardedFeature] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
         self.paths, self.elements, self._background = paths, elements, background
@@ -114,7 +114,7 @@ class ToolHost:
         """
         if name == self.active_name:
             return
-        self._drop_waiting()
+        self._drop_waiting_clicks()
         if (previous := self.active) is not None:
             previous.leave()
         open_tool = self.open_tool
@@ -123,7 +123,7 @@ class ToolHost:
                 pass
             elif name == NAVIGATE:
                 self._notices.info(Finding("tool.draft-kept"))
-            elif not self._settle(open_tool):
+            elif not self._close(open_tool):
                 self.hint(Finding("feature.open"))
                 self.active_changed.emit(self.active_name)
                 return
@@ -139,13 +139,13 @@ class ToolHost:
             self.keep_next_type()
             self.next_changed.emit()
 
-    def _gives_way(self, tool: Tool) -> bool:
+    def _close_for_next(self, tool: Tool) -> bool:
         """Settle the open feature of a tool. Return False while it is still being finished."""
-        return not tool.is_finishing and self._settle(tool) and not tool.is_open
+        return not tool.is_finishing and self._close(tool) and not tool.is_open
 
-    def _settle(self, tool: Tool) -> bool:
+    def _close(self, tool: Tool) -> bool:
         """Finish the open feature of a tool, or discard it. Return whether this was possible."""
-        if not tool.is_finishing and tool.why_not_finish() is None:
+        if not tool.is_finishing and tool.finish_refusal() is None:
             tool.finish()
         if tool.is_open and not tool.is_finishing:
             tool.cancel()
@@ -178,7 +178,7 @@ class ToolHost:
     def cancel(self) -> None:
         """Discard the open feature, or else cancel the current action of the active tool."""
         if self._waiting:
-            self._drop_waiting()
+            self._drop_waiting_clicks()
         elif (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
@@ -202,13 +202,13 @@ class ToolHost:
         While the path of another tool's feature is searched, clicks wait, because only one
         feature can be open.
         """
-        tool, busy = self.active, self.open_tool
+        tool, busy_tool = self.active, self.open_tool
         if tool is None:
             return
-        if busy is not None and busy is not tool and not busy.is_finishing:
-            self._settle(busy)
-            busy = self.open_tool
-        if busy is None or busy is tool:
+        if busy_tool is not None and busy_tool is not tool and not busy_tool.is_finishing:
+            self._close(busy_tool)
+            busy_tool = self.open_tool
+        if busy_tool is None or busy_tool is tool:
             tool.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit:
             self._waiting.append(event)
@@ -217,17 +217,21 @@ class ToolHost:
         elif event.kind is Pointer.DRAG_START:
             self.hint(Finding("tool.path-pending"))
 
-    def _drop_waiting(self) -> None:
+    def _drop_waiting_clicks(self) -> None:
         if self._waiting:
             self._waiting.clear()
             self.show(self._tool_preview)
             self.tool_changed()
 
-    def _pass_waiting(self) -> None:
+    def _pass_waiting_clicks(self) -> None:
         """Pass the waiting clicks to the active tool once no other tool has an open feature."""
         while self._waiting and (tool := self.active) is not None:
-            busy = self.open_tool
-            if busy is not None and busy is not tool and not self._gives_way(busy):
+            busy_tool = self.open_tool
+            if (
+                busy_tool is not None
+                and busy_tool is not tool
+                and not self._close_for_next(busy_tool)
+            ):
                 return
             event = self._waiting.pop(0)
             self.show(self._tool_preview)
@@ -242,7 +246,7 @@ class ToolHost:
         A set that was not changed together with the type is replaced by the last set of the type.
         """
         current = self.next_type_id, self.next_set
-        self.copy_next(type_id, self._sets.set_for(current, type_id, set_name))
+        self.copy_next(type_id, self._sets.choose_set(current, type_id, set_name))
 
     def copy_next(self, type_id: str, set_name: str) -> None:
         """Set the type and set of the next feature exactly, as for a repeat of a feature."""
@@ -272,12 +276,12 @@ class ToolHost:
             tool.document_changed()
 
     # --- change of the project ----------------------------------------------------------------
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Close the tools with the project; an unfinished feature is stored as a draft."""
         self._waiting.clear()
         for tool in self.tools.values():
-            tool.forget()
-        self.paths.forget()
+            tool.clear_state()
+        self.paths.clear_state()
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Restore an unfinished feature from its draft."""
@@ -300,7 +304,7 @@ class ToolHost:
     def session(self) -> Session:
         return self._projects.session
 
-    def surface(self, model_id: str) -> PaintSurface | None:
+    def surface(self, model_id: str) -> SelectableSurface | None:
         return self._models.surface(model_id)
 
     def run_in_background(
@@ -317,7 +321,7 @@ class ToolHost:
             return text
         return tr("{attitude} (local frame)", attitude=text)
 
-    def world_places(self, hits: Sequence[Hit]) -> FloatArray:
+    def world_positions(self, hits: Sequence[Hit]) -> FloatArray:
         models = [get(self.session.records, hit.model_id, Model) for hit in hits]
         return np.array(
             [
@@ -327,7 +331,7 @@ class ToolHost:
             ]
         ).reshape(-1, 3)
 
-    def feature_places(self) -> dict[str, FloatArray]:
+    def feature_positions(self) -> dict[str, FloatArray]:
         visible = self._visibility.visible
         features = [f for f in self.session.features() if visible(f.id) and visible(group_of(f))]
         measurements = self._derived.measured(f.id for f in features)
@@ -350,7 +354,7 @@ class ToolHost:
         hits = [event.hit for event in self._waiting if event is not None and event.hit]
         if hits:
             preview = preview or Preview(np.zeros((0, 3)))
-            positions = self.world_places(hits)
+            positions = self.world_positions(hits)
             if preview.pending_places is not None:
                 positions = np.concatenate([preview.pending_places, positions])
             preview = replace(preview, pending_places=positions)
@@ -368,11 +372,11 @@ class ToolHost:
             self.undo_changed.emit()
         if self._waiting:
             # The tool may still be finishing its feature.
-            self._post(self._pass_waiting)
+            self._post(self._pass_waiting_clicks)
 
-    def discarded(self, discarded_work: Discarded) -> None:
-        self.let_go.emit(discarded_work)
+    def report_discarded(self, discarded_work: DiscardedFeature) -> None:
+        self.feature_discarded.emit(discarded_work)
         self.undo_changed.emit()
 
-    def created(self, feature_id: str) -> None:
+    def report_created(self, feature_id: str) -> None:
         self._selection.set((feature_id,))

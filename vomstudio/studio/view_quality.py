@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.geology.intersections import intersection_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
@@ -33,20 +33,20 @@ class AxialDirection:
     error95_deg: float | None
 
 
-def direction_across_slip(slipped_measurement: Measurement) -> AxialDirection | Finding:
+def direction_across_slip(fault_measurement: Measurement) -> AxialDirection | Finding:
     """Return the line in a fault perpendicular to its slip, or why it is undefined.
 
     The error of the direction is that of the slip line, or of the plane if the slip line has no
     error estimate.
     """
-    if slipped_measurement.on_plane is None or slipped_measurement.line is None:
+    if fault_measurement.on_plane is None or fault_measurement.line is None:
         return Finding("selection.no-slip")
-    normal = slipped_measurement.on_plane.normal()
-    cross_axis = np.cross(normal, slipped_measurement.line.vector())
+    normal = fault_measurement.on_plane.normal()
+    cross_axis = np.cross(normal, fault_measurement.line.vector())
     size = float(np.linalg.norm(cross_axis))
     if size < np.sin(np.radians(1.0)):
         return Finding("slip.across-plane")
-    return AxialDirection(Line.from_vector(cross_axis / size), slipped_measurement.total95_deg)
+    return AxialDirection(Line.from_vector(cross_axis / size), fault_measurement.total95_deg)
 
 
 def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Finding:
@@ -61,11 +61,11 @@ def intersection_direction(planes: Iterable[Measurement]) -> AxialDirection | Fi
     try:
         axis_line = intersection_line(*uncertain_planes)
     except GeometryError as error:
-        return finding_of(error)
+        return to_finding(error)
     return AxialDirection(axis_line.line, axis_line.max_confidence95_deg)
 
 
-def depth_along(
+def scene_depth(
     direction: npt.ArrayLike, models: Mapping[str, OpenModel], records: Mapping[str, Record]
 ) -> tuple[float, bool]:
     """Compute the depth of the bounding boxes of all open models along a direction.

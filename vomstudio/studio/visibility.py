@@ -45,8 +45,8 @@ class Visibility:
         ids = set(ids)
         self._set(self.hidden - ids if is_visible else self.hidden | ids, ids)
 
-    def _set(self, hidden_names: set[str], changed_names: set[str]) -> None:
-        if changed_names:
-            self.hidden = hidden_names
-            self._projects.keep_view(VIEW_KEY, sorted(hidden_names))
-            self.changed.emit(tuple(changed_names))
+    def _set(self, hidden_ids: set[str], changed_ids: set[str]) -> None:
+        if changed_ids:
+            self.hidden = hidden_ids
+            self._projects.store_view(VIEW_KEY, sorted(hidden_ids))
+            self.changed.emit(tuple(changed_ids))

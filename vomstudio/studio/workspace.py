@@ -28,7 +28,7 @@ from vomstudio.studio.layer_export import GisLayers
 from vomstudio.studio.model_loading import ModelLoader
 from vomstudio.studio.models import Models
 from vomstudio.studio.notices import Notices
-from vomstudio.studio.owner_thread import BlockingRunner, Call, Later, Post, run_immediately
+from vomstudio.studio.owner_thread import BlockingRunner, Call, Post, TimerFactory, run_immediately
 from vomstudio.studio.path_finding import PathFinding
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.studio.preferences import Preferences
@@ -65,7 +65,7 @@ class Workspace:
         self,
         settings: Settings,
         post: Post,
-        later: Later,
+        later: TimerFactory,
         run_blocking: BlockingRunner = run_immediately,
     ) -> None:
         self.project_opened: Signal[()] = Signal()
@@ -94,7 +94,7 @@ class Workspace:
         self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
         self.fold = FoldChoice(self.projects, self.derived, self.selection)
-        self.display = Display(lambda values: self.projects.keep_view("display", values), later)
+        self.display = Display(lambda values: self.projects.store_view("display", values), later)
         self.loader = ModelLoader(
             self.jobs,
             background("models", is_daemon=False),
@@ -147,7 +147,7 @@ class Workspace:
             self.jobs,
             lambda: settings.thresholds,
             background("facets"),
-            self.derived.store_expected,
+            self.derived.store_expected_measurements,
         )
         self.proposed_traces = TraceProposals(
             self.projects,
@@ -175,7 +175,7 @@ class Workspace:
         self.tools.undo_changed.connect(self.history_changed.emit)
         self.models.loaded.connect(self.photos.look)
         self.models.loaded.connect(self.elements.loaded)
-        self.models.loaded.connect(self.surroundings.offer)
+        self.models.loaded.connect(self.surroundings.offer_update)
 
     # --- change of the project ----------------------------------------------------------------
     def _begin_project(self) -> None:
@@ -194,7 +194,7 @@ class Workspace:
         self.grids.begin()
         self.project_opened.emit()
         self.history_changed.emit()
-        if session.recovered:
+        if session.is_recovered:
             self.notices.warn(Finding("project.recovered"))
         self._report_skipped(self.projects.project.problems)
         for model in session.of(Model):
@@ -210,20 +210,20 @@ class Workspace:
             self.notices.warn(_omitted_files_finding(problems))
 
     def _leave(self) -> None:
-        self.repeats.forget()
+        self.repeats.clear_state()
         self.facets.drop()
         self.proposed_traces.drop()
         self.display.flush()
         self.loader.forget_all()
         self.layers.write_pending()
-        self.tools.forget()
-        self.elements.forget()
-        self.history.forget()
+        self.tools.clear_state()
+        self.elements.clear_state()
+        self.history.clear_state()
         self.models.open_models.clear()
 
-    def offer_recovery(self, but: Collection[Path] = ()) -> None:
-        """Emit `recovery_found` if a crash left projects open, except those in `but`."""
-        if folders := self.projects.unclosed(but):
+    def offer_recovery(self, excluded_folders: Collection[Path] = ()) -> None:
+        """Emit `recovery_found` if a crash left projects open, except in `excluded_folders`."""
+        if folders := self.projects.unclosed(excluded_folders):
             self.recovery_found.emit(folders)
 
     @property
@@ -232,7 +232,7 @@ class Workspace:
         session, is_open = self.projects.session, self.tools.open_tool is not None
         has_reconstructions = self.projects.unsaved_reconstructions
         if (
-            self.projects.whole_on_disk
+            self.projects.is_complete_on_disk
             and not session.dirty
             and not is_open
             and not has_reconstructions
@@ -241,7 +241,7 @@ class Workspace:
         return (
             bool(session.features())
             or is_open
-            or not self.projects.project.untitled
+            or not self.projects.project.is_untitled
             or has_reconstructions
         )
 
@@ -268,7 +268,7 @@ class Workspace:
                 self.models.load(record)
         self.tools.keep_next_type()
         self._show_hidden_types(edit)
-        self._warn_of_namesakes(edit)
+        self._report_duplicate_names(edit)
         self.derived.refresh(edit)
         self.selection.retain(self.projects.records)
         self.edited.emit(edit)
@@ -299,7 +299,7 @@ class Workspace:
         titles = {item.id: tr(item.title) for item in GROUPS}
         return titles.get(group, group) if record is None else record.name
 
-    def _warn_of_namesakes(self, edit: Edit) -> None:
+    def _report_duplicate_names(self, edit: Edit) -> None:
         """Warn about equally named features, because tables and layers identify them by name.
 
         Only renamed and imported features are checked, because a single new feature is named by
@@ -313,13 +313,11 @@ class Workspace:
             if isinstance(r, Feature) and r.name != new_records[i].name
         }
         added_ids = {i for i, r in old_records.items() if r is None}
-        renamed_or_added = renamed_features | (added_ids if len(added_ids) > 1 else set())
-        if not renamed_or_added:
+        named_ids = renamed_features | (added_ids if len(added_ids) > 1 else set())
+        if not named_ids:
             return
         count = Counter(feature.name for feature in self.projects.session.features())
-        twice = sorted(
-            {new_records[i].name for i in renamed_or_added if count[new_records[i].name] > 1}
-        )
+        twice = sorted({new_records[i].name for i in named_ids if count[new_records[i].name] > 1})
         if twice:
             self.notices.warn(
                 Finding(
@@ -329,11 +327,11 @@ class Workspace:
                 )
             )
 
-    def delete_selected(self, but: Collection[str] = ()) -> bool:
+    def delete_selected(self, excluded_ids: Collection[str] = ()) -> bool:
         """Delete the selected features in one edit. Return False if nothing was deleted."""
         records = self.projects.records
         feature_ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
-        ids = [i for i in feature_ids if i not in but]
+        ids = [i for i in feature_ids if i not in excluded_ids]
         return bool(ids) and self.editing.attempt(edits.delete, ids)
 
 

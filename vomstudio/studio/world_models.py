@@ -114,7 +114,7 @@ def read_in_world(
     ------
     InputError, UsageError, Cancelled
     """
-    check_place(options, project)
+    check_frame_source(options, project)
     progress = progress or SilentProgress()
     # Readers start their own stage after importing the libraries of the format.
     progress.stage(tr("Reading {file}", file=Path(path).name))
@@ -153,20 +153,20 @@ def read_comparison_model(
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded_model = read_model(path, progress)
     progress.stage(tr("Preparing the model"))
-    models = _models_of(project)
+    models = _read_models(project)
     if any(model.content_hash == loaded_model.content_hash for model in models):
         return place_as_in_project(loaded_model, find_project_model(project, loaded_model))
     return read_in_world(path, progress)
 
 
-def check_place(options: FrameOptions, project: str | Path | None) -> None:
+def check_frame_source(options: FrameOptions, project: str | Path | None) -> None:
     """Raise UsageError if both a project and options define the frame of a model."""
     if project is None or not options.is_given:
         return
-    options_given = [name.replace("_", "-") for name in given_options(options)]
+    option_names = [name.replace("_", "-") for name in given_options(options)]
     raise UsageError(
         Finding("option.not-with-project"),
-        field=f"--{options_given[0]}",
+        field=f"--{option_names[0]}",
     )
 
 
@@ -180,22 +180,22 @@ def find_project_model(project: str | Path, loaded_model: LoadedModel) -> Model:
     UsageError
         If the project does not contain the model.
     """
-    models = _models_of(project)
-    same_file = [model for model in models if model.content_hash == loaded_model.content_hash]
-    if not same_file:
+    models = _read_models(project)
+    models_of_file = [model for model in models if model.content_hash == loaded_model.content_hash]
+    if not models_of_file:
         names = [f"{model.name} ({model.path})" for model in models]
         raise UsageError(
             Finding("project.other-model", models=names or None),
             file=Path(project),
             field="--project",
         )
-    named_same_file = [
-        model for model in same_file if Path(model.path).name == loaded_model.path.name
+    named_models = [
+        model for model in models_of_file if Path(model.path).name == loaded_model.path.name
     ]
-    return (named_same_file or same_file)[0]
+    return (named_models or models_of_file)[0]
 
 
-def _models_of(project: str | Path) -> list[Model]:
+def _read_models(project: str | Path) -> list[Model]:
     from vomstudio.project.folder import project_folder
     from vomstudio.project.journal.database import read_replay
 

@@ -19,7 +19,11 @@ from tests.messages import refused
 from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import refuse_links
 from vomstudio.core.files.lock import ProjectLock
-from vomstudio.core.files.regular import open_regular, read_small, require_regular_siblings
+from vomstudio.core.files.regular import (
+    open_regular_file,
+    read_small_file,
+    require_regular_siblings,
+)
 from vomstudio.io.control.formats.micmac import find_marks
 from vomstudio.io.gis.raster import read_size_and_bands
 from vomstudio.io.gis.raster_georeference import read_map_placement
@@ -91,12 +95,12 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
         file.truncate(1 << 36)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with refused("file.too-large", limit_mb=300):
-        read_small(tmp_path / "a.prj", 300 << 20)
+        read_small_file(tmp_path / "a.prj", 300 << 20)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000
     (tmp_path / "b.prj").write_bytes(b"x" * 100)
-    assert read_small(tmp_path / "b.prj", 100) == b"x" * 100
+    assert read_small_file(tmp_path / "b.prj", 100) == b"x" * 100
     with pytest.raises(InputError):
-        read_small(tmp_path / "b.prj", 99)
+        read_small_file(tmp_path / "b.prj", 99)
 
 
 @pytest.mark.parametrize("ending", ["-journal", "-wal", "-shm", ""])
@@ -173,7 +177,7 @@ def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> Non
 
 def test_a_name_with_a_zero_byte_is_no_file() -> None:
     with pytest.raises(FileNotFoundError):
-        open_regular("a\0b")
+        open_regular_file("a\0b")
 
 
 def test_a_pipe_into_which_nobody_writes_is_refused_by_tables_clouds_and_caches(

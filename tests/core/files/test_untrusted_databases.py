@@ -20,7 +20,7 @@ from vomstudio.cli import main
 from vomstudio.core.errors import InputError
 from vomstudio.core.failures import stop_requests
 from vomstudio.core.files.untrusted.databases import (
-    open_to_read,
+    open_read_only,
     require_geopackage,
     restrict_connection,
 )
@@ -91,15 +91,15 @@ def test_every_geopackage_is_read_in_a_process_of_its_own(
 def test_a_statement_without_end_is_ended_by_a_request_to_stop(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
     sqlite3.connect(path).close()
-    timer = threading.Timer(0.3, stop_requests._signals.append, args=(signal.SIGTERM,))
+    timer = threading.Timer(0.3, stop_requests._received_signals.append, args=(signal.SIGTERM,))
     try:
-        with closing(open_to_read(path)) as db:
+        with closing(open_read_only(path)) as db:
             timer.start()
             with pytest.raises(sqlite3.OperationalError, match="interrupt"):
                 db.execute(f"{bent_schemas.ENDLESS} SELECT count(*) FROM n").fetchone()
     finally:
         timer.join()
-        stop_requests.forget()
+        stop_requests.clear_state()
 
 
 def test_functions_with_side_effects_do_not_run_from_a_schema() -> None:

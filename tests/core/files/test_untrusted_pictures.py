@@ -21,7 +21,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted import budgets
 from vomstudio.core.files.untrusted.pictures import (
     MASK_BYTES,
-    PHOTOS,
+    PHOTO_FORMATS,
     check_picture,
     check_raster,
     decode_picture,
@@ -108,9 +108,9 @@ def test_what_is_allowed_opens(kind: str, tmp_path: Path) -> None:
     with open_picture(path) as image:
         assert image.size == (SOUND, SOUND)
         assert np.asarray(image.convert("RGB")).shape == (SOUND, SOUND, 3)
-    if kind not in PHOTOS:
+    if kind not in PHOTO_FORMATS:
         with pytest.raises(UnidentifiedImageError):
-            open_picture(path, PHOTOS)
+            open_picture(path, PHOTO_FORMATS)
 
 
 def test_filling_between_the_parts_of_a_jpeg_is_short_or_refused() -> None:

@@ -22,9 +22,9 @@ def asked_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a file" / "state"))
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    user_folders._first_writable.cache_clear()
+    user_folders._first_writable_folder.cache_clear()
     yield
-    user_folders._first_writable.cache_clear()
+    user_folders._first_writable_folder.cache_clear()
 
 
 def test_a_home_that_can_be_written_is_taken(
@@ -32,15 +32,15 @@ def test_a_home_that_can_be_written_is_taken(
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     assert user_folders.state_folder() == tmp_path / "state" / "vomstudio"
-    assert user_folders.home_is_writable()
+    assert user_folders.is_home_writable()
 
 
 def test_else_the_same_place_among_the_temporary_files_for_this_user_alone(tmp_path: Path) -> None:
     found = user_folders.state_folder()
     assert found == tmp_path / "temporary" / f"vomstudio-{os.getuid()}"
     assert found.stat().st_mode & 0o777 == 0o700
-    assert not user_folders.home_is_writable()
-    user_folders._first_writable.cache_clear()
+    assert not user_folders.is_home_writable()
+    user_folders._first_writable_folder.cache_clear()
     assert user_folders.state_folder() == found
 
 

@@ -110,8 +110,8 @@ def test_turning_the_world_and_moving_it_far_away_changes_nothing() -> None:
     assert there.covered == pytest.approx(here.covered, rel=1e-6)
     places = np.array([[0.5, 0.5, 3.0], [2.0, 1.9, -1.0], [9.0, 0.0, 0.0]])
     assert (
-        moved.cells_of(places @ turn.T + far).tolist()
-        == grid.cells_of(places).tolist()
+        moved.find_cells(places @ turn.T + far).tolist()
+        == grid.find_cells(places).tolist()
         == [8, 32, -1]
     )
 

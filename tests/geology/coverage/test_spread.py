@@ -184,10 +184,10 @@ def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
     assert scipy.stats.kstest(alike, "uniform").pvalue > 0.01
     one = found[0]
     # By hand: squares of each interpreter about the own mean, the rest between.
-    halves = [one.places[:2], one.places[2:]]
+    halves = [one.positions[:2], one.positions[2:]]
     within = sum(((half - half.mean(axis=0)) ** 2).sum() for half in halves)
     means = np.array([half.mean(axis=0) for half in halves])
-    between_squares = 2.0 * ((means - one.places.mean(axis=0)) ** 2).sum()
+    between_squares = 2.0 * ((means - one.positions.mean(axis=0)) ** 2).sum()
     assert one.squares() == pytest.approx(within + between_squares)
 
 

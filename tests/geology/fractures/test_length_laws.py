@@ -93,10 +93,10 @@ def test_density_survival_and_its_integral_belong_together(name: str) -> None:
     one = law(name, np.array([0.5, 1, 2, 3, 4.0]), np.zeros(5, np.int64))
     u = np.log(list(TRUE[name][1].values()))
     x = np.array([0.6, 1.0, 2.0, 5.0, 9.0])
-    np.testing.assert_allclose(np.exp(one.log_f(x, u)), true.pdf(x), rtol=1e-10)
-    np.testing.assert_allclose(np.exp(one.log_s(x, u)), true.sf(x), rtol=1e-10)
+    np.testing.assert_allclose(np.exp(one.log_density(x, u)), true.pdf(x), rtol=1e-10)
+    np.testing.assert_allclose(np.exp(one.log_survival(x, u)), true.sf(x), rtol=1e-10)
     tails = [integrate.quad(true.sf, at, np.inf, epsabs=1e-13)[0] for at in x]
-    np.testing.assert_allclose(np.exp(one.log_h(x, u)), tails, rtol=1e-7)
+    np.testing.assert_allclose(np.exp(one.log_survival_integral(x, u)), tails, rtol=1e-7)
     assert math.exp(one.log_mean(u)) == pytest.approx(true.mean())
 
 

@@ -17,7 +17,7 @@ from vomstudio.geology.fractures.trace_plane import (
     vertices_with_heights,
 )
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.section.trace_map import curtain_of_traces, map_to_face
+from vomstudio.products.section.trace_map import curtain_from_traces, map_to_face
 
 AT = np.array([500_000.0, 5_000_000.0, 100.0])
 
@@ -118,14 +118,14 @@ def test_the_threshold_of_the_docstring() -> None:
 @pytest.mark.parametrize("attitude", [(130, 55), (250, 90), (10, 0), (300, 89.5)])
 def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[float, float]) -> None:
     lines = traces_on_plane(Plane(*attitude))
-    plane = TracePlane.through(Plane(*attitude), lines)
+    plane = TracePlane.from_attitude(Plane(*attitude), lines)
     flat = plane.project(shapes_of(lines))
     lengths = [np.linalg.norm(b - a) for a, b in lines]
     assert shapely.length(flat) == pytest.approx(lengths, rel=1e-9)
     if plane.is_horizontal:
         return
     for line, mapped in zip(
-        flat, map_to_face(lines, curtain_of_traces(lines, Plane(*attitude))), strict=True
+        flat, map_to_face(lines, curtain_from_traces(lines, Plane(*attitude))), strict=True
     ):
         assert shapely.get_coordinates(line) == pytest.approx(mapped, abs=1e-6)
     # The result states how to return to World.
@@ -138,20 +138,20 @@ def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[floa
 def test_equal_points_stay_equal_wherever_they_are_in_the_list() -> None:
     """Joins and repeats are recognised by exact coordinates."""
     lines = traces_on_plane(Plane(123.4, 67.8))
-    plane = TracePlane.through(Plane(123.4, 67.8), lines)
+    plane = TracePlane.from_attitude(Plane(123.4, 67.8), lines)
     alone = [plane.coordinates(line) for line in lines]
     assert (plane.coordinates(np.concatenate(lines)) == np.concatenate(alone)).all()
 
 
 def test_the_map_is_projected_vertically_onto_a_slope_and_refused_on_a_wall() -> None:
-    slope = TracePlane.through(Plane(90, 60), [np.array([AT])])
+    slope = TracePlane.from_attitude(Plane(90, 60), [np.array([AT])])
     square = np.array([shapely.box(*(AT[:2] - 1), *(AT[:2] + 1))], object)
     assert shapely.area(slope.project_window(square, "area", (90, 110)))[0] == pytest.approx(8)
     at_zero = shapely.force_3d(square, 0.0)
     assert shapely.area(slope.project_window(at_zero, "area", (90, 110)))[0] == pytest.approx(8)
     x, y, radius = slope.project_circle((AT[0] + 1, AT[1], 5.0))
     assert (x, y, radius) == pytest.approx((0, -2, 5), abs=1e-6)
-    wall = TracePlane.through(Plane(90, 85), [np.array([AT])])
+    wall = TracePlane.from_attitude(Plane(90, 85), [np.array([AT])])
     level = np.array([shapely.LineString([AT, AT + [0, 10, 0]])], object)
     for shapes, option in (
         (square, "area"),
@@ -174,7 +174,7 @@ def test_the_map_is_projected_vertically_onto_a_slope_and_refused_on_a_wall() ->
 def test_an_area_with_heights_is_projected_at_right_angles() -> None:
     turn = Rotation.from_euler("x", 70, degrees=True)
     corners = turn.apply([[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]]) + AT
-    plane = TracePlane.through(Plane(180, 70), [corners])
+    plane = TracePlane.from_attitude(Plane(180, 70), [corners])
     shape = np.array([shapely.Polygon(corners)], object)
     assert shapely.area(plane.project_window(shape, "area", (0, 0)))[0] == pytest.approx(12)
 

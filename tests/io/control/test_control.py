@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.messages import refused
 from vomstudio.core.errors import TargetError
-from vomstudio.io.control.control_files import agreed_crs, crs_of, read_control, read_marks
+from vomstudio.io.control.control_files import agreed_crs, read_control, read_crs, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.gis.crs import parse_crs
@@ -172,7 +172,7 @@ def test_a_crs_without_a_code_is_kept(tmp_path: Path) -> None:
     path, points = tmp_path / "control.csv", [ControlPoint("A", (1.0, 2.0, 3.0))]
     for _ in range(2):
         assert write_control(path, points, crs) is None, "a table with its CRS is ours"
-        assert crs_of(path) == crs
+        assert read_crs(path) == crs
         assert read_control(path) == points
     assert agreed_crs(path, site) == crs
 

@@ -11,11 +11,11 @@ from tests.messages import refused
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.io.control.control_files import (
     agreed_crs,
-    crs_of,
     find_control,
     find_program_control,
     marks_path,
     read_control,
+    read_crs,
     read_marks,
 )
 from vomstudio.io.control.formats.opendronemap import read_odm
@@ -218,7 +218,7 @@ def test_a_list_of_opendronemap_brings_points_marks_and_projection(
         Mark("nail", "b.jpg", 30.5, 40.0),
         Mark("tree", "a.jpg", 5.0, 6.0),
     ]
-    assert crs_of(path) == crs
+    assert read_crs(path) == crs
     assert marks_path(path) == path
 
 
@@ -226,7 +226,7 @@ def test_a_list_of_opendronemap_brings_points_marks_and_projection(
 def test_a_list_may_begin_with_comments_and_blank_lines(tmp_path: Path, before: str) -> None:
     path = written(tmp_path, f"{before}EPSG:32633\n{ROWS}", "gcp_list.txt")
     assert [p.label for p in read_control(path)] == ["nail", "tree"]
-    assert crs_of(path) == "EPSG:32633"
+    assert read_crs(path) == "EPSG:32633"
     assert find_control(tmp_path) == (path, path)
 
 
@@ -254,7 +254,7 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
     path = written(tmp_path, "EPSG:4326\n15 45 243 1 2 a.jpg\n", "gcp_list.txt")
     (only,) = read_control(path)
     np.testing.assert_allclose(only.position, (500000.0, 4984944.378 * 0.9996, 243.0), atol=0.01)
-    assert crs_of(path) == "EPSG:32633"
+    assert read_crs(path) == "EPSG:32633"
 
 
 @pytest.mark.parametrize(
@@ -309,11 +309,11 @@ def test_the_projection_of_a_list_is_not_overruled(tmp_path: Path) -> None:
 def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
     table = "label,x,y,z\nA,1,2,3\n"
     for comment in ("# EPSG:32633: x east", "# CRS: epsg:32633", "#EPSG:32633"):
-        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
+        assert read_crs(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
-        assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
+        assert read_crs(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
     with pytest.raises(InputError) as refused:
-        crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
+        read_crs(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
     assert (refused.value.code, refused.value.values["crs"]) == (
         "frame.crs-unreadable",
         "EPSG:999999",
@@ -353,7 +353,7 @@ def test_markers_of_metashape_are_read(tmp_path: Path) -> None:
     ]
     # What the program guessed itself is no mark.
     assert read_marks(path) == [Mark("A", "IMG_1", 10, 20), Mark("loose", "IMG_2.JPG", 30.5, 40)]
-    assert crs_of(path) == "EPSG:32633"
+    assert read_crs(path) == "EPSG:32633"
     assert marks_path(path) == path
 
 
@@ -368,7 +368,7 @@ def test_the_crs_is_that_of_the_chunk_with_the_markers(
         '<document><chunks><chunk label="a"><reference>EPSG:32633</reference></chunk>'
         f'<chunk label="b"><markers>{marker}</markers>{stated}</chunk></chunks></document>'
     )
-    assert crs_of(written(tmp_path, text)) == crs
+    assert read_crs(written(tmp_path, text)) == crs
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ import pytest
 
 from vomstudio.io.control import formats, registry
 from vomstudio.io.control.control_files import (
-    crs_of,
     find_control,
     marks_path,
     read_control,
+    read_crs,
     read_marks,
 )
 from vomstudio.io.control.formats import metashape, tables
@@ -54,7 +54,7 @@ def require_theirs_is_read(photos: Path) -> None:
     path.write_text("<station/>")
     assert read_control(path) == [ControlPoint("A", (1.0, 2.0, 3.0), 0.002)]
     assert read_marks(path) == [Mark("A", "a.jpg", 10.0, 20.0)]
-    assert crs_of(path) == "EPSG:32633"
+    assert read_crs(path) == "EPSG:32633"
     assert marks_path(path) == path
     assert find_control(photos) == (path, path)
 
@@ -84,7 +84,7 @@ def test_a_broken_package_does_not_stop_ours(
     registry.find_formats.cache_clear()
     offer(monkeypatch, "no_such_package:CONTROL_FORMAT", "math:pi")
     assert [one.name for one in registry.find_formats().all] == names
-    said = registry.find_formats().broken
+    said = registry.find_formats().problems
     assert [each.code for each in said] == ["plugin.not-loaded", "plugin.other-kind"]
     assert said[1].values["kind"] == "ControlFormat"
     path = tmp_path / "control.csv"

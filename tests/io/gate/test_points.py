@@ -12,10 +12,10 @@ from pyproj import CRS, Transformer
 from tests.frames import DIP_DEG, DIP_DIRECTION_DEG, ORIGIN, ZONE, bed_points, convert, write_prj
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
-from vomstudio.io.gate.stated_crs import crs_in_comments
+from vomstudio.io.gate.stated_crs import parse_crs_comments
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.opening import read_model
 
@@ -45,7 +45,7 @@ def table(tmp_path: Path) -> Path:
     return tmp_path / "picks.csv"
 
 
-FEET = METRES["us-ft"]
+FEET = METRES_PER_UNIT["us-ft"]
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_axes_have_the_units_of_the_prj(table: Path, crs, factors, expected) -> 
 def test_a_state_plane_in_feet_is_brought_to_metres(table: Path, heights: str) -> None:
     crs = {"us-ft": "EPSG:2263", "m": "EPSG:2263+5703"}[heights]
     metric = bed(300_000.0, 60_000.0)
-    factors = [1.0 / FEET, 1.0 / FEET, 1.0 / METRES[heights]]
+    factors = [1.0 / FEET, 1.0 / FEET, 1.0 / METRES_PER_UNIT[heights]]
     write_prj(table, crs)
     found = placed(metric * factors, table)
     assert found.points == pytest.approx(metric, abs=1e-6)
@@ -165,10 +165,10 @@ def test_degrees_beside_metres_are_noticed(table: Path) -> None:
     assert "frame.maybe-degrees" in codes(placed(bed(0.0, 0.0) * [3e-5, 9e-6, 1.0], table))
 
 
-@pytest.mark.parametrize("unit", sorted(METRES))
+@pytest.mark.parametrize("unit", sorted(METRES_PER_UNIT))
 def test_the_unit_option_scales_all_axes(table: Path, unit: str) -> None:
     points = bed(0.0, 0.0)
-    found = placed(points / METRES[unit], table, FrameOptions(unit=unit))
+    found = placed(points / METRES_PER_UNIT[unit], table, FrameOptions(unit=unit))
     assert found.points == pytest.approx(points, abs=1e-9)
 
 
@@ -220,13 +220,13 @@ def test_rows_without_coordinates_pass(table: Path) -> None:
     ],
 )
 def test_a_crs_in_comments(comments: tuple[str, ...], text: str | None) -> None:
-    assert crs_in_comments(comments).text == text
+    assert parse_crs_comments(comments).text == text
 
 
 def test_a_given_unit_replaces_that_of_a_local_system_once(tmp_path: Path) -> None:
     """A model and a table state a local system in feet; --unit ft says the same again."""
     wkt = 'LOCAL_CS["site",UNIT["foot",0.3048],AXIS["x",EAST],AXIS["y",NORTH]]'
-    feet = bed(0.0, 0.0) / METRES["ft"]
+    feet = bed(0.0, 0.0) / METRES_PER_UNIT["ft"]
     path = tmp_path / "site.xyz"
     np.savetxt(path, feet, fmt="%.9f")
     for options in (DEFAULT_FRAME, FrameOptions(unit="ft")):

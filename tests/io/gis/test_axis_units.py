@@ -23,7 +23,7 @@ from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.geo_keys import Keys, decode_keys
 from vomstudio.io.models import copc, model_cache
-from vomstudio.io.models.frames import establish_frame, frame_of_file
+from vomstudio.io.models.frames import establish_frame, file_frame
 from vomstudio.io.models.opening import describe, read_model
 from vomstudio.io.models.preview import preview
 
@@ -245,10 +245,10 @@ def test_copc_streams_in_one_unit(tmp_path: Path) -> None:
     with copc.CopcFile(path) as file:
         nodes = file.nodes()
         for row in range(len(nodes)):
-            points = file.read(nodes.take(np.array([row]))).points
+            points = file.read(nodes.select_rows(np.array([row]))).points
             assert (points >= nodes.bounds[row, 0] - 1e-3).all()
             assert (points <= nodes.bounds[row, 1] + 1e-3).all()
-    assert copc.crs_of(path)[0] == "EPSG:26917"
+    assert copc.read_crs(path)[0] == "EPSG:26917"
 
 
 def test_degrees_are_refused_and_described(tmp_path: Path) -> None:
@@ -318,7 +318,7 @@ def test_damaged_keys_leave_the_points(tmp_path: Path, content: bytes) -> None:
 
 def test_the_window_and_the_project_take_the_unit_of_the_system(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", slope(30, US_FT, US_FT), keys=[(PROJECTED, 0, 1, 2264)])
-    frame = frame_of_file(path, read_model(path).crs)
+    frame = file_frame(path, read_model(path).crs)
     assert frame.unit_m == pytest.approx(US_FT)
     assert frame == establish_frame(read_model(path)).frame
 
@@ -494,9 +494,9 @@ def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: 
 
 @pytest.mark.parametrize("written", ["[ft]", "Foot (International)", "US-survey-foot", "Foot_US"])
 def test_spellings_of_feet_are_known(written: str) -> None:
-    from vomstudio.io.models.formats.dem import unit_of
+    from vomstudio.io.models.formats.dem import parse_unit
 
-    assert unit_of(written) == ("ft" if "US" not in written else "us-ft")
+    assert parse_unit(written) == ("ft" if "US" not in written else "us-ft")
 
 
 def test_wkt_in_utf_16_is_read(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_points_of_a_node_lie_in_its_cube(cliff: Path) -> None:
     found = copc.nodes(cliff)
     with copc.CopcFile(cliff) as file:
         for row in range(len(found)):
-            points = file.read(found.take(np.array([row]))).points
+            points = file.read(found.select_rows(np.array([row]))).points
             low, high = found.bounds[row]
             assert ((points >= low - 1e-3) & (points <= high + 1e-3)).all()
     assert found.spacing[0] == pytest.approx(2 * found.spacing[found.keys[:, 0] == 1][0])
@@ -103,7 +103,7 @@ def test_the_file_read_whole_is_a_laz_file(cliff: Path) -> None:
     assert set(cloud.fields) == set(loaded.data.fields)
     with copc.CopcFile(cliff) as file:
         found = file.nodes()
-        by_offset = file.read(found.take(np.argsort(found.offsets)))
+        by_offset = file.read(found.select_rows(np.argsort(found.offsets)))
     assert by_offset.colors is not None
     assert loaded.data.colors is not None
     assert np.array_equal(by_offset.colors, loaded.data.colors)
@@ -236,4 +236,4 @@ def test_withheld_points_are_shown_neither_streamed_nor_whole(tmp_path: Path) ->
     for points in (loaded.data.points, cloud.points):
         assert len(points) == 3000
         assert points[:, 2].max() < 51
-    assert "model.withheld-hidden" in by_code(copc.crs_of(path)[1])
+    assert "model.withheld-hidden" in by_code(copc.read_crs(path)[1])

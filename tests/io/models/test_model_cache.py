@@ -51,7 +51,7 @@ def same(a: LoadedModel, b: LoadedModel) -> bool:
 def test_a_mesh_comes_back_the_same_and_nothing_is_mapped(model: Path, tmp_path: Path) -> None:
     loaded = read_model(model)
     model_cache.save(loaded, tmp_path / "cache" / "m")
-    back = model_cache.open_cached(tmp_path / "cache" / "m")
+    back = model_cache.open_cache_folder(tmp_path / "cache" / "m")
     assert same(loaded, back)
     assert isinstance(back.data, Mesh)
     assert type(back.data.vertices) is np.ndarray
@@ -68,7 +68,7 @@ def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
         cloud, "cloud", "EPSG:32615", (uncoded_finding("A warning."),), tmp_path / "gone.laz", "abc"
     )
     model_cache.save(loaded, tmp_path / "m")
-    back = model_cache.open_cached(tmp_path / "m")
+    back = model_cache.open_cache_folder(tmp_path / "m")
     assert isinstance(back.data, PointCloud)
     assert np.array_equal(back.data.points, points)
     assert back.data.normals is not None
@@ -144,15 +144,15 @@ def test_a_damaged_cache_is_refused_and_made_anew(model: Path, tmp_path: Path, k
     shutil.copytree(folder, copy)
     DAMAGE[kind](copy)
     with pytest.raises(InputError):
-        model_cache.open_cached(copy)
+        model_cache.open_cache_folder(copy)
     assert same(first, model_cache.load(model, copy))
-    model_cache.open_cached(copy)
+    model_cache.open_cache_folder(copy)
 
 
 def test_a_texture_that_has_gone_is_dropped_with_a_warning(model: Path, tmp_path: Path) -> None:
     model_cache.load(model, tmp_path / "cache")
     (tmp_path / "tex.png").unlink()
-    back = model_cache.open_cached(tmp_path / "cache")
+    back = model_cache.open_cache_folder(tmp_path / "cache")
     assert isinstance(back.data, Mesh)
     assert [m.texture for m in back.data.materials] == [None, None]
     assert back.warnings[-1].code == "texture.unusable"
@@ -175,7 +175,7 @@ def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_file
     (tmp_path / "cache").write_text("in the way")
     loaded, folder = model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
     assert folder.is_relative_to(tmp_path / "temporary")
-    assert len(model_cache.read_transferred(folder).data.faces) == len(loaded.data.faces)
+    assert len(model_cache.read_transfer_folder(folder).data.faces) == len(loaded.data.faces)
     assert list((tmp_path / "temporary").iterdir()) == []
     (tmp_path / "temporary").rmdir()
     with refused("model.cache-unwritable", TargetError):
@@ -184,7 +184,7 @@ def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_file
 
 def test_a_cache_that_was_handed_over_stays(model, tmp_path):
     _, folder = model_cache.load_for_transfer(model, tmp_path / "cache" / "model-1")
-    model_cache.read_transferred(folder)
+    model_cache.read_transfer_folder(folder)
     assert folder == tmp_path / "cache" / "model-1"
     model.unlink()
-    model_cache.read_transferred(folder)
+    model_cache.read_transfer_folder(folder)

@@ -11,7 +11,7 @@ from tests.io.photos import camera_files
 from tests.messages import refused
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.model_copy import companions, copy_model, photos_of
+from vomstudio.io.models.model_copy import companions, copy_model, count_photos
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.cameras_file import Cameras, find_photos, read_cameras, write_cameras
 
@@ -136,9 +136,9 @@ def test_a_relative_folder_of_photos_is_found_from_the_copy(model, tmp_path):
 
 def test_photos_that_are_copied_too_are_found_wherever_the_folder_goes(model, tmp_path):
     photographed(model, tmp_path / "photos", tmp_path / "chosen.json")
-    count, size = photos_of(model, tmp_path / "chosen.json")
+    count, size = count_photos(model, tmp_path / "chosen.json")
     assert (count, size) == (2, sum(p.stat().st_size for p in (tmp_path / "photos").rglob("*.jpg")))
-    assert photos_of(model) == (0, 0)
+    assert count_photos(model) == (0, 0)
     copy_model(model, tmp_path / "p.vom" / "models", cameras=tmp_path / "chosen.json", photos=True)
     (tmp_path / "p.vom").rename(tmp_path / "moved.vom")
     (tmp_path / "photos").rename(tmp_path / "gone")
@@ -182,7 +182,7 @@ def test_cameras_of_other_programs_are_taken_along_with_their_photos(model, tmp_
         photos.mkdir(parents=True, exist_ok=True)
         Image.new("L", (4, 3)).save(photos / view.name)
     assert read_model(model).data.bounds == pytest.approx(corners)
-    assert photos_of(model, cameras)[0] == 3
+    assert count_photos(model, cameras)[0] == 3
     copy = copy_model(model, tmp_path / "p.vom" / "models", cameras=cameras, photos=True)
     taken = read_cameras(copy.with_name("cameras.json"))
     assert [view.name for view in taken.views] == [view.name for view in views]

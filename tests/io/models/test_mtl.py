@@ -12,7 +12,7 @@ from PIL import Image
 from tests.messages import by_code
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.mesh import Material
-from vomstudio.io.models.mtl import check_image, find_companion, map_name, read_library
+from vomstudio.io.models.mtl import check_image, find_companion, parse_map_statement, read_library
 
 
 def library(folder: Path, text: str) -> tuple[dict[str, Material], list[Finding]]:
@@ -35,7 +35,7 @@ def library(folder: Path, text: str) -> tuple[dict[str, Material], list[Finding]
     ],
 )
 def test_options_before_a_texture_are_no_part_of_its_name(value: str, name: str) -> None:
-    assert map_name(value)[0] == name
+    assert parse_map_statement(value)[0] == name
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def test_a_broken_package_does_not_stop_the_others(
     offer(monkeypatch, "no_such_package:READER", "math:pi")
     found = registry.find_readers()
     assert [r.name for r in found.all] == names
-    assert len(found.broken) == 2
+    assert len(found.problems) == 2
     path = tmp_path / "model.abc"
     path.write_bytes(b"?")
     with refused("file.unknown-type") as error:
@@ -123,6 +123,6 @@ def test_an_unknown_file_is_refused_with_what_can_be_read(tmp_path: Path) -> Non
 
 def test_the_reader_asked_first_is_the_first_that_names_the_ending() -> None:
     """Which spares the import of the others must not change who reads."""
-    for ending in formats.USUAL:
+    for ending in formats.MODULES_BY_SUFFIX:
         first = next(r for r in registry.find_readers().all if ending in r.extensions)
         assert registry.default_reader(ending) is first

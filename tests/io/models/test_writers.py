@@ -29,7 +29,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import writers, writing
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.models.writers.las import SAMPLE_POINTS, quantise
+from vomstudio.io.models.writers.las import SAMPLE_POINTS, quantise_axis
 from vomstudio.io.models.writing import find_writers, write_model
 
 UTM = np.array([576712.345, 5188123.456, 151.5])
@@ -495,7 +495,7 @@ def test_a_writer_of_another_package_writes_its_files(
         EntryPoint("worse", "no_such_package:WRITER", writing.GROUP),
     ]
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points)
-    writing.find_all.cache_clear()
+    writing.find_writer_plugins.cache_clear()
     try:
         findings = write_model(cloud(3), None, tmp_path / "m.count")
         assert findings == [uncoded_finding("Numbers only.")]
@@ -505,14 +505,14 @@ def test_a_writer_of_another_package_writes_its_files(
         assert ".count" in error.value.values["formats"]
         assert "no_such_package" in error.value.values["formats"]
     finally:
-        writing.find_all.cache_clear()
+        writing.find_writer_plugins.cache_clear()
 
 
 def test_the_usual_writer_is_the_first_that_names_the_ending() -> None:
     """Which spares the import of the others must not change who writes."""
     endings = {ending for writer in find_writers() for ending in writer.extensions}
-    assert endings >= writers.USUAL.keys()
-    for ending in writers.USUAL:
+    assert endings >= writers.MODULES_BY_SUFFIX.keys()
+    for ending in writers.MODULES_BY_SUFFIX:
         first = next(w for w in find_writers() if ending in w.extensions)
         assert writing.choose_writer(Path(f"m{ending}")) is first
 
@@ -529,8 +529,8 @@ def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
 def test_a_single_coordinate_with_more_decimals_refines_the_scale_of_all() -> None:
     """Also one that is not among the points on which the scales are tried first."""
     values = np.round(np.random.default_rng(8).uniform(5e6, 5e6 + 900.0, 5 * SAMPLE_POINTS), 3)
-    assert quantise(values).scale == 1e-3
+    assert quantise_axis(values).scale == 1e-3
     values[4] = round(values[4] + 0.0004, 4)
-    axis = quantise(values)
+    axis = quantise_axis(values)
     assert axis.scale == 1e-4
     assert np.abs(axis.integers * axis.scale + axis.offset - values).max() == axis.rounding < 1e-8

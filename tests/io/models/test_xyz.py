@@ -163,7 +163,7 @@ def test_a_small_table_holds_what_pandas_reads_to_the_bit(
     columns: list[list[str]], delimiter: str, end: str
 ) -> None:
     rows = [delimiter.join(cells) + end for cells in zip(*columns, strict=True)]
-    found = xyz.plain_numbers("".join(rows).encode(), layout(delimiter, ".", len(columns)))
+    found = xyz.parse_plain_numbers("".join(rows).encode(), layout(delimiter, ".", len(columns)))
     assert found is not None
     for i, cells in enumerate(columns):
         wanted = pandas.read_csv(io.StringIO("\n".join(cells)), header=None)[0].to_numpy()
@@ -172,7 +172,7 @@ def test_a_small_table_holds_what_pandas_reads_to_the_bit(
 
 
 def test_a_decimal_comma_is_a_point() -> None:
-    found = xyz.plain_numbers(b"1,5;2;-0,25\n", layout(";", ",", 3))
+    found = xyz.parse_plain_numbers(b"1,5;2;-0,25\n", layout(";", ",", 3))
     assert found is not None
     assert [found[i].tolist() for i in range(3)] == [[1.5], [2], [-0.25]]
 
@@ -197,7 +197,7 @@ def test_a_decimal_comma_is_a_point() -> None:
     ],
 )
 def test_what_is_not_plain_is_left_to_pandas(content: bytes) -> None:
-    assert xyz.plain_numbers(content, layout(" ", ".", 3)) is None
+    assert xyz.parse_plain_numbers(content, layout(" ", ".", 3)) is None
 
 
 @pytest.mark.parametrize("head", ["ncols 3\nnrows 2\n", "NCOLS        3\r\nNROWS        2\r\n"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.io.photos import photo_maker as maker
-from vomstudio.io.photos.apple_maker_note import acceleration, down_in_photo
+from vomstudio.io.photos.apple_maker_note import acceleration, gravity_in_photo
 from vomstudio.io.photos.reading import read_photo
 
 MAIN = {0x010F: maker.text("Apple")}
@@ -81,8 +81,8 @@ def test_a_damaged_note_says_nothing(note) -> None:
 
 def test_the_shape_decides_for_a_phone_that_is_held_askew() -> None:
     askew = (-np.sin(np.radians(50)), -np.cos(np.radians(50)), 0.0)
-    right, down, _ = down_in_photo(askew, 1, 160, 120)
+    right, down, _ = gravity_in_photo(askew, 1, 160, 120)
     # The sensor as it is: wider than high.
     assert (right, down) == pytest.approx((np.cos(np.radians(50)), np.sin(np.radians(50))))
-    right, down, _ = down_in_photo(askew, 1, 120, 160)
+    right, down, _ = gravity_in_photo(askew, 1, 120, 160)
     assert down > 0

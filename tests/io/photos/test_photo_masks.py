@@ -123,9 +123,9 @@ def test_a_change_of_a_mask_takes_itself_back() -> None:
     assert not used[30:80, 20:90][inside].any()
     assert (used[30:80, 20:90] == (before[30:80, 20:90] & ~inside)).all()
     after = used.copy()
-    change.do(used)
+    change.toggle(used)
     assert (used == before).all()
-    change.do(used)
+    change.toggle(used)
     assert (used == after).all()
     assert draw_area(used, PixelArea(20, 30, inside), is_masking=True) is None, (
         "it is hidden already"

@@ -18,7 +18,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.io.photos.camera_table import camera_models, find_camera, similar_cameras
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import grey, read_mask, rotate_upright, thumbnail
-from vomstudio.io.photos.reading import NoPhotos, read_photos
+from vomstudio.io.photos.reading import NoPhotosError, read_photos
 from vomstudio.io.photos.xmp import read_drone_tags
 
 CAMERA = {0x010F: maker.text("NIKON CORPORATION"), 0x0110: maker.text("NIKON D90")}
@@ -363,7 +363,7 @@ def test_a_panorama_is_not_taken_for_a_photo(tmp_path: Path) -> None:
         "<GPano:ProjectionType>equirectangular</GPano:ProjectionType>",
     )
     maker.write_photo(tmp_path / "pano.jpg", xmp=packet.encode())
-    with refused("photo.none-usable", NoPhotos) as error:
+    with refused("photo.none-usable", NoPhotosError) as error:
         read_photos(tmp_path)
     assert "panorama" in error.value.values["reason"]
 
@@ -448,7 +448,7 @@ def test_a_jpeg_without_its_end_is_seen_though_its_thumbnail_has_one(tmp_path: P
     path.write_bytes(data + b"what a camera adds" * 9999)
     assert one(tmp_path).width == 640
     path.write_bytes(data[: int(len(data) * cut)])
-    with pytest.raises(NoPhotos):
+    with pytest.raises(NoPhotosError):
         read_photos(tmp_path)
 
 
@@ -505,7 +505,7 @@ def test_no_folder_no_photo_and_a_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file.txt").write_text("x")
     with refused("folder.not-a-folder"):
         read_photos(tmp_path / "file.txt")
-    with refused("photo.only-other-files", NoPhotos, count=1):
+    with refused("photo.only-other-files", NoPhotosError, count=1):
         read_photos(tmp_path)
 
 
@@ -641,11 +641,11 @@ def test_a_copied_set_is_the_same_photos(tmp_path: Path, data_dir: Path) -> None
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_marks_turn_with_the_picture(orientation: int) -> None:
-    from vomstudio.io.photos.pixels import pixels_upright, rotate_upright
+    from vomstudio.io.photos.pixels import rotate_pixels_upright, rotate_upright
 
     picture = np.zeros((5, 7), np.uint8)
     picture[1, 4] = 255
     upright = rotate_upright(picture, orientation)
-    ((x, y),) = pixels_upright([[4.5, 1.5]], orientation, 7, 5)
+    ((x, y),) = rotate_pixels_upright([[4.5, 1.5]], orientation, 7, 5)
     assert upright[int(y), int(x)] == 255
     assert (x % 1, y % 1) == (0.5, 0.5)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 import vomstudio as vs
 from tests.messages import by_code
-from vomstudio.geology.common_rotation_errors import NO_ROTATION
+from vomstudio.geology.common_rotation_errors import UNKNOWN_GROUP
 from vomstudio.io.gate.orientation_files import read_orientations
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.project.tables.registration_comments import registration_lines
@@ -42,7 +42,7 @@ def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None
         tmp_path, HEAD, "90,30,a,2", "100,40,a,3", "110,40,b,1", "100,40,,"
     ).rotation_errors
     assert found is not None
-    assert found.group.tolist() == [0, 0, 1, NO_ROTATION]
+    assert found.group.tolist() == [0, 0, 1, UNKNOWN_GROUP]
     sigma = np.degrees(np.sqrt(np.diagonal(found.rotations, axis1=1, axis2=2)))
     assert sigma * FACTOR == pytest.approx(np.array([[3.0] * 3, [1.0] * 3]))
 
@@ -53,7 +53,7 @@ def test_the_head_tells_the_axes(tmp_path: Path) -> None:
     ).rotation_errors
     assert found is not None
     # Both models were placed by one registration.
-    assert found.group.tolist() == [0, 0, NO_ROTATION]
+    assert found.group.tolist() == [0, 0, UNKNOWN_GROUP]
     assert found.rotations[0] == pytest.approx(np.array(COVARIANCE) * np.radians(1.0) ** 2)
 
 

@@ -22,7 +22,7 @@ from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_e
 from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import residuals, scene_of
-from vomstudio.photogrammetry.align.match_database import matches_of_pair
+from vomstudio.photogrammetry.align.match_database import read_pair_matches
 from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.registration.similarity import fit_similarity
@@ -90,7 +90,7 @@ def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
     assert abs(f - 1500) < 3 * camera.sigma[0]
     assert camera.sigma[0] < 8
     assert k1 == pytest.approx(-0.05, abs=0.01)
-    assert camera.strongest is not None
+    assert camera.strongest_correlation is not None
 
 
 @pytest.mark.full
@@ -238,7 +238,7 @@ def test_shared_photos_are_those_of_larger_components(arc: tuple[Made, Alignment
             found.deregister_frame(found.image(image).frame_id)
         return found
 
-    parts = mapping._largest_first(
+    parts = mapping._sort_parts(
         {0: component(0, 1, 2), 1: component(2, 3, 4, 5, 6, 7), 2: component(2, 3, 0)}
     )
     shared = mapping.shared_images(parts)
@@ -290,8 +290,8 @@ def test_matches_of_the_next_window_move_cameras_little(monkeypatch) -> None:
     noise = pycolmap.SyntheticNoiseOptions()
     noise.point2D_stddev = 0.3
     errors = {}
-    for loss_px in (None, adjustment.LOSS_PX):
-        monkeypatch.setattr(adjustment, "LOSS_PX", loss_px)
+    for loss_px in (None, adjustment.LOSS_SCALE_PX):
+        monkeypatch.setattr(adjustment, "LOSS_SCALE_PX", loss_px)
         pycolmap.set_random_seed(0)
         found = pycolmap.synthesize_dataset(options)
         truth = {i: found.image(i).projection_center() for i in found.reg_image_ids()}
@@ -303,7 +303,7 @@ def test_matches_of_the_next_window_move_cameras_little(monkeypatch) -> None:
         adjust(found, dict.fromkeys(found.cameras, ALL_FIXED), threads=1)
         centres = {i: found.image(i).projection_center() for i in truth}
         errors[loss_px] = apart(np.array([*centres.values()]), np.array([*truth.values()]))
-    assert errors[adjustment.LOSS_PX] < 0.6 * errors[None]
+    assert errors[adjustment.LOSS_SCALE_PX] < 0.6 * errors[None]
 
 
 def apart(points: np.ndarray, truth: np.ndarray) -> float:
@@ -385,10 +385,10 @@ def test_a_finished_alignment_is_read_back(arc: tuple[Made, Alignment, Path]) ->
 
 def test_matches_of_a_pair_can_be_shown(arc: tuple[Made, Alignment, Path]) -> None:
     made, _, work = arc
-    left, right, _, rows = matches_of_pair(work / "database.db", 2, 3)
+    left, right, _, rows = read_pair_matches(work / "database.db", 2, 3)
     left, right = left[rows[:, 0]], right[rows[:, 1]]
     assert len(rows) > 300
-    back, _, _, other = matches_of_pair(work / "database.db", 3, 2)
+    back, _, _, other = read_pair_matches(work / "database.db", 3, 2)
     assert np.array_equal(back[other[:, 0]], right)
     # The same point of the rock: triangulated rays meet.
     a, b = made.views[2], made.views[3]

@@ -16,10 +16,10 @@ from scipy.spatial import cKDTree
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align.features import (
-    ExtractTask,
+    ExtractionTask,
     FeatureOptions,
     Features,
-    extract,
+    extract_features,
     extraction_memory,
     grey,
 )
@@ -56,7 +56,7 @@ def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
     keypoints = database.read_keypoints(1)
     descriptors = database.read_descriptors(1).data
     database.close()
-    found = extract(ExtractTask((tmp_path / "rock.png").read_bytes()))
+    found = extract_features(ExtractionTask((tmp_path / "rock.png").read_bytes()))
     assert len(found.keypoints) == len(keypoints) > 200
     assert np.array_equal(found.keypoints, keypoints)
     assert np.array_equal(found.descriptors, descriptors)
@@ -65,8 +65,8 @@ def test_features_are_those_that_colmap_itself_finds(tmp_path: Path) -> None:
 @pytest.mark.full
 def test_places_are_pixels_of_the_photo_as_stored_however_small_it_was_made() -> None:
     pixels = rock(800, 600)
-    large = extract(ExtractTask(encoded(pixels)))
-    small = extract(ExtractTask(encoded(pixels), options=FeatureOptions(max_size=400)))
+    large = extract_features(ExtractionTask(encoded(pixels)))
+    small = extract_features(ExtractionTask(encoded(pixels), options=FeatureOptions(max_size=400)))
     assert (small.width, small.height) == (800, 600)
     # Coarse features of the large photo are found in the small one, without a shift.
     distance, nearest = cKDTree(large.keypoints[:, :2]).query(small.keypoints[:, :2])
@@ -81,8 +81,8 @@ def test_an_orientation_tag_does_not_turn_the_pixels() -> None:
     pixels = rock()
     exif = Image.Exif()
     exif[0x0112] = 6
-    plain = extract(ExtractTask(encoded(pixels, "JPEG", quality=95)))
-    tagged = extract(ExtractTask(encoded(pixels, "JPEG", quality=95, exif=exif)))
+    plain = extract_features(ExtractionTask(encoded(pixels, "JPEG", quality=95)))
+    tagged = extract_features(ExtractionTask(encoded(pixels, "JPEG", quality=95, exif=exif)))
     assert (tagged.width, tagged.height) == (400, 300)
     assert np.array_equal(plain.keypoints, tagged.keypoints)
 
@@ -91,18 +91,18 @@ def test_a_mask_hides_features() -> None:
     pixels = rock()
     mask = np.zeros((300, 400), np.uint8)
     mask[:, :200] = 255
-    free = extract(ExtractTask(encoded(pixels)))
-    found = extract(ExtractTask(encoded(pixels), encoded(mask)))
+    free = extract_features(ExtractionTask(encoded(pixels)))
+    found = extract_features(ExtractionTask(encoded(pixels), encoded(mask)))
     assert found.keypoints[:, 0].max() < 200
     assert len(found.keypoints) == (free.keypoints[:, 0] < 200).sum()
-    hidden = extract(ExtractTask(encoded(pixels), encoded(mask * 0)))
+    hidden = extract_features(ExtractionTask(encoded(pixels), encoded(mask * 0)))
     assert hidden.problem == Finding("alignment.photo-masked")
 
 
 def test_features_carry_the_colour_of_their_place() -> None:
     pixels = rock()
     pixels[:, 200:, 2] = 0
-    found = extract(ExtractTask(encoded(pixels)))
+    found = extract_features(ExtractionTask(encoded(pixels)))
     left = found.keypoints[:, 0] < 180
     assert (found.colors[~left & (found.keypoints[:, 0] > 220), 2] == 0).all()
     assert (found.colors[left, 2] > 0).mean() > 0.9
@@ -119,7 +119,7 @@ def test_features_carry_the_colour_of_their_place() -> None:
     ],
 )
 def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, code: str) -> None:
-    found = extract(ExtractTask(data))
+    found = extract_features(ExtractionTask(data))
     assert found.problem is not None
     assert found.problem.code == code
     assert len(found.keypoints) == 0
@@ -129,7 +129,7 @@ def test_a_photo_without_use_has_the_code_of_the_error_of_its_file() -> None:
     content = encoded(rock())
     head = b"IHDR" + struct.pack(">II", 100_000, 100_000) + content[24:29]
     vast = content[:12] + head + struct.pack(">I", zlib.crc32(head)) + content[33:]
-    problem = extract(ExtractTask(vast)).problem
+    problem = extract_features(ExtractionTask(vast)).problem
     assert problem is not None
     assert problem.values["reason_code"] == "file.picture-too-large"
 
@@ -143,22 +143,22 @@ def test_pictures_of_any_kind_are_read(mode: str) -> None:
         picture = picture.convert(mode)
     buffer = io.BytesIO()
     picture.save(buffer, "TIFF")
-    assert len(extract(ExtractTask(buffer.getvalue())).keypoints) > 200
+    assert len(extract_features(ExtractionTask(buffer.getvalue())).keypoints) > 200
 
 
 def test_the_key_tells_photos_masks_and_settings_apart() -> None:
     tasks = [
-        ExtractTask(b"a"),
-        ExtractTask(b"b"),
-        ExtractTask(b"a", b"mask"),
-        ExtractTask(b"a", options=FeatureOptions(max_size=100)),
+        ExtractionTask(b"a"),
+        ExtractionTask(b"b"),
+        ExtractionTask(b"a", b"mask"),
+        ExtractionTask(b"a", options=FeatureOptions(max_size=100)),
     ]
     assert len({task.key for task in tasks}) == 4
-    assert ExtractTask(b"a", name="other").key == tasks[0].key
+    assert ExtractionTask(b"a", name="other").key == tasks[0].key
 
 
 def test_features_survive_files_and_processes(tmp_path: Path) -> None:
-    found = extract(ExtractTask(encoded(rock())))
+    found = extract_features(ExtractionTask(encoded(rock())))
     found.save(tmp_path / "f.npz")
     for again in (Features.load(tmp_path / "f.npz"), pickle.loads(pickle.dumps(found))):
         assert again is not None

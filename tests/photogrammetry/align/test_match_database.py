@@ -85,7 +85,7 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
         match_database.match_counts(path)
         match_database.pair_counts(path)
         match_database.feature_counts(path)
-        match_database.matches_of_pair(path, 0, 1)
+        match_database.read_pair_matches(path, 0, 1)
         match_database.open_database(path, *asked)
         match_database.open_database(tmp_path / "other.db", *asked)
         match_database.copy_pairs(path, tmp_path / "other.db")
@@ -96,7 +96,7 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
 def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
     path, _ = made
     failure = RuntimeError("no graphics")
-    with pytest.raises(RuntimeError) as error, match_database.open_existing(path):
+    with pytest.raises(RuntimeError) as error, match_database.open_existing_database(path):
         raise failure
     assert error.value is failure
     with refused("alignment.matches-unreadable"), match_database.open_for_reading(path):

@@ -83,7 +83,7 @@ def test_a_photo_that_looks_past_the_rock_does_not_keep_the_building() -> None:
     scene = tie_points(joined(rock(), behind(56.0)), [*ring_of_views(), *past], count=8000)
     is_rock = of_rock(scene)
     shows_rock = np.bincount(scene.track_views, is_rock[scene.track_points])
-    assert shows_rock[-2:].sum() < 0.1 * len(scene.seen_by(12))
+    assert shows_rock[-2:].sum() < 0.1 * len(scene.observed_points(12))
     np.testing.assert_array_equal(find_rock(scene).is_rock, is_rock)
 
 
@@ -100,6 +100,6 @@ def test_the_proposed_region_holds_the_rock_and_nothing_behind_it() -> None:
     scene = tie_points(joined(rock(), behind(56.0)), ring_of_views(), count=8000)
     box = Region.of(propose_region(scene, find_rock(scene)))
     assert box is not None
-    inside = box.inside(scene.points, scene.origin)
-    assert inside[of_rock(scene)].mean() > 0.995
-    assert not inside[~of_rock(scene)].any()
+    contains = box.contains(scene.points, scene.origin)
+    assert contains[of_rock(scene)].mean() > 0.995
+    assert not contains[~of_rock(scene)].any()

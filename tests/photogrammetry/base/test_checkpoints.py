@@ -9,7 +9,7 @@ from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.base.checkpoints import (
     Checkpoints,
     file_name,
-    key_of,
+    make_key,
     write_atomically,
 )
 
@@ -45,8 +45,8 @@ def test_stages_of_other_settings_are_swept_away(tmp_path):
     Checkpoints(tmp_path).stage("depths", 1).finish()
     now = Checkpoints(tmp_path)
     now.stage("depths", 2).finish()
-    now.sweep()
-    assert [p.name for p in tmp_path.iterdir()] == [f"depths-{key_of('depths', 2)}"]
+    now.remove_other_stages()
+    assert [p.name for p in tmp_path.iterdir()] == [f"depths-{make_key('depths', 2)}"]
 
 
 def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_path):
@@ -55,11 +55,11 @@ def test_halves_of_files_and_of_stages_that_a_killed_run_left_are_removed(tmp_pa
     (stage.folder / ".a.npz.part").write_bytes(b"half")
     (stage.folder / "b.npz").write_bytes(b"whole")
     now = Checkpoints(tmp_path)
-    now.tidy()
+    now.remove_partial_files()
     assert [p.name for p in stage.folder.iterdir()] == ["b.npz"]
     assert old.folder.exists(), "other settings may be gone on with"
     now.stage("depths").finish()
-    now.sweep()
+    now.remove_other_stages()
     assert not old.folder.exists()
     assert now.size() == sum(p.stat().st_size for p in tmp_path.glob("*/*"))
 

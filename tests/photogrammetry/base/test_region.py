@@ -55,19 +55,19 @@ def box(low: float, high: float) -> Region:
 
 def test_only_photos_that_see_it_get_depth_maps() -> None:
     wall = scene()
-    part = select_pairs(wall).select_views(box(0, 6).views_of(wall))
+    part = select_pairs(wall).select_views(box(0, 6).select_region_views(wall))
     assert {plan.view for plan in part.plans} == {0, 1}
-    assert len(select_pairs(wall).select_views(box(0, 50).views_of(wall)).plans) == 6
+    assert len(select_pairs(wall).select_views(box(0, 50).select_region_views(wall)).plans) == 6
 
 
 def test_points_are_chosen_in_the_frame_of_the_model() -> None:
     points = np.array([[1.0, 20.0, 3.0], [10.0, 20.0, 3.0], [1.0, 20.0, 30.0]])
-    assert box(0, 6).inside(points, ORIGIN).tolist() == [True, False, False]
+    assert box(0, 6).contains(points, ORIGIN).tolist() == [True, False, False]
 
 
 def test_a_region_beside_the_rock_is_refused_with_where_the_rock_is() -> None:
     with refused("region.few-points", GeometryError):
-        box(500, 600).views_of(scene())
+        box(500, 600).select_region_views(scene())
     wall = scene()
     with refused("region.no-depths", GeometryError):
         select_pairs(wall).select_views([])

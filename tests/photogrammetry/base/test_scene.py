@@ -42,8 +42,8 @@ def test_a_scene_comes_back_as_it_was_saved(tmp_path):
 def test_tracks_are_found_from_both_sides():
     one = scene()
     np.testing.assert_array_equal(one.track_lengths, [2, 1])
-    np.testing.assert_array_equal(one.seen_by(1), [0, 1])
-    np.testing.assert_array_equal(one.seen_by(0), [0])
+    np.testing.assert_array_equal(one.observed_points(1), [0, 1])
+    np.testing.assert_array_equal(one.observed_points(0), [0])
 
 
 def test_a_damaged_scene_is_refused_with_what_to_do(tmp_path):

@@ -27,9 +27,9 @@ from vomstudio.photogrammetry.dense.depthmaps import (
     make_task,
     memory_needed,
 )
-from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps, neighbours_by_name
 from vomstudio.photogrammetry.dense.pairs import select_pairs
-from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto, UndistortTask, undistort
 
 DISTANCE, FOCAL = 4.0, 480.0
 GSD = DISTANCE / FOCAL
@@ -124,7 +124,8 @@ def test_an_oblique_plane_has_its_normal_and_its_depths(method):
 def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     photos, scene = front
     larger = [
-        Undistorted(p.photo, p.mask, p.view.moved(10.0, np.eye(3), np.zeros(3))) for p in photos
+        UndistortedPhoto(p.photo, p.mask, p.view.moved(10.0, np.eye(3), np.zeros(3)))
+        for p in photos
     ]
     plan = select_pairs(scene, method=method).plans[1]
     task = make_task(plan, photos.__getitem__)
@@ -155,7 +156,7 @@ def test_a_face_seen_in_parallel_is_met(rock, lens):
     scene = tie_points(rock, views, 1500)
     pairs, maps = maps_of(photos, scene)
     assert all(source.method == "sgbm" for plan in pairs.plans for source in plan.sources)
-    cloud = fuse([m.name for m in maps], maps, photos, neighbours_by_name(scene, pairs))
+    cloud = fuse_depth_maps([m.name for m in maps], maps, photos, neighbours_by_name(scene, pairs))
     median, most = accuracy(rock, cloud.points)
     assert median < 0.35 * GSD
     assert most < 1.6 * GSD
@@ -170,7 +171,7 @@ def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
     scene = tie_points(rock, views, 1500)
     pairs, maps = maps_of(photos, scene, count=2, method=chosen)
     assert all(source.method == found for plan in pairs.plans for source in plan.sources)
-    cloud = fuse([m.name for m in maps], maps, photos, neighbours_by_name(scene, pairs))
+    cloud = fuse_depth_maps([m.name for m in maps], maps, photos, neighbours_by_name(scene, pairs))
     median, most = accuracy(rock, cloud.points)
     assert median < 0.4 * GSD
     assert most < 3.0 * GSD

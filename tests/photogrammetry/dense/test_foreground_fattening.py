@@ -1,6 +1,6 @@
 import numpy as np
 
-from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
+from vomstudio.photogrammetry.dense.foreground_fattening import find_sky_fringe
 
 
 def skyline(sky=210.0, rock=90.0, noise=1.5):
@@ -15,14 +15,14 @@ def skyline(sky=210.0, rock=90.0, noise=1.5):
 
 
 def test_what_laps_over_the_skyline_is_found_and_the_rock_is_left():
-    fringe = sky_fringe(*skyline())
+    fringe = find_sky_fringe(*skyline())
     assert fringe[50:58].mean() > 0.98
     assert fringe[62:].mean() < 0.002
     assert not fringe[:50].any()
 
 
 def test_a_noisy_photo_has_a_sky_too():
-    fringe = sky_fringe(*skyline(noise=2.4))
+    fringe = find_sky_fringe(*skyline(noise=2.4))
     assert fringe[50:57].mean() > 0.9
     assert fringe[62:].mean() < 0.005
 
@@ -30,19 +30,19 @@ def test_a_noisy_photo_has_a_sky_too():
 def test_bare_ground_within_the_rock_keeps_its_depths():
     photo, valid, has = skyline()
     photo[100:140, 50:150] = 215
-    assert not sky_fringe(photo, valid, has)[95:145].any()
+    assert not find_sky_fringe(photo, valid, has)[95:145].any()
 
 
 def test_rock_in_deep_shade_keeps_its_depths():
     photo, valid, has = skyline(sky=20.0, rock=120.0)
-    assert not sky_fringe(photo, valid, has).any()
+    assert not find_sky_fringe(photo, valid, has).any()
 
 
 def test_bare_ground_beside_what_a_mask_hides_keeps_its_depths():
     photo, valid, has = skyline()
     photo[60:80] = 210
     valid[:50] = False
-    assert not sky_fringe(photo, valid, has).any()
+    assert not find_sky_fringe(photo, valid, has).any()
 
 
 def test_small_holes_in_plaster_are_no_sky():
@@ -50,4 +50,4 @@ def test_small_holes_in_plaster_are_no_sky():
     photo[60:] = 200
     has[:] = True
     has[100:115, 60:90] = False
-    assert not sky_fringe(photo, valid, has).any()
+    assert not find_sky_fringe(photo, valid, has).any()

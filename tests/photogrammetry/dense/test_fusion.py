@@ -8,7 +8,7 @@ from tests.photogrammetry.dense.dense_truth import look
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
-from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse
+from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse_depth_maps
 from vomstudio.photogrammetry.pipeline.photo_results import PhotoResults
 
 NORMAL = np.array([-0.3, 0.2, 1.0]) / np.linalg.norm([-0.3, 0.2, 1.0])
@@ -42,7 +42,7 @@ def names(maps):
 
 def test_points_lie_on_the_plane_with_its_normal_once_each():
     maps = [exact(view) for view in some_views()]
-    cloud = fuse(names(maps), maps, None)
+    cloud = fuse_depth_maps(names(maps), maps, None)
     # Half a pixel wrong in one of the maps would be 3 mm off along this slope.
     np.testing.assert_allclose(cloud.points @ NORMAL, 0.0, atol=2e-5)
     np.testing.assert_allclose(cloud.normals @ NORMAL, 1.0, atol=1e-5)
@@ -62,7 +62,7 @@ def test_the_place_is_the_mean_weighted_by_confidence():
     maps = [exact(view) for view in some_views(2)]
     moved = maps[1].depth - np.float32(0.01)
     maps[1] = DepthMap(maps[1].name, maps[1].view, moved, maps[1].normals, maps[1].confidence)
-    cloud = fuse(names(maps), maps, None, options=FusionOptions(reprojection_px=3.0))
+    cloud = fuse_depth_maps(names(maps), maps, None, options=FusionOptions(max_reprojection_px=3.0))
     off = cloud.points @ NORMAL
     assert 0.3 * 0.01 < np.median(off) < 0.7 * 0.01
 
@@ -72,7 +72,7 @@ def test_one_maps_invention_is_dropped_where_the_others_see_through():
     depth = maps[0].depth.copy()
     depth[40:80, 60:100] *= np.float32(0.7)
     maps[0] = DepthMap(maps[0].name, maps[0].view, depth, maps[0].normals, maps[0].confidence)
-    cloud = fuse(names(maps), maps, None)
+    cloud = fuse_depth_maps(names(maps), maps, None)
     np.testing.assert_allclose(cloud.points @ NORMAL, 0.0, atol=2e-5)
 
 
@@ -80,7 +80,7 @@ def test_the_finest_photo_of_a_place_gives_its_points():
     coarse = [exact(view) for view in some_views(2)]
     fine = exact(some_views(1, focal=600.0)[0])
     fine = DepthMap("fine", fine.view, fine.depth, fine.normals, fine.confidence)
-    cloud = fuse(["0", "1", "fine"], [*coarse, fine], None)
+    cloud = fuse_depth_maps(["0", "1", "fine"], [*coarse, fine], None)
     pixels = fine.view.project(cloud.points)
     inside = ((pixels > 4) & (pixels < [156, 116])).all(axis=1)
     # One point for each pixel of the fine photo, and no more.
@@ -89,8 +89,8 @@ def test_the_finest_photo_of_a_place_gives_its_points():
 
 def test_the_order_of_the_photos_does_not_move_the_surface():
     maps = [exact(view) for view in some_views()]
-    one = fuse(names(maps), maps, None)
-    other = fuse(names(maps)[::-1], maps[::-1], None)
+    one = fuse_depth_maps(names(maps), maps, None)
+    other = fuse_depth_maps(names(maps)[::-1], maps[::-1], None)
     from scipy.spatial import cKDTree
 
     for a, b in ((one, other), (other, one)):
@@ -104,8 +104,8 @@ def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
     for row, one in enumerate(maps):
         stored.put(row, one)
     around = {name: tuple(n for n in names(maps) if n != name) for name in names(maps)}
-    a = fuse(names(maps), maps, None, around)
-    b = fuse(names(maps), stored, None, around, FusionOptions(cache_bytes=1))
+    a = fuse_depth_maps(names(maps), maps, None, around)
+    b = fuse_depth_maps(names(maps), stored, None, around, FusionOptions(cache_bytes=1))
     assert len(a.points) == pytest.approx(len(b.points), rel=0.01)
     np.testing.assert_allclose(b.points @ NORMAL, 0.0, atol=1e-4)
 
@@ -113,8 +113,8 @@ def test_maps_in_files_and_a_small_cache_give_the_same(tmp_path):
 def test_one_map_alone_or_maps_that_disagree_give_no_cloud():
     views = some_views(2)
     with refused("dense.no-agreement", GeometryError):
-        fuse(["0"], [exact(views[0])], None)
+        fuse_depth_maps(["0"], [exact(views[0])], None)
     wrong = exact(views[1])
     wrong = DepthMap("1", wrong.view, 2 * wrong.depth, wrong.normals, wrong.confidence)
     with refused("dense.no-agreement", GeometryError):
-        fuse(["0", "1"], [exact(views[0]), wrong], None)
+        fuse_depth_maps(["0", "1"], [exact(views[0]), wrong], None)

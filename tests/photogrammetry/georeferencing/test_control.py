@@ -21,7 +21,7 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.control import place_by_control
-from vomstudio.registration.evidence import Evidence, marked_places
+from vomstudio.registration.evidence import Evidence, triangulate_marks
 from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array(
@@ -286,7 +286,7 @@ def test_a_point_is_triangulated_where_it_is() -> None:
     assert triangulate(views, pixels) == pytest.approx(place, abs=1e-9)
     assert np.isnan(triangulate(views[:1], pixels[:1])).all()
     assert np.isnan(triangulate([views[0]] * 2, [pixels[0]] * 2)).all()
-    assert LENS.distorts
+    assert LENS.has_distortion
 
 
 # --- marks that scatter -----------------------------------------------------------------------
@@ -322,7 +322,7 @@ def test_both_commands_find_the_same_scatter_and_errors_of_marks(
     control, marks = marked(views, 12.0)
     _, report = place_by_control(scene, control, marks, includes_adjustment=False)
     evidence = Evidence(views={view.name: view for view in scene.views})
-    places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
+    places = triangulate_marks(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
     assert evidence.mark_scatter_px == pytest.approx(report.mark_scatter_px)
     assert report.mark_scatter_px == pytest.approx(12.0, rel=0.3)
     assert sorted(places) == sorted(p.label for p in report.points if p.role != "unseen")

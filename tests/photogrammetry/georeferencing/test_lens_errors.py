@@ -19,8 +19,12 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     bundle_adjust,
     noise_px,
 )
-from vomstudio.photogrammetry.georeferencing.lens_errors import LensEffect, identity, lens_effect
-from vomstudio.photogrammetry.georeferencing.lens_response import response_of
+from vomstudio.photogrammetry.georeferencing.lens_errors import (
+    LensEffect,
+    identity_placement,
+    lens_effect,
+)
+from vomstudio.photogrammetry.georeferencing.lens_response import compute_response
 from vomstudio.photogrammetry.georeferencing.world_frame import place_in_world
 from vomstudio.registration.similarity import fit_similarity
 
@@ -65,10 +69,10 @@ def test_the_answer_to_a_wrong_focal_length_is_that_of_a_bundle_adjustment() -> 
     wrong = replace(lens, params=(lens.params[0] * 1.01, *lens.params[1:]))
     begun = tuple(replace(view, intrinsics=wrong) for view in scene.views)
     ceres = bundle_adjust(replace(scene, views=begun), ())
-    response = response_of(scene, noise_px(scene))
+    response = compute_response(scene, noise_px(scene))
     change = np.array([0.01 * lens.params[0], 0.0, 0.0, 0.0])
     change[3] = -response.information[3, 0] * change[0] / response.information[3, 3]
-    linear = response.moved(change)
+    linear = response.apply_change(change)
     # Heights follow the focal length: only the likeness of both is seen after a similarity.
     left, right = (fit_similarity(s.points, scene.points)(s.points) for s in (ceres, linear))
     moves = np.linalg.norm(left - scene.points, axis=1)
@@ -88,7 +92,7 @@ def test_known_cameras_leave_a_wrong_lens_less_room() -> None:
     ]
     about = scene.points.mean(axis=0)
     alone = lens_effect(scene, cameras, about)
-    tied = lens_effect(scene, cameras, about, identity, centres=centres)
+    tied = lens_effect(scene, cameras, about, identity_placement, centres=centres)
     assert alone is not None
     assert tied is not None
     assert tied.bend.side_deg < 0.3 * alone.bend.side_deg

@@ -67,7 +67,7 @@ def test_a_depth_map_is_coloured_where_it_has_depths(made) -> None:
     assert found.coverage == inspection.coverage(made.out, "a.jpg") == pytest.approx(0.5)
     assert inspection.coverage(made.out, "b.jpg") is None
     assert DISTANCE - 1 <= found.low < found.high <= DISTANCE + 1
-    assert (found.colors[:, 80:] == inspection.NO_DEPTH).all()
+    assert (found.colors[:, 80:] == inspection.NO_DEPTH_COLOR).all()
     # viridis grows brighter with every step.
     bright = found.colors[60, :80].astype(int) @ [299, 587, 114]
     assert (np.diff(bright) >= 0).all()
@@ -84,7 +84,7 @@ def test_a_wall_seen_from_the_south_faces_south(made) -> None:
 
 def test_hues_turn_with_the_direction_a_surface_faces() -> None:
     north, east, flat = (0, 1, 0), (1, 0, 0), (0, 0, 1)
-    colors = inspection.facing_colors(np.array([north, east, flat, (0, 0, -1)], float))
+    colors = inspection.normal_colors(np.array([north, east, flat, (0, 0, -1)], float))
     assert colors[0].tolist() == [255, 0, 0]
     assert colors[1].tolist() == [128, 255, 0]
     assert colors[2].tolist() == [255, 255, 255]

@@ -110,7 +110,7 @@ def test_what_a_screen_hides_is_not_shown() -> None:
 def test_a_line_ends_where_the_screen_begins() -> None:
     photos = wall_and_screen()
     line = CORNER + np.array([[-4.0, 0.5, 0.0], [5.5, 0.5, 0.0]])
-    pixels, seen = photos.course(0, line, step_px=0.5, slack_m=0.01)
+    pixels, seen = photos.project_line(0, line, step_px=0.5, slack_m=0.01)
     assert np.count_nonzero(np.diff(seen.astype(int))) <= 2, "in one piece"
     part = pixels[seen]
     x = (part[:, 0] - 500.0) / 70.0
@@ -152,7 +152,7 @@ def test_nothing_is_picked_beside_the_model_or_off_the_photo() -> None:
     assert photos.pick(0, (20.0, 20.0)) is None
     assert photos.pick(0, (-3.0, 500.0)) is None
     assert photos.sightings(np.zeros((0, 3))) == []
-    assert len(photos.course(0, CORNER[None])[0]) == 0
+    assert len(photos.project_line(0, CORNER[None])[0]) == 0
 
 
 def test_many_pixels_lead_where_each_of_them_does() -> None:
@@ -160,7 +160,7 @@ def test_many_pixels_lead_where_each_of_them_does() -> None:
     rng = np.random.default_rng(0)
     size = photos.views[0].intrinsics
     pixels = rng.uniform(0.0, [size.width, size.height], (60, 2))
-    found = photos.places_under(0, pixels)
+    found = photos.intersect_model(0, pixels)
     for pixel, place in zip(pixels, found, strict=True):
         seen = photos.pick(0, pixel)
         if seen is None:
@@ -168,4 +168,4 @@ def test_many_pixels_lead_where_each_of_them_does() -> None:
         else:
             assert np.allclose(place, seen.position, atol=1e-9)
     assert np.isfinite(found[:, 0]).any()
-    assert np.isnan(photos.places_under(0, [[-5.0, 10.0]])).all()
+    assert np.isnan(photos.intersect_model(0, [[-5.0, 10.0]])).all()

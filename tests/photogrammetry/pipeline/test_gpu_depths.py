@@ -19,8 +19,8 @@ from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
 from vomstudio.photogrammetry.dense.pairs import select_pairs
-from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
-from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto, UndistortTask, undistort
+from vomstudio.photogrammetry.pipeline.gpu_depths import choose_device, compute_gpu_depths
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 
 without_gpu = pytest.mark.skipif(has_cuda(), reason="This COLMAP can use a GPU.")
@@ -33,10 +33,10 @@ def test_a_device_that_there_is_not_is_refused() -> None:
 
 @without_gpu
 def test_without_cuda_auto_is_the_processor_and_cuda_is_refused_before_any_work() -> None:
-    assert device_of(PipelineSettings()) == "cpu"
-    assert device_of(PipelineSettings(device="cpu")) == "cpu"
+    assert choose_device(PipelineSettings()) == "cpu"
+    assert choose_device(PipelineSettings(device="cpu")) == "cpu"
     with refused("gpu.unavailable", GeometryError):
-        device_of(PipelineSettings(device="cuda"))
+        choose_device(PipelineSettings(device="cuda"))
 
 
 @without_gpu
@@ -54,16 +54,16 @@ def test_a_failing_gpu_is_said_and_the_processor_takes_over(tmp_path: Path) -> N
         return StageLog(tmp_path / "log.txt", SilentProgress())
 
     first = log()
-    assert not put_depths_of_gpu(scene, pairs, photos, put.append, PipelineSettings(), first)  # type: ignore[arg-type]
+    assert not compute_gpu_depths(scene, pairs, photos, put.append, PipelineSettings(), first)  # type: ignore[arg-type]
     assert not put
     (finding,) = first.notes
     assert isinstance(finding, Finding)
     assert (finding.code, finding.severity) == ("gpu.failed", "warning")
     with refused("gpu.failed", GeometryError):
-        put_depths_of_gpu(scene, pairs, photos, put.append, PipelineSettings(device="cuda"), log())  # type: ignore[arg-type]
+        compute_gpu_depths(scene, pairs, photos, put.append, PipelineSettings(device="cuda"), log())  # type: ignore[arg-type]
 
 
-def _photo(face: Any, view: Any) -> Undistorted:
+def _photo(face: Any, view: Any) -> UndistortedPhoto:
 
     pixels = photograph(face, view, samples=1, seed=1)
     png = cv2.imencode(".png", np.ascontiguousarray(pixels[..., ::-1]))[1].tobytes()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vomstudio.geometry.registration_frames import is_same_registration
-from vomstudio.io.models.reconstruction_file import read_registration_of_result
+from vomstudio.io.models.reconstruction_file import read_result_registration
 from vomstudio.io.models.registration_file import find_registration
 from vomstudio.photogrammetry.pipeline.outputs import Outputs
 from vomstudio.photogrammetry.pipeline.written_models import write_json, write_registrations
@@ -21,7 +21,7 @@ from vomstudio.photogrammetry.pipeline.written_models import write_json, write_r
 def outputs(tmp_path: Path) -> Outputs:
     made = Outputs(tmp_path / "cliff")
     made.folder.mkdir()
-    for path in (made.mesh, *made.others, made.dense):
+    for path in (made.mesh, *made.other_models, made.dense):
         path.write_bytes(path.name.encode())
     return made
 
@@ -50,9 +50,9 @@ def test_each_model_has_the_registration_of_the_result(outputs: Outputs) -> None
     told = result()
     write_json(outputs.result, told)
     write_registrations(outputs, told)
-    expected = read_registration_of_result(outputs.mesh)
+    expected = read_result_registration(outputs.mesh)
     assert [point.label for point in expected.control] == ["A"]
-    for path in (outputs.mesh, *outputs.others, outputs.dense):
+    for path in (outputs.mesh, *outputs.other_models, outputs.dense):
         found = find_registration(path, hashlib.sha256(path.read_bytes()).hexdigest())
         assert found.findings == ()
         assert found.registration is not None

@@ -10,7 +10,7 @@ from tests.photogrammetry.surface import all_around
 from tests.photogrammetry.surface.texture_truth import sample_pages
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.photogrammetry.dense.fusion import fuse
+from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps
 from vomstudio.photogrammetry.surface.meshing import MeshingOptions, build_surface
 from vomstudio.photogrammetry.surface.texture import make_texture
 from vomstudio.photogrammetry.surface.topology import cross_products
@@ -27,7 +27,7 @@ def photographed():
     """(truth, views, photos, cloud, mesh) of the block."""
     truth, views = all_around.block(), all_around.cameras()
     maps = [all_around.exact_map(truth, view) for view in views]
-    cloud = fuse([view.name for view in views], maps, None)
+    cloud = fuse_depth_maps([view.name for view in views], maps, None)
     mesh = build_surface(cloud, MeshingOptions(faces=4000)).mesh
     taken = [
         rock.taken(view, rock.photograph(truth, view, seed=k, shaded=False, noise=1.0))

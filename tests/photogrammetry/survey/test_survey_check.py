@@ -437,7 +437,7 @@ def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
 def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None:
     planes = PlaneSizes.from_pixel_size(pixel)
     large = length_text(1000 * pixel, 2)
-    small = length_text(planes.size_for(5.0), 2)
+    small = length_text(planes.size_for_error(5.0), 2)
     assert small in planes_in_short(planes)
     assert f"{large} (1000 px)" in planes_in_short(planes)
     assert expected_planes(planes).values["textbook_size"] == large

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
-from vomstudio.products.ortho.interpretation import items_of
+from vomstudio.products.ortho.interpretation import items_from_records
 from vomstudio.project import edits, grid_edits
 from vomstudio.project.exports.export import export_records
 from vomstudio.project.grid_edits import MARKS
@@ -97,6 +97,6 @@ def test_exports_have_a_ring_for_every_cell(tmp_path: Path) -> None:
     for format_ in ("shp", "dxf", "kml"):
         export_records(records, format_, tmp_path / f"a.{format_}")
     # A project without grids has no such layer, and a picture draws no cells.
-    assert {item.layer for item in items_of(records, Measurements())} == {"stations"}
+    assert {item.layer for item in items_from_records(records, Measurements())} == {"stations"}
     del records["g"], records["h"]
     assert LAYER not in export_records(records, "gpkg", tmp_path / "b.gpkg").layers

@@ -21,7 +21,7 @@ from vomstudio.core.results import Result, to_dict
 from vomstudio.photogrammetry.georeferencing.control_check import ControlCheck
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs import serialisation
-from vomstudio.studio.jobs.survey_tasks import ControlFacts
+from vomstudio.studio.jobs.survey_tasks import ControlSummary
 from vomstudio.studio.jobs.tasks import TASKS, find_task
 
 
@@ -163,7 +163,7 @@ def test_requests_and_results_of_jobs_are_restored(name: str, part: str, is_full
 
 @pytest.mark.parametrize("is_full", [True, False])
 @pytest.mark.parametrize(
-    ("cls", "to"), [(SurveyReport, SurveyReport), (ControlCheck, ControlFacts)]
+    ("cls", "to"), [(SurveyReport, SurveyReport), (ControlCheck, ControlSummary)]
 )
 def test_printed_objects_that_are_read_again_are_restored(
     cls: type[Result], to: type[Any], is_full: bool

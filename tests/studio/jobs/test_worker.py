@@ -31,7 +31,7 @@ from tests.studio.jobs.odd_jobs import (
     Word,
 )
 from vomstudio.core.errors import InputError, UsageError, WorkerError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.paths import resource
 from vomstudio.studio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
 from vomstudio.studio.jobs.job import NoArguments
@@ -91,7 +91,7 @@ def test_a_failed_job_states_the_place_of_its_error_in_the_file():
     error = InputError(cause, file="control.csv", line=3, field="x")
     event = from_line(to_line(Failed(1, error.to_dict(), error.exit_code)))
     assert event.message == str(error)
-    assert finding_of(event.to_error()) == finding_of(error)
+    assert to_finding(event.to_error()) == to_finding(error)
     argument = UsageError(cause, field="--x")
     assert Failed(1, argument.to_dict(), argument.exit_code).message == argument.message
 
@@ -423,7 +423,7 @@ def test_a_model_crosses_by_the_cache(tmp_path):
     assert isinstance(end, Done)
     assert end.result.kind == "mesh"
     assert any(isinstance(e, Stage) for e in heard.events)
-    data = model_cache.open_cached(end.result.folder).data
+    data = model_cache.open_cache_folder(end.result.folder).data
     assert len(data.faces) > 0
 
 

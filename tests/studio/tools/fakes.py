@@ -84,7 +84,7 @@ class Context:
         self.said: list[str] = []
         self.made: list[str] = []
         self.rows_when_shown: list[int] = []
-        self.let_go: list = []
+        self.feature_discarded: list = []
         self.selected: list = []
         self.paths = Paths()
         self.elements = Elements()
@@ -116,16 +116,16 @@ class Context:
     def tool_changed(self):
         pass
 
-    def discarded(self, discarded):
-        self.let_go.append(discarded)
+    def report_discarded(self, report_discarded):
+        self.feature_discarded.append(report_discarded)
 
-    def created(self, feature_id):
+    def report_created(self, feature_id):
         self.made.append(feature_id)
 
-    def world_places(self, hits):
+    def world_positions(self, hits):
         return np.array([hit.position for hit in hits]).reshape(-1, 3)
 
-    def feature_places(self):
+    def feature_positions(self):
         points = {f.id: self.measure(f).points for f in self.session.features()}
         return {id_: each.mean(axis=0) for id_, each in points.items()}
 

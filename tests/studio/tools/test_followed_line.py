@@ -174,7 +174,7 @@ def test_following_can_be_switched_while_a_trace_is_open(tool, context):
 def test_a_draft_comes_back_with_its_way_points_and_follows_them_again(tool, context):
     clicks(tool, A, B, C)
     state = replay(context.journal.kept).draft.state
-    tool.forget()
+    tool.clear_state()
     context.paths.asked = []
     again = TraceTool(context)
     assert again.restore(state)
@@ -200,8 +200,8 @@ def test_a_continued_trace_is_picked_point_by_point(tool, context):
     assert len(context.session.of(Trace)[0].vertices) == 18
 
 
-def in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
-    return replace(event(kind, at=at, handle=handle), in_photo=True, photo=photo)
+def is_in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
+    return replace(event(kind, at=at, handle=handle), is_in_photo=True, photo=photo)
 
 
 def voted(ends, photo: str) -> FollowedPath:
@@ -209,8 +209,8 @@ def voted(ends, photo: str) -> FollowedPath:
 
 
 def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
-    tool.pointer(in_photo("d/a.jpg", A))
-    tool.pointer(in_photo("d/a.jpg", B))
+    tool.pointer(is_in_photo("d/a.jpg", A))
+    tool.pointer(is_in_photo("d/a.jpg", B))
     assert context.paths.photos == ["d/a.jpg"]
     ((_, _, ends, _, answer),) = context.paths.asked
     answer(voted(ends, "d/a.jpg"))
@@ -228,14 +228,14 @@ def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(too
 
 
 def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, context):
-    tool.pointer(in_photo("a.jpg", A))
-    tool.pointer(in_photo("a.jpg", B, Pointer.MOVE))
+    tool.pointer(is_in_photo("a.jpg", A))
+    tool.pointer(is_in_photo("a.jpg", B, Pointer.MOVE))
     ((_, _, ends, live, answer),) = context.paths.asked
     assert live
     answer(FollowedPath(bowed(ends), "a.jpg", is_final=False))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     context.paths.asked = []
-    tool.pointer(in_photo("a.jpg", B))
+    tool.pointer(is_in_photo("a.jpg", B))
     ((_, _, ends, live, answer),) = context.paths.asked
     assert not live
     assert tool.is_searching
@@ -247,9 +247,9 @@ def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, co
 def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, context):
     clicks(tool, A, B)
     answer_all(context)
-    tool.pointer(in_photo("b.jpg", B, Pointer.DRAG_START, handle=1))
-    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_MOVE))
-    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_END))
+    tool.pointer(is_in_photo("b.jpg", B, Pointer.DRAG_START, handle=1))
+    tool.pointer(is_in_photo("b.jpg", C, Pointer.DRAG_MOVE))
+    tool.pointer(is_in_photo("b.jpg", C, Pointer.DRAG_END))
     assert context.paths.photos[-1] == "b.jpg"
     tool.follow_in_photos(False)
     assert context.paths.photos[-1] == ""
@@ -257,14 +257,14 @@ def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, conte
 
 def test_what_photos_do_not_show_is_followed_over_the_surface(tool, context):
     tool.follow("curvature")
-    tool.pointer(in_photo("a.jpg", A))
-    tool.pointer(in_photo("a.jpg", B))
+    tool.pointer(is_in_photo("a.jpg", A))
+    tool.pointer(is_in_photo("a.jpg", B))
     assert context.paths.photos == [""]
 
 
 def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
-    tool.pointer(in_photo("a.jpg", A))
-    tool.pointer(in_photo("a.jpg", B))
+    tool.pointer(is_in_photo("a.jpg", A))
+    tool.pointer(is_in_photo("a.jpg", B))
     ((_, _, ends, _, answer),) = context.paths.asked
     finding = Finding("photo.not-showing", photo="a.jpg")
     answer(FollowedPath(bowed(ends), warnings=(finding,)))
@@ -273,10 +273,10 @@ def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
 
 
 def test_a_draft_keeps_in_which_photo_its_way_points_were_set(tool, context):
-    tool.pointer(in_photo("a.jpg", A))
-    tool.pointer(in_photo("a.jpg", B))
+    tool.pointer(is_in_photo("a.jpg", A))
+    tool.pointer(is_in_photo("a.jpg", B))
     state = replay(context.journal.kept).draft.state
-    tool.forget()
+    tool.clear_state()
     context.paths.asked, context.paths.photos = [], []
     again = TraceTool(context)
     assert again.restore(state)
@@ -382,7 +382,7 @@ def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
 class Rock:
     """A surface of 2 cm that lies in no plane."""
 
-    def resolution_near(self, points):
+    def local_resolution(self, points):
         return 0.02
 
     def outcrop_normal(self, points):

@@ -95,7 +95,7 @@ def test_the_type_for_planes_is_not_that_of_lines(line, context):
 def test_one_click_is_no_line(line, context):
     clicks(line, STRIA[:1])
     few = Finding("feature.too-few-points", count=1, minimum=2)
-    assert line.why_not_finish() == few
+    assert line.finish_refusal() == few
     assert line.finish() is None
     assert line.is_open
     clicks(line, STRIA[:1])
@@ -219,7 +219,7 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
     measure.choose(kind=kind)
     for count, point in enumerate(ring, 1):
         clicks(measure, [point])
-        why = measure.why_not_finish()
+        why = measure.finish_refusal()
         assert (why is None) == (count >= points), why
         if count < points:
             assert measure.finish() is None
@@ -394,9 +394,9 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
 
 def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:
     line.choose(type_id="own-1", set_name="S2", plane_id="f1", slip="normal")
-    line.forget()
+    line.clear_state()
     assert line.next_line == NextLine()
     measure = MeasureTool(context)
     measure.next_plane_id = "f1"
-    measure.forget()
+    measure.clear_state()
     assert measure.next_plane_id == ""

@@ -345,7 +345,7 @@ def test_enter_closes_a_polygon_before_it_keeps_the_plane(tool, context):
     tool.set_mode("polygon")
     for x, y in ((150, 100), (250, 100)):
         tool.pointer(PointerEvent(Pointer.CLICK, x, y, Button.LEFT))
-    assert tool.why_not_finish().code == "feature.too-few-points"
+    assert tool.finish_refusal().code == "feature.too-few-points"
     assert tool.finish() is None
     assert tool.drawing
     tool.pointer(PointerEvent(Pointer.CLICK, 250, 200, Button.LEFT))
@@ -396,7 +396,7 @@ def test_escape_in_the_first_stroke_discards_all_and_undo_brings_it_back(tool, c
     stroke(tool, (2.0, 1.0), release=False)
     tool.cancel()
     assert not tool.is_open
-    assert context.let_go[-1].bring_back()
+    assert context.feature_discarded[-1].restore_work()
     assert chosen(tool) == within((2.0, 1.0))
 
 
@@ -405,7 +405,7 @@ def test_a_discarded_plane_is_brought_back(tool, context):
     tool.cancel()
     assert not tool.is_open
     assert context.session.draft is None
-    assert context.let_go[-1].bring_back()
+    assert context.feature_discarded[-1].restore_work()
     assert chosen(tool) == within((1.0, 1.0))
     assert context.session.draft is not None
 
@@ -446,12 +446,12 @@ def test_discarding_the_changes_leaves_a_plane_as_it_was(tool, context):
     tool.continue_feature(old.id)
     tool.cancel()
     assert not tool.is_open
-    assert context.let_go == []
+    assert context.feature_discarded == []
     tool.continue_feature(old.id)
     stroke(tool, (2.0, 1.0), shift=True)
     tool.cancel()
     assert patches(context) == [old]
-    assert context.let_go[-1].bring_back()
+    assert context.feature_discarded[-1].restore_work()
     assert tool.is_continued
     assert tool.finish() == old.id
     assert ids(patches(context)[0]) > ids(old)

@@ -55,7 +55,7 @@ def drag(tool, x0, y0, x1, y1, **keys) -> None:
 
 def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
     tool.set_mode("rectangle")
-    tool.set_through(True)
+    tool.set_select_through(True)
     drag(tool, 150, 100, 250, 200)
     first = tool.selection.mask.copy()
     drag(tool, 240, 100, 300, 200, shift=True)
@@ -81,7 +81,7 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
     drag(tool, 1, 1, 2, 2)
     assert tool.selection is None
     assert context.said[-1] == Finding("selection.nothing-inside", through=False)
-    tool.set_through(True)
+    tool.set_select_through(True)
     drag(tool, 1, 1, 2, 2)
     assert context.said[-1] == Finding("selection.nothing-inside", through=True)
     drag(tool, 100, 100, 200, 200, ctrl=True)
@@ -101,7 +101,7 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
 
 def test_no_shape_is_drawn_over_a_photo(tool, context):
     tool.set_mode("rectangle")
-    tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, in_photo=True))
+    tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, is_in_photo=True))
     assert not tool.drawing
     assert context.said[-1] == Finding("selection.not-in-photo")
 
@@ -127,8 +127,8 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.everything()
     assert np.array_equal(tool.selection.mask, ~first)
     tool.cancel()
-    assert context.let_go[0].label == UNDO_LABELS["hide"]
-    assert context.let_go[0].bring_back()
+    assert context.feature_discarded[0].label == UNDO_LABELS["hide"]
+    assert context.feature_discarded[0].restore_work()
     assert context.elements.hidden("m1") is None
     assert np.array_equal(tool.selection.mask, first)
     tool.changes.invert()
@@ -136,10 +136,10 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.changes.isolate()
     assert np.array_equal(context.elements.hidden("m1"), first)
     tool.changes.show_all()
-    assert not tool.changes.anything_hidden()
+    assert not tool.changes.has_hidden_elements()
     # A key pressed by mistake: what was hidden with care is hidden again.
-    assert context.let_go[-1].label == UNDO_LABELS["show"]
-    assert context.let_go[-1].bring_back()
+    assert context.feature_discarded[-1].label == UNDO_LABELS["show"]
+    assert context.feature_discarded[-1].restore_work()
     assert np.array_equal(context.elements.hidden("m1"), first)
 
 
@@ -188,8 +188,8 @@ def test_features_inside_a_shape_are_selected(tool, context):
     trace = Trace("t1", "B01", "bedding", "m1", "0" * 64, vertices)
     context.session.apply(edits.add_features(context.session.records, [trace]))
     tool.set_target("features")
-    assert tool.selects
-    (place,) = context.feature_places().values()
+    assert tool.selects_feature
+    (place,) = context.feature_positions().values()
     x, y = context.elements.look.pixels(place[None])[0]
     drag(tool, x - 9, y - 9, x + 9, y + 9)
     assert context.selected == [(("t1",), "new")]
@@ -200,12 +200,12 @@ def test_features_inside_a_shape_are_selected(tool, context):
     assert context.said[-1].code == "selection.no-feature-inside"
     # The clicks of a polygon are its corners.
     tool.set_mode("polygon")
-    assert not tool.selects
+    assert not tool.selects_feature
 
 
 def test_enter_closes_a_shape_and_nothing_else(tool):
     tool.changes.everything()
-    assert tool.why_not_finish().code == "tool.no-shape"
+    assert tool.finish_refusal().code == "tool.no-shape"
     assert tool.finish() is None
     assert tool.count == len(MESH.faces)
 

@@ -459,7 +459,7 @@ def test_a_trace_that_is_back_before_its_model_is_judged_with_the_model(tool, co
     assert back.trace.resolution is None
 
     class Face:
-        def resolution_near(self, points):
+        def local_resolution(self, points):
             return 0.02
 
         def outcrop_normal(self, points):

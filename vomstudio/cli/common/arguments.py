@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vomstudio.cli.common.command_help import examples_text, grouped
+from vomstudio.cli.common.command_help import examples_text, group_actions
 from vomstudio.cli.common.first_word import nearest_word
-from vomstudio.cli.common.reporting import NoReport, Reporter
+from vomstudio.cli.common.reporting import Reporter, SilentReporter
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -27,7 +27,7 @@ class HelpRequested(Exception):
     """Raised by --help and --version; contains the text to show."""
 
 
-_NUMBERS: dict[Any, str] = {float: "number.invalid", int: "number.not-whole"}
+_ERROR_CODES: dict[Any, str] = {float: "number.invalid", int: "number.not-whole"}
 """Codes of the errors that a word is not a number, by its type."""
 
 
@@ -45,7 +45,7 @@ class Parser(argparse.ArgumentParser):
         formatter = self._get_formatter()
         formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
         formatter.add_text(self.description)
-        for title, actions in grouped(self._actions).items():
+        for title, actions in group_actions(self._actions).items():
             formatter.start_section(tr(title))
             formatter.add_arguments(actions)
             formatter.end_section()
@@ -56,22 +56,22 @@ class Parser(argparse.ArgumentParser):
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         # An empty word results from an unset variable in a script. As a path, it would mean the
         # current folder with all its contents.
-        is_named = action.dest == "output" or not action.option_strings
-        if is_named and action.nargs != argparse.PARSER and "" in arg_strings:
-            raise UsageError(Finding("name.empty"), field=_name_of(action))
+        rejects_empty = action.dest == "output" or not action.option_strings
+        if rejects_empty and action.nargs != argparse.PARSER and "" in arg_strings:
+            raise UsageError(Finding("name.empty"), field=_action_name(action))
         # Users who write - mean standard output and not a file with that name.
         if action.dest == "output" and arg_strings == ["-"]:
-            raise UsageError(Finding("output.is-stdout"), field=_name_of(action))
+            raise UsageError(Finding("output.is-stdout"), field=_action_name(action))
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
         try:
             value = super()._get_value(action, arg_string)
         except argparse.ArgumentError:
-            if action.type not in _NUMBERS:
+            if action.type not in _ERROR_CODES:
                 raise
-            finding = Finding(_NUMBERS[action.type], text=arg_string)
-            raise UsageError(finding, field=_name_of(action)) from None
+            finding = Finding(_ERROR_CODES[action.type], text=arg_string)
+            raise UsageError(finding, field=_action_name(action)) from None
         # Choices never differ only in case, so PCA is pca.
         if isinstance(action, argparse._SubParsersAction) or action.choices is None:
             return value
@@ -89,24 +89,24 @@ class Parser(argparse.ArgumentParser):
         arguments = list(args or ())
         if unknown_option := next(self._unknown_options(arguments), None):
             self._refuse_option(unknown_option)
-        namespace_parsed, remaining = super().parse_known_args(arguments, namespace)
-        if remaining:
-            raise self._unknown_argument(" ".join(remaining))
-        return namespace_parsed, remaining
+        parsed_namespace, remaining_words = super().parse_known_args(arguments, namespace)
+        if remaining_words:
+            raise self._unknown_argument_error(" ".join(remaining_words))
+        return parsed_namespace, remaining_words
 
     def _unknown_options(self, arguments: Sequence[str]) -> Iterator[str]:
         """Yield options that this parser does not have, up to the first word of a subparser."""
         options = self._option_string_actions
-        deeper = self._subparsers_choices()
+        subcommands = self._subcommand_names()
         if not {"-h", "--help"}.isdisjoint(arguments):
             return
-        words_before = sum(not action.option_strings for action in self._actions) - 1
+        remaining_positionals = sum(not action.option_strings for action in self._actions) - 1
         for word in arguments:
-            if word == "--" or word in deeper:
+            if word == "--" or word in subcommands:
                 return
             if not word.startswith("-") or " " in word or word == "-":
-                words_before -= 1
-                if deeper and words_before < 0:
+                remaining_positionals -= 1
+                if subcommands and remaining_positionals < 0:
                     # The word is a misspelt subparser, which is reported as such.
                     return
                 continue
@@ -116,16 +116,16 @@ class Parser(argparse.ArgumentParser):
             if option not in options and (word.startswith("--") or word[:2] not in options):
                 yield option
 
-    def _subparsers_choices(self) -> frozenset[str]:
+    def _subcommand_names(self) -> frozenset[str]:
         subparser_actions = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
         return frozenset(name for action in subparser_actions for name in action.choices)
 
     def _refuse_option(self, option: str) -> NoReturn:
         # Compare without the leading dashes, which would make all options similar.
-        names_by_letters = {name.lstrip("-"): name for name in self._option_string_actions}
-        if suggestion := nearest_word(option.lstrip("-").casefold(), [*names_by_letters], 0.7):
-            raise self._misspelt(option, names_by_letters[suggestion], option)
-        raise self._unknown_argument(option)
+        flags_by_name = {name.lstrip("-"): name for name in self._option_string_actions}
+        if suggestion := nearest_word(option.lstrip("-").casefold(), [*flags_by_name], 0.7):
+            raise self._misspelling_error(option, flags_by_name[suggestion], option)
+        raise self._unknown_argument_error(option)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:
@@ -133,27 +133,29 @@ class Parser(argparse.ArgumentParser):
         except argparse.ArgumentError:
             choices = [str(choice) for choice in action.choices or ()]
             if suggestion := nearest_word(str(value).casefold(), choices):
-                raise self._misspelt(str(value), suggestion, _name_of(action)) from None
+                raise self._misspelling_error(
+                    str(value), suggestion, _action_name(action)
+                ) from None
             finding = Finding("option.not-a-choice", value=value, choices=choices)
-            raise UsageError(finding, field=_name_of(action)) from None
+            raise UsageError(finding, field=_action_name(action)) from None
 
     def error(self, message: str) -> NoReturn:
-        if missing := re.search(r"arguments are required: (.+)$", message):
-            names = [_long_name(name) for name in missing[1].split(", ")]
+        if missing_match := re.search(r"arguments are required: (.+)$", message):
+            names = [_long_name(name) for name in missing_match[1].split(", ")]
             finding = Finding("command.arguments-missing", names=names, program=self.prog)
             raise UsageError(finding, field=names[0])
         match = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
-        field, problem = match.groups() if match else (_alternatives(message), message)
+        field, problem = match.groups() if match else (_parse_alternatives(message), message)
         problem = " ".join(problem.split())
         problem = problem[:1].upper() + problem[1:]
         finding = Finding("command.invalid", problem=problem, program=self.prog)
         raise UsageError(finding, field=None if field is None else _long_name(field))
 
-    def _misspelt(self, value: str, nearest_text: str, field: str | None) -> UsageError:
-        finding = Finding("command.misspelt", value=value, nearest=nearest_text, program=self.prog)
+    def _misspelling_error(self, value: str, suggestion: str, field: str | None) -> UsageError:
+        finding = Finding("command.misspelt", value=value, nearest=suggestion, program=self.prog)
         return UsageError(finding, field=field)
 
-    def _unknown_argument(self, value: str) -> UsageError:
+    def _unknown_argument_error(self, value: str) -> UsageError:
         finding = Finding("command.unknown-argument", value=value, program=self.prog)
         return UsageError(finding, field=value)
 
@@ -161,12 +163,12 @@ class Parser(argparse.ArgumentParser):
         raise HelpRequested(message.rstrip("\n"))
 
 
-def _name_of(action: argparse.Action) -> str | None:
+def _action_name(action: argparse.Action) -> str | None:
     name = argparse._get_action_name(action)
     return None if name is None else _long_name(name)
 
 
-def _alternatives(message: str) -> str | None:
+def _parse_alternatives(message: str) -> str | None:
     """Parse argparse's message about required alternatives; None for other messages."""
     match = re.search(r"^one of the arguments (.+) is", message)
     return None if match is None else match[1]
@@ -181,7 +183,7 @@ def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> P
     """Add a command with the options that are shared by all commands."""
     parser: Parser = subparsers.add_parser(name, help=help_, description=f"{help_}.")
     add_shared_options(parser)
-    parser.set_defaults(run=run, reporter=NoReport())
+    parser.set_defaults(run=run, reporter=SilentReporter())
     return parser
 
 

@@ -17,16 +17,43 @@ GENERAL = to_translate("general")
 COMMANDS = to_translate("commands")
 GROUPS = (COMMANDS, INPUT, METHOD, COORDINATES, FIGURE, OUTPUT, GENERAL)
 
-_GENERAL = {"--help", "--json", "--progress", "--quiet", "--verbose", "--version"}
-_GENERAL |= {"--install-desktop", "--uninstall-desktop"}
-_COORDINATES = {"--up", "--unit", "--crs", "--to-crs", "--project"}
-_OUTPUT = {"--output", "--force", "--plot", "--labels", "--sheet", "--draw", "--show", "--paint"}
-_OUTPUT |= {"--profiles", "--hillshade", "--slope", "--aspect", "--contours", "--into"}
-_FIGURE = {"--font", "--font-size", "--line-width", "--grey", "--symbol-size", "--size", "--color"}
-_FILES = {"FILE", "TABLE", "MODEL", "FACETS", "POINTS", "DRAWING", "PHOTO", "POLYGON", "LINE"}
+_GENERAL_FLAGS = {"--help", "--json", "--progress", "--quiet", "--verbose", "--version"}
+_GENERAL_FLAGS |= {"--install-desktop", "--uninstall-desktop"}
+_COORDINATE_FLAGS = {"--up", "--unit", "--crs", "--to-crs", "--project"}
+_OUTPUT_FLAGS = {
+    "--output",
+    "--force",
+    "--plot",
+    "--labels",
+    "--sheet",
+    "--draw",
+    "--show",
+    "--paint",
+}
+_OUTPUT_FLAGS |= {"--profiles", "--hillshade", "--slope", "--aspect", "--contours", "--into"}
+_FIGURE_FLAGS = {
+    "--font",
+    "--font-size",
+    "--line-width",
+    "--grey",
+    "--symbol-size",
+    "--size",
+    "--color",
+}
+_FILE_METAVARS = {
+    "FILE",
+    "TABLE",
+    "MODEL",
+    "FACETS",
+    "POINTS",
+    "DRAWING",
+    "PHOTO",
+    "POLYGON",
+    "LINE",
+}
 
 
-def group_of(action: argparse.Action) -> str:
+def help_group(action: argparse.Action) -> str:
     """Return the group of the help in which an argument is listed.
 
     Parameters
@@ -44,17 +71,17 @@ def group_of(action: argparse.Action) -> str:
         return INPUT
     flag = action.option_strings[-1]
     for group, flags in (
-        (GENERAL, _GENERAL),
-        (COORDINATES, _COORDINATES),
-        (OUTPUT, _OUTPUT),
-        (FIGURE, _FIGURE),
+        (GENERAL, _GENERAL_FLAGS),
+        (COORDINATES, _COORDINATE_FLAGS),
+        (OUTPUT, _OUTPUT_FLAGS),
+        (FIGURE, _FIGURE_FLAGS),
     ):
         if flag in flags:
             return group
-    return INPUT if action.metavar in _FILES else METHOD
+    return INPUT if action.metavar in _FILE_METAVARS else METHOD
 
 
-def grouped(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Action]]:
+def group_actions(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Action]]:
     """Return the arguments by their group, in the order of the groups.
 
     Parameters
@@ -68,12 +95,12 @@ def grouped(actions: Iterable[argparse.Action]) -> dict[str, list[argparse.Actio
     """
     all_actions = list(actions)
     groups = {
-        group: [action for action in all_actions if group_of(action) == group] for group in GROUPS
+        group: [action for action in all_actions if help_group(action) == group] for group in GROUPS
     }
     return {group: members for group, members in groups.items() if members}
 
 
-def examples_of(program: str) -> tuple[str, ...]:
+def command_examples(program: str) -> tuple[str, ...]:
     """Return the examples of a command.
 
     Parameters
@@ -101,7 +128,7 @@ def examples_text(program: str) -> str:
     -------
     str
     """
-    examples = examples_of(program)
+    examples = command_examples(program)
     if not examples:
         return ""
     lines = [
@@ -116,12 +143,12 @@ def examples_text(program: str) -> str:
         is_read = any(word == name or word.startswith(f"{name}/") for word in words)
         if is_read and name not in outputs:
             lines.append("  " + tr("to create {file}: {command}", file=name, command=source))
-    lines += [f"  {name}: {tr(text)}" for name, text in OWN_FILES.items() if name in words]
+    lines += [f"  {name}: {tr(text)}" for name, text in USER_FILES.items() if name in words]
     return "\n".join(lines) + "\n"
 
 
-_SAMPLE = "resources/sample/sample.obj"
-_PROJECT = "vomstudio project results/sample.vom"
+_SAMPLE_MODEL = "resources/sample/sample.obj"
+_PROJECT_COMMAND = "vomstudio project results/sample.vom"
 
 _TIE_COLUMNS = "label,model_x,model_y,model_z,x,y,z"
 _TABLES = {
@@ -144,13 +171,13 @@ SOURCES = {
         for name, rows in _TABLES.items()
     },
     "planes.csv": "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
-    "facets.csv": f"vomstudio facets {_SAMPLE} -o facets.csv",
+    "facets.csv": f"vomstudio facets {_SAMPLE_MODEL} -o facets.csv",
     "results": "vomstudio demo --without-photos -o results",
     "model": "vomstudio reconstruct resources/sample/photos --quality preview -o model",
 }
 """Files that examples read, with the command that writes them."""
 
-OWN_FILES = {"walk.mp4": to_translate("a video of the outcrop")}
+USER_FILES = {"walk.mp4": to_translate("a video of the outcrop")}
 """Files that the user of an example brings."""
 
 EXAMPLES: dict[str, tuple[str, str]] = {
@@ -159,12 +186,12 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "vomstudio demo -o results_with_photos",
     ),
     "info": (
-        f"vomstudio info {_SAMPLE}",
+        f"vomstudio info {_SAMPLE_MODEL}",
         "vomstudio info resources/sample/photos --json",
     ),
     "convert": (
-        f"vomstudio convert {_SAMPLE} cliff.glb",
-        f"vomstudio convert {_SAMPLE} sample.ply --to-crs EPSG:25833",
+        f"vomstudio convert {_SAMPLE_MODEL} cliff.glb",
+        f"vomstudio convert {_SAMPLE_MODEL} sample.ply --to-crs EPSG:25833",
     ),
     "fit": (
         "vomstudio fit resources/sample/picks.csv --by pick -o planes.csv",
@@ -219,39 +246,41 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "vomstudio log boundaries.csv --bed 90/30 --bed-error 2 -o log.csv",
     ),
     "ortho": (
-        f"vomstudio ortho {_SAMPLE} --fold planes.csv -o profile.tif",
-        f"vomstudio ortho {_SAMPLE} --plane 211/79 --gsd 0.02 --sheet face.pdf -o face.tif",
+        f"vomstudio ortho {_SAMPLE_MODEL} --fold planes.csv -o profile.tif",
+        f"vomstudio ortho {_SAMPLE_MODEL} --plane 211/79 --gsd 0.02 --sheet face.pdf -o face.tif",
     ),
     "dem": (
-        f"vomstudio dem {_SAMPLE} --gsd 0.05 -o heights.tif",
-        f"vomstudio dem {_SAMPLE} --plane 211/79 --gsd 0.05 --hillshade -o relief.tif",
+        f"vomstudio dem {_SAMPLE_MODEL} --gsd 0.05 -o heights.tif",
+        f"vomstudio dem {_SAMPLE_MODEL} --plane 211/79 --gsd 0.05 --hillshade -o relief.tif",
     ),
     "section": (
-        f"vomstudio section {_SAMPLE} --plane 211/79 --through 364534,4721859.5,852 -o cut.svg",
-        f"vomstudio section {_SAMPLE} --plane 121/90 --through 364534,4721859.5,852 -o cut.csv",
+        f"vomstudio section {_SAMPLE_MODEL} --plane 211/79 --through 364534,4721859.5,852"
+        " -o cut.svg",
+        f"vomstudio section {_SAMPLE_MODEL} --plane 121/90 --through 364534,4721859.5,852"
+        " -o cut.csv",
     ),
     "extend": (
-        f"vomstudio extend {_SAMPLE} --plane 315/38 --through 364521.66,4721864.89,850.38"
+        f"vomstudio extend {_SAMPLE_MODEL} --plane 315/38 --through 364521.66,4721864.89,850.38"
         " --error 1 -o extended.csv",
-        f"vomstudio extend {_SAMPLE} --plane 315/38 --through 364521.66,4721864.89,850.38"
+        f"vomstudio extend {_SAMPLE_MODEL} --plane 315/38 --through 364521.66,4721864.89,850.38"
         " --error 1 --thickness 0.5 -o beds.gpkg",
     ),
     "surface": (
-        f"vomstudio surface {_SAMPLE} --around 364530,4721860,850,3 -o deviations.tif",
-        f"vomstudio surface {_SAMPLE} --around 364530,4721860,850,3 --profiles lines.csv"
+        f"vomstudio surface {_SAMPLE_MODEL} --around 364530,4721860,850,3 -o deviations.tif",
+        f"vomstudio surface {_SAMPLE_MODEL} --around 364530,4721860,850,3 --profiles lines.csv"
         " -o deviations.ply",
     ),
     "measurable": (
-        f"vomstudio measurable {_SAMPLE} --plane 315/38 --length 4",
-        f"vomstudio measurable {_SAMPLE} --mean planes.csv --length 4 -o measurable.tif",
+        f"vomstudio measurable {_SAMPLE_MODEL} --plane 315/38 --length 4",
+        f"vomstudio measurable {_SAMPLE_MODEL} --mean planes.csv --length 4 -o measurable.tif",
     ),
     "facets": (
-        f"vomstudio facets {_SAMPLE} -o facets.csv",
-        f"vomstudio facets {_SAMPLE} --propose-sets --labels facets.ply -o facet_sets.csv",
+        f"vomstudio facets {_SAMPLE_MODEL} -o facets.csv",
+        f"vomstudio facets {_SAMPLE_MODEL} --propose-sets --labels facets.ply -o facet_sets.csv",
     ),
     "trace": (
         "vomstudio trace resources/outcrop/outcrop.obj --propose -o proposals.csv",
-        f"vomstudio trace {_SAMPLE} --through way_points.csv -o trace.csv",
+        f"vomstudio trace {_SAMPLE_MODEL} --through way_points.csv -o trace.csv",
     ),
     "plan": (
         "vomstudio plan --camera 'DJI FC3582' --distance 30 --width 80 --height 25 --manner drone",
@@ -273,11 +302,11 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "register": (
         "vomstudio register - --pairs points.csv",
-        f"vomstudio register {_SAMPLE} --pairs tie.csv --crs EPSG:32633 -o placed.ply",
+        f"vomstudio register {_SAMPLE_MODEL} --pairs tie.csv --crs EPSG:32633 -o placed.ply",
     ),
     "compare": (
-        f"vomstudio compare model/model.obj {_SAMPLE}",
-        f"vomstudio compare model/model.obj {_SAMPLE} --m3c2 0.2 -o distances.ply",
+        f"vomstudio compare model/model.obj {_SAMPLE_MODEL}",
+        f"vomstudio compare model/model.obj {_SAMPLE_MODEL} --m3c2 0.2 -o distances.ply",
     ),
     "export": (
         "vomstudio export results/sample.vom --to gpkg -o layers.gpkg",
@@ -287,58 +316,62 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "vomstudio completion bash",
         "vomstudio completion fish --json",
     ),
-    "project": (f"{_PROJECT} list", f"{_PROJECT} fit --json"),
+    "project": (f"{_PROJECT_COMMAND} list", f"{_PROJECT_COMMAND} fit --json"),
     "project create": (
         "vomstudio project ridge.vom create",
         "vomstudio project cliff.vom create --json",
     ),
-    "project list": (f"{_PROJECT} list", f"{_PROJECT} list --json"),
+    "project list": (f"{_PROJECT_COMMAND} list", f"{_PROJECT_COMMAND} list --json"),
     "project add-model": (
-        f"{_PROJECT} add-model resources/outcrop/outcrop.obj",
-        f"{_PROJECT} add-model resources/outcrop/outcrop.obj --crs EPSG:32633",
+        f"{_PROJECT_COMMAND} add-model resources/outcrop/outcrop.obj",
+        f"{_PROJECT_COMMAND} add-model resources/outcrop/outcrop.obj --crs EPSG:32633",
     ),
     "project register": (
-        f"{_PROJECT} register tie.csv --model sample --crs EPSG:32633",
-        f"{_PROJECT} register tie.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
+        f"{_PROJECT_COMMAND} register tie.csv --model sample --crs EPSG:32633",
+        f"{_PROJECT_COMMAND} register tie.csv --model sample --crs EPSG:32633 --click-sigma 0.01",
     ),
     "project add-picks": (
-        f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type joint --model sample",
-        f"{_PROJECT} add-picks resources/sample/picks.csv --by pick --type bedding --set west"
+        f"{_PROJECT_COMMAND} add-picks resources/sample/picks.csv --by pick --type joint"
         " --model sample",
+        f"{_PROJECT_COMMAND} add-picks resources/sample/picks.csv --by pick --type bedding"
+        " --set west --model sample",
     ),
     "project import": (
-        f"{_PROJECT} import stations.csv --model sample",
-        f"{_PROJECT} import stations.csv --model sample --json",
+        f"{_PROJECT_COMMAND} import stations.csv --model sample",
+        f"{_PROJECT_COMMAND} import stations.csv --model sample --json",
     ),
     "project accept": (
-        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
-        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
+        f"{_PROJECT_COMMAND} accept facets --type joint --min-area 0.5 --model sample",
+        f"{_PROJECT_COMMAND} accept traces --type bedding --max-lines 10 --model sample",
     ),
     "project accept facets": (
-        f"{_PROJECT} accept facets --type joint --model sample",
-        f"{_PROJECT} accept facets --type joint --min-area 0.5 --model sample",
+        f"{_PROJECT_COMMAND} accept facets --type joint --model sample",
+        f"{_PROJECT_COMMAND} accept facets --type joint --min-area 0.5 --model sample",
     ),
     "project accept traces": (
-        f"{_PROJECT} accept traces --type bedding --model sample",
-        f"{_PROJECT} accept traces --type bedding --max-lines 10 --model sample",
+        f"{_PROJECT_COMMAND} accept traces --type bedding --model sample",
+        f"{_PROJECT_COMMAND} accept traces --type bedding --max-lines 10 --model sample",
     ),
     "project set": (
-        f"{_PROJECT} set B01 B02 --set upper",
-        f"{_PROJECT} set B01 --name base",
+        f"{_PROJECT_COMMAND} set B01 B02 --set upper",
+        f"{_PROJECT_COMMAND} set B01 --name base",
     ),
-    "project delete": (f"{_PROJECT} delete B01", f"{_PROJECT} delete B02 B03"),
-    "project fit": (f"{_PROJECT} fit", f"{_PROJECT} fit B01 B02 --json"),
-    "project coverage": (f"{_PROJECT} coverage", f"{_PROJECT} coverage --json"),
-    "project profile": (f"{_PROJECT} profile textbook", f"{_PROJECT} profile error"),
-    "project update": (f"{_PROJECT} update", f"{_PROJECT} update --json"),
-    "project undo": (f"{_PROJECT} undo", f"{_PROJECT} undo --json"),
-    "project redo": (f"{_PROJECT} redo", f"{_PROJECT} redo --json"),
-    "project verify": (f"{_PROJECT} verify", f"{_PROJECT} verify --json"),
-    "project repair": (f"{_PROJECT} repair", f"{_PROJECT} repair --json"),
-    "project compact": (f"{_PROJECT} compact --dry-run", f"{_PROJECT} compact"),
+    "project delete": (f"{_PROJECT_COMMAND} delete B01", f"{_PROJECT_COMMAND} delete B02 B03"),
+    "project fit": (f"{_PROJECT_COMMAND} fit", f"{_PROJECT_COMMAND} fit B01 B02 --json"),
+    "project coverage": (f"{_PROJECT_COMMAND} coverage", f"{_PROJECT_COMMAND} coverage --json"),
+    "project profile": (
+        f"{_PROJECT_COMMAND} profile textbook",
+        f"{_PROJECT_COMMAND} profile error",
+    ),
+    "project update": (f"{_PROJECT_COMMAND} update", f"{_PROJECT_COMMAND} update --json"),
+    "project undo": (f"{_PROJECT_COMMAND} undo", f"{_PROJECT_COMMAND} undo --json"),
+    "project redo": (f"{_PROJECT_COMMAND} redo", f"{_PROJECT_COMMAND} redo --json"),
+    "project verify": (f"{_PROJECT_COMMAND} verify", f"{_PROJECT_COMMAND} verify --json"),
+    "project repair": (f"{_PROJECT_COMMAND} repair", f"{_PROJECT_COMMAND} repair --json"),
+    "project compact": (f"{_PROJECT_COMMAND} compact --dry-run", f"{_PROJECT_COMMAND} compact"),
     "project report": (
-        f"{_PROJECT} report -o report.html",
-        f"{_PROJECT} report -o figures.html --json",
+        f"{_PROJECT_COMMAND} report -o report.html",
+        f"{_PROJECT_COMMAND} report -o figures.html --json",
     ),
 }
 """Two examples of each command; they run in the folder of the program with the sample."""

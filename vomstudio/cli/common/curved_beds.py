@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
 from vomstudio.core.words import tr
 
 if TYPE_CHECKING:

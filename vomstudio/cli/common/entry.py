@@ -22,9 +22,9 @@ from vomstudio.cli.common.global_options import (
     add_global_options,
     run_global_option,
 )
-from vomstudio.cli.common.output import Channel, Output, preserved_stdout, to_json
+from vomstudio.cli.common.output import Channel, Output, preserve_stdout, to_json
 from vomstudio.cli.common.reporting import reporting
-from vomstudio.cli.common.stop_signals import stop_signals_as_interrupts
+from vomstudio.cli.common.stop_signals import interrupt_on_stop_signals
 from vomstudio.core.errors import Cancelled, InputError, VomError
 from vomstudio.core.failures import (
     log,  # noqa: F401 - without a log nothing of it reaches stderr
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; this function never raises exceptions."""
     arguments = [_expand_home(word) for word in (sys.argv[1:] if argv is None else argv)]
     memory_limit.enable_limits()
-    with preserved_stdout() as channel, stop_signals_as_interrupts():
+    with preserve_stdout() as channel, interrupt_on_stop_signals():
         try:
             return _run(arguments, channel)
         except BrokenPipeError:  # `| head` has read enough
@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except KeyboardInterrupt:  # while writing
             return Cancelled.exit_code
         except VomError as error:  # stdout itself could not be written
-            return _fail(error, None, Output(with_json=False))
+            return _report_failure(error, None, Output(writes_json=False))
 
 
 def _expand_home(word: str) -> str:
@@ -59,19 +59,19 @@ def _expand_home(word: str) -> str:
     return word if os.path.lexists(value) else option + equals + os.path.expanduser(value)
 
 
-def _shows_progress(arguments: Sequence[str]) -> bool:
+def _has_json_progress(arguments: Sequence[str]) -> bool:
     return "--progress=json" in arguments or ("--progress", "json") in itertools.pairwise(arguments)
 
 
 def _run(arguments: list[str], channel: Channel) -> int:
-    begun_s = time.monotonic()
+    start_time_s = time.monotonic()
     # Read before parsing so that parsing errors have the requested form.
-    output = Output(with_json="--json" in arguments, json_events=_shows_progress(arguments))
+    output = Output(writes_json="--json" in arguments, json_events=_has_json_progress(arguments))
     failure: VomError | None = None
-    debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
+    is_debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
         with warnings.catch_warnings():
-            if not debug:
+            if not is_debug:
                 # Warnings of libraries are intended for programmers; users get findings.
                 warnings.simplefilter("ignore")
             check_first_word(arguments)
@@ -82,11 +82,11 @@ def _run(arguments: list[str], channel: Channel) -> int:
                 is_quiet=args.quiet,
                 is_verbose=args.verbose,
                 json_events=output.writes_events,
-                start_time_s=begun_s,
+                start_time_s=start_time_s,
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()
-        text = output.for_stdout()
+        text = output.stdout_text()
     except HelpRequested as wanted:
         channel.write(f"{wanted}\n")
         return 0
@@ -95,13 +95,13 @@ def _run(arguments: list[str], channel: Channel) -> int:
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
         # If an import is interrupted, the installation would appear to be broken.
         failure = Cancelled() if stop_requests.is_requested() else _to_vom_error(error)
-        if debug:
+        if is_debug:
             traceback.print_exception(error)
     if failure is not None:
-        return _fail(failure, channel if output.as_json else None, output)
-    _write_stderr(output.for_stderr())
+        return _report_failure(failure, channel if output.writes_json else None, output)
+    _write_stderr(output.stderr_text())
     channel.write(text)
-    return InputError.exit_code if output.failed else 0
+    return InputError.exit_code if output.has_failed else 0
 
 
 class _InternalError(VomError):
@@ -118,14 +118,14 @@ def _to_vom_error(error: Exception) -> VomError:
             remedy = tr("Close other programs and try again.")
             return _InternalError(Finding("job.out-of-memory", remedy=remedy))
         case OSError():
-            return _os_error_as_vom_error(error)
+            return _convert_os_error(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
     return _InternalError(
         Finding("command.internal-error", type=type(error).__name__, error=str(error))
     )
 
 
-def _os_error_as_vom_error(error: OSError) -> VomError:
+def _convert_os_error(error: OSError) -> VomError:
     finding = Finding("system.refused", reason=error.strerror or str(error))
     if isinstance(error, BrokenPipeError) or error.filename is None:
         return _InternalError(finding)
@@ -133,9 +133,9 @@ def _os_error_as_vom_error(error: OSError) -> VomError:
     return InputError(finding, file=str(name))
 
 
-def _fail(error: VomError, channel: Channel | None, output: Output) -> int:
+def _report_failure(error: VomError, channel: Channel | None, output: Output) -> int:
     sentence = f"vomstudio: {' '.join(str(error).splitlines())}"
-    _write_stderr(output.line_for_stderr(sentence, error=error.to_dict()) + "\n")
+    _write_stderr(output.format_stderr_line(sentence, error=error.to_dict()) + "\n")
     if channel is not None:
         channel.write(to_json({"error": error.to_dict()}) + "\n")
     return error.exit_code

@@ -58,20 +58,20 @@ def check_first_word(arguments: Sequence[str]) -> None:
     """Raise UsageError, with the nearest match, if a word is neither a command nor a file."""
     if not arguments or arguments[0] in COMMANDS or arguments[0].startswith("-"):
         return
-    missing = next((word for word in arguments if not _is_similar_to_command(word)), None)
-    if missing is None:
+    unknown_word = next((word for word in arguments if not _is_option_or_path(word)), None)
+    if unknown_word is None:
         option = next(word for word in arguments if word.startswith("-"))
         raise UsageError(Finding("command.window-options"), field=option)
-    if missing != arguments[0] or _is_path_like(missing):
-        raise _missing_file_error(missing)
-    suggestion = nearest_word(missing.casefold(), [*COMMANDS, "--help", "--version"])
+    if unknown_word != arguments[0] or _is_path_like(unknown_word):
+        raise _missing_file_error(unknown_word)
+    suggestion = nearest_word(unknown_word.casefold(), [*COMMANDS, "--help", "--version"])
     finding = Finding(
-        "command.unknown", value=missing, nearest=suggestion, commands=", ".join(COMMANDS)
+        "command.unknown", value=unknown_word, nearest=suggestion, commands=", ".join(COMMANDS)
     )
     raise UsageError(finding, field="COMMAND")
 
 
-def _is_similar_to_command(word: str) -> bool:
+def _is_option_or_path(word: str) -> bool:
     return word.startswith("-") or _path_exists(word)
 
 
@@ -96,9 +96,9 @@ def nearest_word(word: str, names: Sequence[str], min_similarity: float = 0.6) -
     """
     import difflib
 
-    begins = [name for name in names if len(word) > 1 and name.startswith(word)]
-    if len(begins) == 1:
-        return begins[0]
+    prefix_matches = [name for name in names if len(word) > 1 and name.startswith(word)]
+    if len(prefix_matches) == 1:
+        return prefix_matches[0]
     matches = difflib.get_close_matches(word, names, 1, min_similarity)
     return matches[0] if matches else None
 

@@ -25,13 +25,13 @@ def add_global_options(parser: Parser) -> None:
         action="store_true",
         help=tr("print the version; with --json also versions of Python, packages and graphics"),
     )
-    desktop = parser.add_mutually_exclusive_group()
-    desktop.add_argument(
+    desktop_group = parser.add_mutually_exclusive_group()
+    desktop_group.add_argument(
         "--install-desktop",
         action="store_true",
         help=tr("add VOM Studio to the desktop menu of this user (Linux)"),
     )
-    desktop.add_argument(
+    desktop_group.add_argument(
         "--uninstall-desktop",
         action="store_true",
         help=tr("remove the files that --install-desktop wrote"),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vomstudio.studio.world_models import WorldModel
 
 
-def write_labelled(
+def write_labelled_model(
     args: argparse.Namespace,
     model: WorldModel,
     fields: Mapping[str, GenericArray],

@@ -26,15 +26,15 @@ from vomstudio.core.words import to_translate, tr
 class Output:
     """Output of a command, which is collected until it is complete."""
 
-    def __init__(self, *, with_json: bool, json_events: bool = False) -> None:
-        self.as_json = with_json
+    def __init__(self, *, writes_json: bool, json_events: bool = False) -> None:
+        self.writes_json = writes_json
         self.writes_events = json_events
         """Whether stderr contains only JSON lines, so that programs can parse the progress."""
         self.quiet = False
         """Whether to omit notes and warnings; errors are always shown."""
         self.shows_codes = False
         """Whether notes contain the codes of findings."""
-        self.failed = False
+        self.has_failed = False
         """Whether the exit code indicates an error despite a result (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
         self._text: list[str] = []
@@ -55,7 +55,7 @@ class Output:
 
     def error(self, text: str) -> None:
         """Report an item that failed while others succeeded (exit code 2; shown even if quiet)."""
-        self.failed = True
+        self.has_failed = True
         self._errors.append(text)
         self._notes.append(text)
 
@@ -63,26 +63,26 @@ class Output:
         """Store findings for people, each with the word for its severity."""
         for finding in warnings:
             message = f"[{finding.code}] {finding}" if self.shows_codes else finding
-            self.note(tr(_SEVERITIES[finding.severity], message=message))
+            self.note(tr(_SEVERITY_TEXTS[finding.severity], message=message))
 
-    def for_stdout(self) -> str:
-        if self.as_json:
+    def stdout_text(self) -> str:
+        if self.writes_json:
             return "" if self._result is None else to_json(self._result) + "\n"
         return escape_for_terminal("".join(f"{text}\n" for text in self._text))
 
-    def for_stderr(self) -> str:
-        lines = self._notes + (self._text if self.as_json else [])
+    def stderr_text(self) -> str:
+        lines = self._notes + (self._text if self.writes_json else [])
         if self.quiet:
             lines = self._errors
-        return "".join(f"{self.line_for_stderr(text)}\n" for text in lines)
+        return "".join(f"{self.format_stderr_line(text)}\n" for text in lines)
 
-    def line_for_stderr(self, text: str, **extra: object) -> str:
+    def format_stderr_line(self, text: str, **extra: object) -> str:
         if self.writes_events:
             return to_json({"event": "text", "text": text, **extra})
         return escape_for_terminal(text)
 
 
-_SEVERITIES = {
+_SEVERITY_TEXTS = {
     "info": to_translate("note: {message}"),
     "warning": to_translate("warning: {message}"),
     "error": to_translate("error: {message}"),
@@ -94,7 +94,7 @@ def escape_for_terminal(text: str) -> str:
 
     Names in files from unknown sources must not control the terminal.
     """
-    return STEERING_CHARACTERS.sub(_escape_character, text)
+    return CONTROL_CHARACTERS.sub(_escape_character, text)
 
 
 def to_json(value: object) -> str:
@@ -122,7 +122,7 @@ def _to_plain_value(value: object) -> object:
     raise TypeError(f"{type(value).__name__} has no place in JSON")
 
 
-STEERING_CHARACTERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+CONTROL_CHARACTERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 """Control characters except tab and line feed, and characters that set the text direction."""
 
 
@@ -157,7 +157,7 @@ class Channel:
 
 
 @contextlib.contextmanager
-def preserved_stdout() -> Iterator[Channel]:
+def preserve_stdout() -> Iterator[Channel]:
     """Yield the original stdout; everything printed in the meantime goes to stderr."""
     stream = sys.stdout
     try:

@@ -54,37 +54,41 @@ class StepClock:
     def __init__(self, total: int | None) -> None:
         self.total = total
         self.done = 0
-        self._first: tuple[int, float] | None = None
-        self._last_s = 0.0
-        self._increases = 0
+        self._first_step: tuple[int, float] | None = None
+        self._last_time_s = 0.0
+        self._increase_count = 0
 
     def step(self, done_count: int, now_s: float) -> None:
         """Record that `done_count` steps are completed."""
-        if self._first is None:
+        if self._first_step is None:
             # A resumed stage begins at a number greater than 0.
-            self._first, self._last_s = (done_count, now_s), now_s
+            self._first_step, self._last_time_s = (done_count, now_s), now_s
         elif done_count > self.done:
-            self._increases += 1
-            self._last_s = now_s
+            self._increase_count += 1
+            self._last_time_s = now_s
         self.done = done_count
 
     def remaining_s(self, now_s: float) -> float | None:
         """Estimate the remaining time; None if the total or the step duration is unknown."""
-        if self.total is None or self._first is None or self._increases < MIN_STEPS_FOR_ESTIMATE:
+        if (
+            self.total is None
+            or self._first_step is None
+            or self._increase_count < MIN_STEPS_FOR_ESTIMATE
+        ):
             return None
         if self.done >= self.total:
             return None
-        first_done, first_s = self._first
-        steps = self.done - first_done
-        if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
+        first_count, first_time_s = self._first_step
+        steps = self.done - first_count
+        if steps <= 0 or self._last_time_s - first_time_s < MIN_TIME_FOR_ESTIMATE_S:
             return None
         # A step that takes longer than the previous mean also slows down the remaining steps.
-        overdue = (now_s - first_s) / (steps + steps / self._increases)
-        per_step = max((self._last_s - first_s) / steps, overdue)
-        return max(0.0, per_step * (self.total - self.done) - (now_s - self._last_s))
+        min_step_s = (now_s - first_time_s) / (steps + steps / self._increase_count)
+        step_duration_s = max((self._last_time_s - first_time_s) / steps, min_step_s)
+        return max(0.0, step_duration_s * (self.total - self.done) - (now_s - self._last_time_s))
 
 
-def clock(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """Format a duration as m:ss or h:mm:ss."""
     minutes, second = divmod(int(seconds), 60)
     hours, minute = divmod(minutes, 60)

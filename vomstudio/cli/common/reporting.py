@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Protocol, TextIO
 
 from vomstudio.cli.common.output import silence_output, to_json
-from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, clock
+from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, format_duration
 from vomstudio.core.errors import Cancelled
 from vomstudio.core.progress import CancelToken, Progress, SilentProgress
 from vomstudio.core.threads import start_thread
@@ -31,7 +31,7 @@ class Reporter(Progress, Protocol):
         """Begin part `number` (from 1) of `count`; subsequent stages belong to this part."""
 
 
-class NoReport(SilentProgress):
+class SilentReporter(SilentProgress):
     """Reporter that shows nothing."""
 
     def part(self, number: int, count: int) -> None:
@@ -69,7 +69,7 @@ class StageLines:
     """Reporter that writes a line for every stage as soon as it begins."""
 
     def __init__(self, stream: TextIO, start_time_s: float) -> None:
-        self._stream, self._begun_s = stream, start_time_s
+        self._stream, self._start_time_s = stream, start_time_s
         self._part = ""
 
     def part(self, number: int, count: int) -> None:
@@ -78,7 +78,7 @@ class StageLines:
 
     def stage(self, name: str, total: int | None = None) -> None:
         """See `Progress`."""
-        elapsed_s = time.monotonic() - self._begun_s
+        elapsed_s = time.monotonic() - self._start_time_s
         with contextlib.suppress(OSError, ValueError):
             self._stream.write(f"[{elapsed_s:.2f} s] {self._part}{name}\n")
             self._stream.flush()
@@ -106,20 +106,20 @@ class PlainLines:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._last_shown: tuple[object, str] | None = None
-        self._shown_s = -MIN_LINE_GAP_S
+        self._last_stage: tuple[object, str] | None = None
+        self._last_time_s = -MIN_LINE_GAP_S
 
     def show(self, snapshot: Snapshot) -> None:
         """See `Painter`."""
         stage = (snapshot.part, snapshot.stage)
-        if not snapshot.stage or stage == self._last_shown:
+        if not snapshot.stage or stage == self._last_stage:
             return
-        if snapshot.elapsed_s - self._shown_s < MIN_LINE_GAP_S:
+        if snapshot.elapsed_s - self._last_time_s < MIN_LINE_GAP_S:
             return
-        self._last_shown, self._shown_s = stage, snapshot.elapsed_s
+        self._last_stage, self._last_time_s = stage, snapshot.elapsed_s
         total = snapshot.total
         count = f" ({total})" if total is not None and 1 < total <= MAX_COUNT else ""
-        self._stream.write(f"[{clock(snapshot.elapsed_s)}] {snapshot.label}{count}\n")
+        self._stream.write(f"[{format_duration(snapshot.elapsed_s)}] {snapshot.label}{count}\n")
         self._stream.flush()
 
     def close(self) -> None:
@@ -134,7 +134,7 @@ class ProgressDisplay:
     """
 
     def __init__(self, stream: TextIO, *, start_time_s: float, delay_s: float) -> None:
-        self._stream, self._begun_s, self._delay_s = stream, start_time_s, delay_s
+        self._stream, self._start_time_s, self._delay_s = stream, start_time_s, delay_s
         self._lock = threading.Lock()
         self._stage, self._clock = "", StepClock(None)
         self._part: tuple[int, int] | None = None
@@ -167,18 +167,18 @@ class ProgressDisplay:
     def _snapshot(self) -> Snapshot:
         with self._lock:
             now_s = time.monotonic()
-            steps = self._clock
+            step_clock = self._clock
             return Snapshot(
                 self._stage,
-                steps.done,
-                steps.total,
+                step_clock.done,
+                step_clock.total,
                 self._part,
-                now_s - self._begun_s,
-                steps.remaining_s(now_s),
+                now_s - self._start_time_s,
+                step_clock.remaining_s(now_s),
             )
 
     def _draw(self) -> None:
-        if self._stop_event.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
+        if self._stop_event.wait(max(0.0, self._start_time_s + self._delay_s - time.monotonic())):
             return
         # The reader of stderr has closed: the command continues, and its exit code is the result.
         with contextlib.suppress(OSError, ValueError):
@@ -222,11 +222,11 @@ def reporting(
     """
     if is_quiet:
         with silence_output():
-            yield NoReport()
+            yield SilentReporter()
     elif json_events:
         yield JsonProgress()
     elif sys.stderr is None:
-        yield NoReport()
+        yield SilentReporter()
     elif is_verbose:
         yield StageLines(sys.stderr, start_time_s)
     else:

@@ -63,12 +63,12 @@ def command_words(parser: argparse.ArgumentParser) -> list[CommandWords]:
             continue
         texts = {choice.dest: choice.help or "" for choice in action._choices_actions}
         for name, command in action.choices.items():
-            words, options = _words_of(command)
+            words, options = _parser_words(command)
             commands.append(CommandWords(name, texts.get(name, ""), words, options))
     return commands
 
 
-def _words_of(
+def _parser_words(
     parser: argparse.ArgumentParser,
 ) -> tuple[tuple[str, ...], tuple[OptionWords, ...]]:
     words: list[str] = []
@@ -78,7 +78,7 @@ def _words_of(
         if isinstance(action, argparse._SubParsersAction):
             words += choices
             for child in action.choices.values():
-                options |= {option.names: option for option in _words_of(child)[1]}
+                options |= {option.names: option for option in _parser_words(child)[1]}
         elif action.option_strings:
             names = tuple(action.option_strings)
             text = " ".join((action.help or "").replace("%%", "%").split())
@@ -148,8 +148,8 @@ def zsh_script(commands: Sequence[CommandWords]) -> str:
     -------
     str
     """
-    head = "autoload -Uz compinit bashcompinit\ncompinit\nbashcompinit\n"
-    return head + bash_script(commands)
+    header = "autoload -Uz compinit bashcompinit\ncompinit\nbashcompinit\n"
+    return header + bash_script(commands)
 
 
 def fish_script(commands: Sequence[CommandWords]) -> str:
@@ -169,9 +169,9 @@ def fish_script(commands: Sequence[CommandWords]) -> str:
             f"complete -c vomstudio -n __fish_use_subcommand -f -a {command.name}"
             f" -d {_quote(command.help)}"
         )
-        place = f"complete -c vomstudio -n '__fish_seen_subcommand_from {command.name}'"
+        command_prefix = f"complete -c vomstudio -n '__fish_seen_subcommand_from {command.name}'"
         if command.words:
-            lines.append(f"{place} -a {_quote(' '.join(command.words))}")
+            lines.append(f"{command_prefix} -a {_quote(' '.join(command.words))}")
         for option in command.options:
             names = " ".join(
                 f"-l {name[2:]}" if name.startswith("--") else f"-s {name[1:]}"
@@ -179,7 +179,7 @@ def fish_script(commands: Sequence[CommandWords]) -> str:
             )
             value = f" -x -a {_quote(' '.join(option.choices))}" if option.choices else " -r"
             value = value if option.takes_value else ""
-            lines.append(f"{place} {names}{value} -d {_quote(option.help)}")
+            lines.append(f"{command_prefix} {names}{value} -d {_quote(option.help)}")
     return "\n".join(lines) + "\n"
 
 

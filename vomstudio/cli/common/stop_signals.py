@@ -10,11 +10,11 @@ from typing import Any
 
 from vomstudio.core.failures import stop_requests
 
-_NAMES = ("SIGTERM", "SIGHUP")
+_SIGNAL_NAMES = ("SIGTERM", "SIGHUP")
 
 
 @contextlib.contextmanager
-def stop_signals_as_interrupts() -> Iterator[None]:
+def interrupt_on_stop_signals() -> Iterator[None]:
     """Raise KeyboardInterrupt on SIGTERM and SIGHUP in the block.
 
     Signals that the parent process ignores (nohup) are still ignored.
@@ -23,7 +23,7 @@ def stop_signals_as_interrupts() -> Iterator[None]:
         yield
         return
     previous_handlers: dict[int, Any] = {}
-    for name in _NAMES:
+    for name in _SIGNAL_NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             previous_handlers[number] = signal.SIG_DFL

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.plane_bands import PlaneBand, SetPrior
 
 
-def add_sets(parser: Parser) -> None:
+def add_set_options(parser: Parser) -> None:
     """Add the options for known sets."""
     parser.add_argument(
         "--sets-table",
@@ -53,16 +53,16 @@ def crossings(
 
     planes = []
     for text in requests:
-        first, second = trace_pair(text, ids, "--crossing")
-        for name in (first, second):
+        first_name, second_name = trace_pair(text, ids, "--crossing")
+        for name in (first_name, second_name):
             if name not in bands:
                 raise UsageError(Finding("trace.not-straight", trace=name), field="--crossing")
         try:
-            plane = crossing_plane(bands[first], bands[second])
+            plane = crossing_plane(bands[first_name], bands[second_name])
         except GeometryError as error:
             error.field = "--crossing"
             raise
-        planes.append({"first": first, "second": second, **asdict(plane)})
+        planes.append({"first": first_name, "second": second_name, **asdict(plane)})
     return planes
 
 
@@ -92,15 +92,15 @@ def band_lines(band: BandFigures) -> list[str]:
     """Describe the possible planes of a straight trace."""
     from vomstudio.geology.band_figures import band_findings
 
-    likely = band.likely
+    likely_plane = band.likely
     plane = (
         None
-        if likely is None
-        else text_tables.plane_with_error(vars(likely), "max_confidence95_deg")
+        if likely_plane is None
+        else text_tables.plane_with_error(vars(likely_plane), "max_confidence95_deg")
     )
-    line = _angles(band.trend_deg, band.plunge_deg)
+    line = _format_angles(band.trend_deg, band.plunge_deg)
     return [item.message for item in band_findings(band, line, plane)]
 
 
-def _angles(azimuth: float, inclination: float) -> str:
+def _format_angles(azimuth: float, inclination: float) -> str:
     return f"{text_tables.azimuth(azimuth, 1)}/{text_tables.inclination(inclination, 1)}"

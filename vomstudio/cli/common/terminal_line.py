@@ -17,14 +17,14 @@ from rich.progress_bar import ProgressBar
 from rich.segment import ControlType, Segment, Segments
 from rich.style import Style
 
-from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
+from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, format_duration
 from vomstudio.core.words import tr
 
 DEFAULT_COLUMNS = 80
 """Width if the terminal does not report one."""
 MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 20
-_FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
-_SPINNER, _FIGURES = Style(color="cyan"), Style(dim=True)
+_SPINNER_FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
+_SPINNER_STYLE, _FIGURE_STYLE = Style(color="cyan"), Style(dim=True)
 
 
 class TerminalLine:
@@ -35,15 +35,17 @@ class TerminalLine:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._console = Console(file=stream, force_terminal=True, highlight=False)
-        self._frames = _ASCII_FRAMES if self._console.options.ascii_only else _FRAMES
-        self._frame = 0
+        self._spinner_frames = (
+            _ASCII_FRAMES if self._console.options.ascii_only else _SPINNER_FRAMES
+        )
+        self._frame_index = 0
         self._has_line = False
 
     def show(self, snapshot: Snapshot) -> None:
         """See `Painter`."""
         if not self._is_in_foreground():
             return
-        self._frame += 1
+        self._frame_index += 1
         self._write(self._segments(snapshot, self._columns() - 1))
         self._has_line = True
 
@@ -53,14 +55,14 @@ class TerminalLine:
             self._write([])
 
     def _write(self, segments: list[Segment]) -> None:
-        erase = Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2))
+        erase_control = Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2))
         with self._console as console:  # A single write avoids flicker.
-            console.control(erase)
+            console.control(erase_control)
             console.print(Segments(segments), end="", soft_wrap=True)
 
     def _segments(self, snapshot: Snapshot, columns: int) -> list[Segment]:
         """Fit the line into the width by omitting the bar, then the figures, then the name."""
-        spinner = self._frames[self._frame % len(self._frames)] + " "
+        spinner = self._spinner_frames[self._frame_index % len(self._spinner_frames)] + " "
         label = snapshot.label
         figures = _figure_texts(snapshot)
         space = columns - cell_len(spinner)
@@ -69,12 +71,12 @@ class TerminalLine:
         text = ", ".join(figures)
         if cell_len(label) > space:
             label = set_cell_size(label, max(0, space - 3)) + "..."[: max(0, space)]
-        segments = [Segment(spinner, _SPINNER), Segment(label)]
+        segments = [Segment(spinner, _SPINNER_STYLE), Segment(label)]
         space -= cell_len(label) + (2 + cell_len(text) if text else 0)
         if (snapshot.total or 0) > 1 and space >= MIN_BAR_CELLS + 2:
             segments += [Segment("  "), *self._bar(snapshot, min(space - 2, MAX_BAR_CELLS))]
         if text:
-            segments += [Segment("  "), Segment(text, _FIGURES)]
+            segments += [Segment("  "), Segment(text, _FIGURE_STYLE)]
         return segments
 
     def _bar(self, snapshot: Snapshot, cells: int) -> list[Segment]:
@@ -111,12 +113,12 @@ def _figure_texts(snapshot: Snapshot) -> list[str]:
         else:
             figures.append(f"{100 * n_done // snapshot.total} %")
     if snapshot.remaining_s is not None:
-        figures.append(tr("{time} left", time=rounded_time(snapshot.remaining_s)))
-    figures.append(tr("elapsed {time}", time=clock(snapshot.elapsed_s)))
+        figures.append(tr("{time} left", time=format_rounded_duration(snapshot.remaining_s)))
+    figures.append(tr("elapsed {time}", time=format_duration(snapshot.elapsed_s)))
     return figures
 
 
-def rounded_time(seconds: float) -> str:
+def format_rounded_duration(seconds: float) -> str:
     """Format an estimate with its significant digits."""
     if seconds < 57.5:
         return tr("{count} s", count=max(5, 5 * math.ceil(seconds / 5)))

@@ -14,18 +14,18 @@ def table(headings: Sequence[str], units: Sequence[str], rows: Sequence[Sequence
     """Return aligned columns with headings and units; numbers are right-aligned, words left."""
     lines = [list(headings), list(units), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(headings))]
-    right = [
+    is_right_aligned = [
         all(row[i] == "-" or row[i][:1].isdigit() or row[i][:1] == "-" for row in rows)
         for i in range(len(headings))
     ]
-    out = []
+    aligned_lines = []
     for line in lines:
         cells = [
-            cell.rjust(width) if to_right else cell.ljust(width)
-            for cell, width, to_right in zip(line, widths, right, strict=True)
+            cell.rjust(width) if is_right else cell.ljust(width)
+            for cell, width, is_right in zip(line, widths, is_right_aligned, strict=True)
         ]
-        out.append("  ".join(cells).rstrip())
-    return "\n".join(out)
+        aligned_lines.append("  ".join(cells).rstrip())
+    return "\n".join(aligned_lines)
 
 
 def label_lines(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:

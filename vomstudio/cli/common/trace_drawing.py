@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import progress_reporter
-from vomstudio.cli.common.frames_of_models import frame_options
+from vomstudio.cli.common.frame_arguments import frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import InputError, UsageError
@@ -54,27 +54,27 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     )
     model = read_in_world(args.model, progress_reporter(args), frame_options(args), args.project)
     try:
-        brought_lines = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
+        projected_lines = back_projection.project_lines(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.with_file(args.from_ortho) from error
-    warnings = [*model.warnings, *findings, *brought_lines.warnings]
+    warnings = [*model.warnings, *findings, *projected_lines.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
-    result: dict[str, Any] = {**back_projection.command_output(brought_lines, args.output)}
+    result: dict[str, Any] = {**back_projection.command_output(projected_lines, args.output)}
     if options.into is not None:
-        result |= _add(
+        result |= _add_to_project(
             args,
             options,
             options.into,
-            brought_lines,
+            projected_lines,
             (line.name for line in lines),
             sidecar,
             warnings,
         )
     write_line_table(
         args.output,
-        [(line.name, line.points) for line in brought_lines.lines],
+        [(line.name, line.points) for line in projected_lines.lines],
         crs=model.crs,
         is_north_known=model.placed,
         source=Path(args.from_ortho).name,
@@ -94,11 +94,11 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     )
 
 
-def _add(
+def _add_to_project(
     args: argparse.Namespace,
     options: DrawnTraceOptions,
     project: str,
-    brought_projected_lines: ProjectedLines,
+    projected_lines: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: list[Finding],
@@ -112,7 +112,7 @@ def _add(
 
     with HeadlessProject.open(Path(project), progress_reporter(args)) as headless_project:
         traces = headless_project.add_drawing(
-            brought_projected_lines,
+            projected_lines,
             names,
             sidecar,
             Path(args.from_ortho),

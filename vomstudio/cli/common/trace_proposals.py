@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.cli.common.arguments import progress_reporter
-from vomstudio.cli.common.frames_of_models import frame_options
-from vomstudio.cli.common.naming import name_input_in_errors
+from vomstudio.cli.common.error_context import name_input_in_errors
+from vomstudio.cli.common.frame_arguments import frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, length_unit
 from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.trace_options import ProposalOptions
 
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     lines += [
         tr(
             "{line}: {length:.3g} {unit}, evidence {evidence:.1f}, doubt {doubt:.2f}",
-            unit=unit_of(model.has_metric_unit),
+            unit=length_unit(model.has_metric_unit),
             line=proposal.line,
             length=proposal.length_m,
             evidence=proposal.evidence,

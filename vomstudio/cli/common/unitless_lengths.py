@@ -21,23 +21,23 @@ def add_unitless_names(result: Mapping[str, Any], *, is_metric: bool) -> dict[st
 
     `NAME` is added for each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another meaning.
     """
-    return dict(result) if is_metric else _add_names(result)
+    return dict(result) if is_metric else _add_plain_names(result)
 
 
-def unit_of(is_metric: bool) -> str:
+def length_unit(is_metric: bool) -> str:
     """Return the unit of lengths for use in sentences."""
     return "m" if is_metric else tr("units")
 
 
-def _add_names(value: Any) -> Any:
+def _add_plain_names(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        return [_add_names(item) for item in value]
+        return [_add_plain_names(item) for item in value]
     if not isinstance(value, Mapping) or value.keys() >= ROW_KEYS:
         return value
-    option_names: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, item in value.items():
         plain_name = strip_metric_suffix(name, value)
-        option_names[name] = _add_names(item)
+        values[name] = _add_plain_names(item)
         if plain_name != name:
-            option_names[plain_name] = option_names[name]
-    return option_names
+            values[plain_name] = values[name]
+    return values

@@ -15,13 +15,13 @@ from vomstudio.cli.common.arguments import (
     progress_reporter,
 )
 from vomstudio.cli.common.declared_options import add_options, parse_options
-from vomstudio.cli.common.frames_of_models import (
+from vomstudio.cli.common.frame_arguments import (
     add_frame,
     add_project,
     frame_options,
     unknown_unit,
 )
-from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.labelled_models import write_labelled_model
 from vomstudio.cli.common.orientation_tables import add_table_options, read_table_picks
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import add_unitless_names
@@ -67,19 +67,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ------
     UsageError, InputError, GeometryError, TargetError
     """
-    from vomstudio.cli.common.naming import name_input_in_errors
+    from vomstudio.cli.common.error_context import name_input_in_errors
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.surface.measurable_map import (
-        RASTER_ENDINGS,
+        RASTER_SUFFIXES,
         measurable_map,
         write_raster,
     )
     from vomstudio.studio.world_models import read_in_world
 
     options, target = parse_options(args, MeasurableOptions), parse_options(args, MeasurableTarget)
-    plane, reading = _target_plane(target, args)
-    is_raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
+    plane, findings = _target_plane(target, args)
+    is_raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_SUFFIXES
     if args.output is not None:
         if not is_raster:
             choose_writer(Path(args.output))
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         measurability_map = measurable_map(
             model.data, plane, _add_registration_error(options, model, plane), progress
         )
-    warnings = [*model.warnings, *reading, *unknown_unit(model)]
+    warnings = [*model.warnings, *findings, *unknown_unit(model)]
     warnings += measurability_map.warnings
     result: dict[str, Any] = {"file": args.output, **measurability_map.to_dict()}
     if is_raster:
@@ -110,7 +110,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     elif args.output is not None:
         args.labels = args.output
-        warnings += write_labelled(args, model, measurability_map.as_fields())
+        warnings += write_labelled_model(args, model, measurability_map.as_fields())
     result["warnings"] = warnings
     out.result(add_unitless_names(result, is_metric=model.has_metric_unit))
     out.warn(warnings)
@@ -122,9 +122,9 @@ def _target_plane(
 ) -> tuple[Plane, tuple[Finding, ...]]:
     """Return the plane given by the user or the mean plane of a table, with its findings."""
     if target.plane is not None:
-        from vomstudio.geology.notation import plane_option
+        from vomstudio.geology.notation import parse_plane_option
 
-        return plane_option(target.plane), ()
+        return parse_plane_option(target.plane), ()
     from vomstudio.geology.populations.table_means import mean_plane
 
     assert target.mean is not None
@@ -140,8 +140,8 @@ def _add_registration_error(
         return options
     from vomstudio.project.measurement import ToWorld
 
-    tilt = ToWorld.from_model(model.project_model).tilt_deg(plane.normal()) or 0.0
-    return replace(options, registration_error_deg=tilt)
+    tilt_deg = ToWorld.from_model(model.project_model).tilt_deg(plane.normal()) or 0.0
+    return replace(options, registration_error_deg=tilt_deg)
 
 
 def _result_text(measurable: MeasurableMap) -> str:

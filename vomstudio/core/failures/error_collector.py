@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 
 _log = logging.getLogger(__name__)
 
@@ -156,7 +156,7 @@ def error_location(error: BaseException) -> str:
 
 def _error_finding(error: BaseException, error_key: str) -> Finding:
     if isinstance(error, VomError):
-        return finding_of(error)
+        return to_finding(error)
     if isinstance(error, MemoryError):
         return Finding("program.memory-full")
     return Finding("program.internal-error", error=error_key)

@@ -25,11 +25,11 @@ class Lifeline:
     """
 
     def __init__(self) -> None:
-        self._writing: int | None = None
+        self._write_end: int | None = None
         self.descriptors: tuple[int, ...] = ()
         if os.name == "posix":
-            reading, self._writing = os.pipe()
-            self.descriptors = (reading,)
+            read_end, self._write_end = os.pipe()
+            self.descriptors = (read_end,)
 
     def environment(self) -> Mapping[str, str]:
         """Return the environment variables for the child."""
@@ -44,9 +44,9 @@ class Lifeline:
     def close(self) -> None:
         """Close the pipe after the child has ended, or to end it now."""
         self.close_child_end()
-        if self._writing is not None:
-            os.close(self._writing)
-            self._writing = None
+        if self._write_end is not None:
+            os.close(self._write_end)
+            self._write_end = None
 
 
 def end_with_parent() -> None:

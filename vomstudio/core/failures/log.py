@@ -6,10 +6,10 @@ import logging
 import os
 from pathlib import Path
 
-_PROGRAM = logging.getLogger("vomstudio")
+_PROGRAM_LOGGER = logging.getLogger("vomstudio")
 # Without a handler, Python prints log messages to the terminal, but a command prints only one
 # sentence.
-_PROGRAM.addHandler(logging.NullHandler())
+_PROGRAM_LOGGER.addHandler(logging.NullHandler())
 
 _handler: logging.Handler | None = None
 
@@ -43,7 +43,7 @@ def start(role: str) -> None:
     _handler.setLevel(logging.INFO)
     format_string = f"%(asctime)s {role} %(process)d %(levelname)s %(name)s: %(message)s"
     _handler.setFormatter(logging.Formatter(format_string, "%Y-%m-%d %H:%M:%S"))
-    _PROGRAM.setLevel(logging.INFO)
+    _PROGRAM_LOGGER.setLevel(logging.INFO)
     logging.getLogger().addHandler(_handler)
 
 
@@ -54,7 +54,7 @@ def stop() -> None:
         logging.getLogger().removeHandler(_handler)
         _handler.close()
         _handler = None
-        _PROGRAM.setLevel(logging.NOTSET)
+        _PROGRAM_LOGGER.setLevel(logging.NOTSET)
 
 
 def tail(lines: int) -> str:

@@ -35,12 +35,12 @@ _PACKAGES = {
     "libdbus-1": "libdbus-1-3",
 }
 """Debian and Ubuntu packages by library name without the version."""
-_LIBRARY = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
+_LIBRARY_PATTERN = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
 
 
 def missing_library(error: BaseException | str) -> Finding | None:
     """Return a finding with the missing library and its package, or None for other failures."""
-    match = _LIBRARY.search(str(error))
+    match = _LIBRARY_PATTERN.search(str(error))
     if match is None:
         return None
     package = _PACKAGES.get(match[1])

@@ -8,14 +8,16 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path, PurePosixPath
 
-_PATH = re.compile(r"""(?<![\w.~/\\<>])(?:[A-Za-z]:[\\/]|\\\\|~?/(?=[^\s/]))[^\n"'<>|:;,)\]]*""")
-_FILE = re.compile(
+_PATH_PATTERN = re.compile(
+    r"""(?<![\w.~/\\<>])(?:[A-Za-z]:[\\/]|\\\\|~?/(?=[^\s/]))[^\n"'<>|:;,)\]]*"""
+)
+_FILE_NAME_PATTERN = re.compile(
     r"""[^\s"'/\\(\[=]+\.(?P<suffix>obj|mtl|ply|glb|gltf|stl|las|laz|e57|ptx|xyz|pts|txt|csv|prj|jpe?g"""
     r"""|png|tiff?|dng|heic|mp4|mov|avi|gpkg|shp|dbf|dxf|tfw|xml|json|toml|vom|zip)\b""",
     re.IGNORECASE,
 )
 # A version number has at least two dots; a number with one dot or many digits may be a coordinate.
-_NUMBER = re.compile(
+_NUMBER_PATTERN = re.compile(
     r"(?<![\w.])(?P<version>\d+(?:\.\d+){2,})|(?<![\w.])-?(?:\d+\.\d*|\.\d+|\d+(?=[eE][-+]?\d)|\d{5,})"
     r"(?:[eE][-+]?\d+)?"
 )
@@ -34,26 +36,26 @@ def redact(text: str, private_words: Iterable[str] = ()) -> str:
         Words to remove, such as project names.
     """
     longest_words = sorted({word for word in private_words if len(word) > 2}, key=len, reverse=True)
-    text = _PATH.sub(lambda match: _redact_path(match[0]), text)
+    text = _PATH_PATTERN.sub(lambda match: _redact_path(match[0]), text)
     for word in longest_words:
         text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "…", text)
-    text = _FILE.sub(lambda match: f"….{match['suffix']}", text)
-    return _NUMBER.sub(lambda match: match["version"] or "#", text)
+    text = _FILE_NAME_PATTERN.sub(lambda match: f"….{match['suffix']}", text)
+    return _NUMBER_PATTERN.sub(lambda match: match["version"] or "#", text)
 
 
 def _redact_path(path: str) -> str:
-    stripped = path.rstrip()
-    relative_path = path[len(stripped) :]
+    trimmed_path = path.rstrip()
+    trailing_space = path[len(trimmed_path) :]
     for root, name in _program_folders():
-        if stripped.startswith(root):
-            return name + stripped[len(root) :].replace("\\", "/") + relative_path
+        if trimmed_path.startswith(root):
+            return name + trimmed_path[len(root) :].replace("\\", "/") + trailing_space
     home = str(Path.home())
-    is_in_home = stripped.startswith((home, home.replace("\\", "\\\\"), "~"))
+    is_in_home = trimmed_path.startswith((home, home.replace("\\", "\\\\"), "~"))
     return (
         ("~" if is_in_home else "")
         + "/…"
-        + PurePosixPath(stripped.replace("\\", "/")).suffix
-        + relative_path
+        + PurePosixPath(trimmed_path.replace("\\", "/")).suffix
+        + trailing_space
     )
 
 

@@ -20,23 +20,23 @@ from types import FrameType
 
 from vomstudio.core.threads import start_thread
 
-_SENTENCE = b"vomstudio: Cancelled.\n"
+_CANCELLED_MESSAGE = b"vomstudio: Cancelled.\n"
 _EXIT_CODE = 130
 _GRACE_PERIOD_S = 2.0
 _POLL_PERIOD_S = 0.05
 _RESET_FLAGS = {"linux": (136, 0x80000000), "darwin": (12, 0x4)}
 """Offset of `sa_flags` in a 64-bit `struct sigaction`, and SA_RESETHAND, by platform."""
 
-_signals: list[int] = []
+_received_signals: list[int] = []
 
 
 def listen(signal_number: int) -> None:
     """Handle a signal with `stop`; a second one ends the process, even inside native code."""
     signal.signal(signal_number, stop)
-    end_on_second(signal_number)
+    reset_handler_after_first(signal_number)
 
 
-def end_on_second(signal_number: int) -> None:
+def reset_handler_after_first(signal_number: int) -> None:
     """Make the operating system reset the handler of a signal after the first call.
 
     This has no effect on Windows, where `stop` resets the handler as soon as Python code runs.
@@ -59,7 +59,7 @@ def end_on_second(signal_number: int) -> None:
 
 def stop(signal_number: int, frame: FrameType | None) -> None:
     """Record a signal and raise KeyboardInterrupt, as the default handler of Ctrl+C does."""
-    _signals.append(signal_number)
+    _received_signals.append(signal_number)
     sys.unraisablehook = _handle_unraisable
     # The operating system has already reset the handler (`listen`), except on Windows.
     signal.signal(signal_number, signal.SIG_DFL)
@@ -74,40 +74,40 @@ def watch() -> None:
     """
     if os.name != "posix":
         return
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     # A signal sent to a forked child must not reach this process through the shared pipe.
     os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
-    start_thread(_watch_signals, reading, name="stop signals")
+    start_thread(_watch_signals, read_end, name="stop signals")
 
 
-def _watch_signals(reading: int) -> None:
-    while os.read(reading, 64):
+def _watch_signals(read_end: int) -> None:
+    while os.read(read_end, 64):
         end = time.monotonic() + _GRACE_PERIOD_S
-        while not _signals and time.monotonic() < end:
+        while not _received_signals and time.monotonic() < end:
             time.sleep(_POLL_PERIOD_S)
-        if not _signals:
+        if not _received_signals:
             try:
-                os.write(2, _SENTENCE)
+                os.write(2, _CANCELLED_MESSAGE)
             finally:
                 os._exit(_EXIT_CODE)
 
 
 def is_requested() -> bool:
-    """Return whether a signal has been received since the last call of `forget`."""
-    return bool(_signals)
+    """Return whether a signal has been received since the last call of `clear_state`."""
+    return bool(_received_signals)
 
 
 def check() -> None:
-    """Raise KeyboardInterrupt if a signal has been received since the last call of `forget`."""
-    if _signals:
+    """Raise KeyboardInterrupt if a signal was received since the last call of `clear_state`."""
+    if _received_signals:
         raise KeyboardInterrupt
 
 
-def forget() -> None:
+def clear_state() -> None:
     """Clear the received signals before other work begins."""
-    _signals.clear()
+    _received_signals.clear()
     if sys.unraisablehook is _handle_unraisable:
         sys.unraisablehook = sys.__unraisablehook__
 

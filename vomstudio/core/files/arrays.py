@@ -20,7 +20,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 
 _MAX_MEMBERS = 10_000
 _MAX_DEFLATE_RATIO = 1100
@@ -72,7 +72,7 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
         If the file cannot be read.
     """
     try:
-        open_model = open_regular(path)
+        open_model = open_regular_file(path)
     except InputError as error:
         raise ValueError(error.message) from error
     with open_model as file:

@@ -19,7 +19,7 @@ from vomstudio.core.errors import TargetError, VomError
 from vomstudio.core.failures import stop_requests
 from vomstudio.core.files.containment import check_generated_path, check_in_project
 from vomstudio.core.files.disk_errors import probe_write_errno, write_error
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 
 _TARGET_ERRNOS = {
     errno.ENOSPC,
@@ -145,21 +145,21 @@ def atomic_group(
     # Use short names: the names of the targets may already have the maximum length of the file
     # system.
     key = secrets.token_hex(6)
-    temporaries = [
+    temporary_paths = [
         target.with_name(f".vom-{key}-{i}.part{target.suffix}") for i, target in enumerate(targets)
     ]
-    target_by_temporary = dict(zip(temporaries, map(Path, paths), strict=True))
-    current_path = temporaries[0]
+    target_by_temporary = dict(zip(temporary_paths, map(Path, paths), strict=True))
+    current_path = temporary_paths[0]
     try:
-        for current_path in temporaries:
+        for current_path in temporary_paths:
             os.close(os.open(current_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-        current_path = temporaries[0]
-        yield temporaries
-        for current_path in temporaries:
+        current_path = temporary_paths[0]
+        yield temporary_paths
+        for current_path in temporary_paths:
             _flush_to_disk(current_path)
-        current_path = temporaries[0]
+        current_path = temporary_paths[0]
         stop_requests.check()
-        _rename_all(temporaries, targets, key)
+        _rename_all(temporary_paths, targets, key)
     except Exception as error:
         disk_error = _disk_error(error, current_path, target_by_temporary)
         if disk_error is None:
@@ -168,10 +168,10 @@ def atomic_group(
     finally:
         for folder in dict.fromkeys(target.parent for target in targets):
             # Libraries may write additional files next to an output.
-            for leftover in folder.glob(f".vom-{key}-*"):
-                if leftover.suffix != _BACKUP_SUFFIX:
+            for leftover_path in folder.glob(f".vom-{key}-*"):
+                if leftover_path.suffix != _BACKUP_SUFFIX:
                     with contextlib.suppress(OSError):
-                        leftover.unlink()
+                        leftover_path.unlink()
     for folder in dict.fromkeys(target.parent for target in targets):
         _flush_folder(folder)
 
@@ -218,7 +218,7 @@ def _disk_error(
     if (errno_ := probe_write_errno(target.parent)) is not None:
         return write_error(target, OSError(errno_, os.strerror(errno_)))
     if isinstance(error, TargetError):
-        finding = cause_of(error)
+        finding = cause_finding(error)
         values = {
             name: _replace_temporary_names(value, displayed_paths)
             for name, value in finding.values.items()
@@ -279,13 +279,13 @@ def _rename_all(temporary_paths: list[Path], targets: list[Path], key: str) -> N
             backup.unlink()
 
 
-def _link_or_rename(target: Path, second_name: Path) -> Path:
+def _link_or_rename(target: Path, backup_path: Path) -> Path:
     """Link a file to a second name, or rename it if the file system has no hard links."""
     try:
-        os.link(target, second_name)
+        os.link(target, backup_path)
     except OSError:
-        os.replace(target, second_name)
-    return second_name
+        os.replace(target, backup_path)
+    return backup_path
 
 
 def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:

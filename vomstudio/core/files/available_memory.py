@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_whole
+from vomstudio.core.files.regular import read_whole_file
 
-_GROUPS = Path("/sys/fs/cgroup")
+_CGROUP_ROOT = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60
 """Threshold for no limit: control groups version 1 report the largest number of pages."""
 
@@ -33,28 +33,30 @@ def free_bytes() -> int | None:
     available_proc_bytes = _proc_bytes(Path("/proc/meminfo"), "MemAvailable")
     if available_proc_bytes is None:
         return None
-    swap = _proc_bytes(Path("/proc/meminfo"), "SwapFree") or 0
+    swap_bytes = _proc_bytes(Path("/proc/meminfo"), "SwapFree") or 0
     remaining_group_bytes = group_bytes()
     return (
-        available_proc_bytes + swap
+        available_proc_bytes + swap_bytes
         if remaining_group_bytes is None
-        else min(available_proc_bytes + swap, remaining_group_bytes)
+        else min(available_proc_bytes + swap_bytes, remaining_group_bytes)
     )
 
 
-def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgroup")) -> int | None:
+def group_bytes(
+    groups: Path = _CGROUP_ROOT, membership_file: Path = Path("/proc/self/cgroup")
+) -> int | None:
     """Return the memory left in the control groups of this process, or None if unlimited.
 
     Parameters
     ----------
     groups : Path
         Mount point of the control groups.
-    membership : Path
+    membership_file : Path
         File that lists the groups of this process.
     """
     remaining_limits = [
         limit - used_bytes
-        for folder, limit_name, used_name, files in _control_groups(groups, membership)
+        for folder, limit_name, used_name, files in _control_groups(groups, membership_file)
         if (limit := _number(folder / limit_name)) is not None
         and limit < _UNLIMITED
         and (used_bytes := _used_bytes(folder, used_name, files)) is not None
@@ -63,7 +65,7 @@ def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgro
 
 
 def _control_groups(
-    groups: Path, membership: Path
+    groups: Path, membership_file: Path
 ) -> Iterator[tuple[Path, str, str, tuple[str, str]]]:
     """Yield the control groups of this process, up to the mount point.
 
@@ -71,17 +73,17 @@ def _control_groups(
     fields of `memory.stat` that contain the page cache, which the system can reclaim.
     """
     try:
-        lines = read_whole(membership).decode("utf-8", "replace").splitlines()
+        lines = read_whole_file(membership_file).decode("utf-8", "replace").splitlines()
     except (InputError, OSError):
         return
     for line in lines:
         number, _, group = line.partition(":")
         controllers, _, name = group.partition(":")
         if number == "0" and not controllers:
-            root, limit, used_text = groups, "memory.max", "memory.current"
+            root, limit_name, used_name = groups, "memory.max", "memory.current"
             files = ("inactive_file", "active_file")
         elif "memory" in controllers.split(","):
-            root, limit, used_text = (
+            root, limit_name, used_name = (
                 groups / "memory",
                 "memory.limit_in_bytes",
                 "memory.usage_in_bytes",
@@ -93,28 +95,28 @@ def _control_groups(
         # In a container, the mounted group is the container's own group, whatever its name is
         # outside.
         for count in range(len(parts) + 1):
-            yield root.joinpath(*parts[:count]), limit, used_text, files
+            yield root.joinpath(*parts[:count]), limit_name, used_name, files
 
 
 def _used_bytes(folder: Path, name: str, files: tuple[str, str]) -> int | None:
-    used_number = _number(folder / name)
-    if used_number is None:
+    usage_bytes = _number(folder / name)
+    if usage_bytes is None:
         return None
     cache = dict[str, int]()
     try:
-        for line in read_whole(folder / "memory.stat").decode("ascii").splitlines():
+        for line in read_whole_file(folder / "memory.stat").decode("ascii").splitlines():
             word, _, value = line.partition(" ")
             if word in files:
                 cache[word] = int(value)
     except (InputError, OSError, ValueError):
         pass
-    return max(used_number - sum(cache.values()), 0)
+    return max(usage_bytes - sum(cache.values()), 0)
 
 
 def _number(path: Path) -> int | None:
     """Return the number in a file, or None if the content is not a number, such as "max"."""
     try:
-        return int(read_whole(path))
+        return int(read_whole_file(path))
     except (InputError, OSError, ValueError):
         return None
 
@@ -122,7 +124,7 @@ def _number(path: Path) -> int | None:
 def _proc_bytes(file: Path, name: str) -> int | None:
     """Return the number of bytes stated in a line of a file in /proc."""
     try:
-        for line in read_whole(file).decode("ascii").splitlines():
+        for line in read_whole_file(file).decode("ascii").splitlines():
             if line.startswith(name):
                 return int(line.split()[1]) * 1024
     except (OSError, ValueError, IndexError):

@@ -9,7 +9,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import check_generated_path
-from vomstudio.core.files.regular import read_whole
+from vomstudio.core.files.regular import read_whole_file
 from vomstudio.core.findings import Finding
 
 
@@ -27,13 +27,13 @@ def back_up(path: Path) -> Path:
         If the copy cannot be written.
     """
     try:
-        data = read_whole(path)
+        data = read_whole_file(path)
     except OSError as error:
         raise TargetError(Finding("output.no-backup", reason=error.strerror), file=path) from error
     for number in itertools.count(1):
         backup = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
         with contextlib.suppress(OSError, InputError):
-            if read_whole(backup) == data:
+            if read_whole_file(backup) == data:
                 return backup
         if not backup.exists():
             check_generated_path(backup)

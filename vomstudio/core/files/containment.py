@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.core.errors import TargetError
-from vomstudio.core.files.regular import is_folder, is_regular
+from vomstudio.core.files.regular import is_folder, is_regular_file
 from vomstudio.core.findings import Finding
 
 PROJECT_SUFFIX = ".vom"
@@ -61,9 +61,10 @@ def check_generated_path(path: str | Path) -> Path:
 def enclosing_project(path: str | Path) -> Path | None:
     """Return the outermost project folder in a path, without resolving links, or None."""
     shown_path = Path(path)
-    absolute = shown_path if shown_path.is_absolute() else Path.cwd() / shown_path
+    absolute_path = shown_path if shown_path.is_absolute() else Path.cwd() / shown_path
     return next(
-        (parent for parent in reversed(absolute.parents) if parent.suffix == PROJECT_SUFFIX), None
+        (parent for parent in reversed(absolute_path.parents) if parent.suffix == PROJECT_SUFFIX),
+        None,
     )
 
 
@@ -108,7 +109,7 @@ def refuse_links(folder: str | Path) -> None:
     for folder_path, folders, names in os.walk(folder):
         for name in (*folders, *names):
             place = require_inside(Path(folder_path, name), folder_path)
-            if name in names and place.exists() and not is_regular(place):
+            if name in names and place.exists() and not is_regular_file(place):
                 raise TargetError(Finding("file.device-in-folder"), file=place)
 
 
@@ -118,7 +119,7 @@ def special_files(folder: str, names: Iterable[str]) -> set[str]:
 
 
 def _is_special(path: Path) -> bool:
-    return _is_link(path) or not (is_regular(path) or is_folder(path))
+    return _is_link(path) or not (is_regular_file(path) or is_folder(path))
 
 
 def _is_link(path: Path) -> bool:

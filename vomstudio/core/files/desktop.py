@@ -22,7 +22,7 @@ from vomstudio.core.paths import program_command, resource
 NAME = "vomstudio"
 PROJECT_TYPE = "application/x-vomstudio-project"
 
-_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
+_MIME_TYPES_XML = f"""<?xml version="1.0" encoding="UTF-8"?>
 <mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
   <mime-type type="{PROJECT_TYPE}">
     <comment>VOM Studio project</comment>
@@ -128,15 +128,15 @@ def desktop_files(command: Sequence[str]) -> dict[Path, str]:
         Text of each file by path relative to a shared data folder such as ``~/.local/share``.
     """
     return {
-        Path("applications", f"{NAME}.desktop"): _entry(command),
+        Path("applications", f"{NAME}.desktop"): _desktop_entry(command),
         Path("icons", "hicolor", "scalable", "apps", f"{NAME}.svg"): read_small_text(
             resource("icon", f"{NAME}.svg")
         ),
-        Path("mime", "packages", f"{NAME}.xml"): _TYPES,
+        Path("mime", "packages", f"{NAME}.xml"): _MIME_TYPES_XML,
     }
 
 
-def _entry(command: Sequence[str]) -> str:
+def _desktop_entry(command: Sequence[str]) -> str:
     program, *arguments = command
     return "\n".join(
         [

@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 _DISK_FULL_ERRNOS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_FORBIDDEN = {errno.EACCES, errno.EPERM}
+_FORBIDDEN_ERRNOS = {errno.EACCES, errno.EPERM}
 _UNSPECIFIC_ERRNOS = {0, errno.EIO}
 _DISK_MESSAGES = (
     "disk I/O error",
@@ -47,7 +47,7 @@ def is_read_only(folder: Path, error: BaseException) -> bool:
 
 def is_forbidden(folder: Path, error: BaseException) -> bool:
     """Return whether an error while writing in `folder` means that permission is missing."""
-    return _error_number(folder, error) in _FORBIDDEN
+    return _error_number(folder, error) in _FORBIDDEN_ERRNOS
 
 
 def _error_number(folder: Path, error: BaseException) -> int | None:
@@ -126,7 +126,7 @@ def write_error(path: str | Path, error: BaseException) -> TargetError:
         finding = Finding("disk.full")
     elif errno_ == errno.EROFS:
         finding = Finding("disk.read-only")
-    elif errno_ in _FORBIDDEN:
+    elif errno_ in _FORBIDDEN_ERRNOS:
         finding = Finding("disk.no-permission")
     elif errno_ == errno.ENAMETOOLONG:
         finding = Finding("disk.name-too-long")

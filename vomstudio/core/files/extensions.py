@@ -9,7 +9,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.files.atomic import check_target
 from vomstudio.core.findings import Finding
 
-_OTHER_PROGRAMS = frozenset(
+_OTHER_FORMAT_EXTENSIONS = frozenset(
     (".xlsx", ".xls", ".ods", ".gpkg", ".shp", ".geojson", ".json", ".kml", ".dxf", ".tif", ".tiff")
     + (".png", ".jpg", ".jpeg", ".svg", ".pdf", ".html", ".obj", ".ply", ".glb", ".las", ".laz")
 )
@@ -52,6 +52,6 @@ def check_table_target(
     """
     check_target(path, force=force, inputs=inputs)
     suffix = Path(path).suffix.lower()
-    if suffix in _OTHER_PROGRAMS:
+    if suffix in _OTHER_FORMAT_EXTENSIONS:
         cause = Finding("output.unknown-format", suffix=suffix, formats=(".csv", ".txt"))
         raise UsageError(cause, file=path, field=field)

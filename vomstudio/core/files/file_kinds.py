@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 
@@ -43,38 +43,42 @@ class FileKind:
     remedy: str
 
 
-_EXPORT_AS_CSV = to_translate(
+_ATTRIBUTES_REMEDY = to_translate(
     "Save its attributes as CSV, for example in QGIS, with coordinates in columns x, y and z."
 )
-_LINES_AS_CSV = to_translate("Save its points as CSV with columns x, y and z.")
+_LINES_REMEDY = to_translate("Save its points as CSV with columns x, y and z.")
 _SPREADSHEET_REMEDY = to_translate("Save the sheet as CSV.")
-_MODEL = to_translate("It is a model: open it as one, or convert it to points with 'convert'.")
-_CAMERAS = to_translate("Specify it with --model-cameras.")
-_OTHER_CAMERAS = to_translate(
+_MODEL_REMEDY = to_translate(
+    "It is a model: open it as one, or convert it to points with 'convert'."
+)
+_CAMERAS_REMEDY = to_translate("Specify it with --model-cameras.")
+_OTHER_CAMERAS_REMEDY = to_translate(
     "Export the cameras as COLMAP text, Agisoft XML or a table of photo, x, y and z."
 )
-_CONTROL = to_translate(
+_CONTROL_REMEDY = to_translate(
     "Write the points as gcp_list.txt (x y z pixel_x pixel_y photo, CRS in the first line)."
 )
-_PICTURE = to_translate("Specify the table that belongs to the picture.")
-_DOCUMENT = to_translate("Copy its table into a text file (CSV).")
-_UNPACK = to_translate("Unpack it and specify a file in it.")
-_TABLE = to_translate("Export it as a table in CSV.")
+_PICTURE_REMEDY = to_translate("Specify the table that belongs to the picture.")
+_DOCUMENT_REMEDY = to_translate("Copy its table into a text file (CSV).")
+_ARCHIVE_REMEDY = to_translate("Unpack it and specify a file in it.")
+_TABLE_REMEDY = to_translate("Export it as a table in CSV.")
 
 _KINDS = (
-    FileKind("geojson", "GeoJSON", _EXPORT_AS_CSV),
-    FileKind("topojson", "TopoJSON", _EXPORT_AS_CSV),
-    FileKind("esri-json", "Esri JSON", _EXPORT_AS_CSV),
-    FileKind("cityjson", "CityJSON", _LINES_AS_CSV),
-    FileKind("opensfm-gcp", to_translate("OpenSfM ground control points (JSON)"), _CONTROL),
-    FileKind("opensfm", to_translate("OpenSfM reconstruction (JSON)"), _CAMERAS),
-    FileKind("openmvg", to_translate("OpenMVG cameras (sfm_data.json)"), _CAMERAS),
-    FileKind("alicevision", to_translate("AliceVision or Meshroom cameras (JSON)"), _CAMERAS),
-    FileKind("nerf", to_translate("NeRF cameras (transforms.json)"), _CAMERAS),
-    FileKind("gltf-json", "glTF", _MODEL),
-    FileKind("json", "JSON", _TABLE),
-    FileKind("bundler", to_translate("Bundler cameras (bundle.out)"), _CAMERAS),
-    FileKind("nvm", to_translate("VisualSFM cameras (NVM)"), _OTHER_CAMERAS),
+    FileKind("geojson", "GeoJSON", _ATTRIBUTES_REMEDY),
+    FileKind("topojson", "TopoJSON", _ATTRIBUTES_REMEDY),
+    FileKind("esri-json", "Esri JSON", _ATTRIBUTES_REMEDY),
+    FileKind("cityjson", "CityJSON", _LINES_REMEDY),
+    FileKind("opensfm-gcp", to_translate("OpenSfM ground control points (JSON)"), _CONTROL_REMEDY),
+    FileKind("opensfm", to_translate("OpenSfM reconstruction (JSON)"), _CAMERAS_REMEDY),
+    FileKind("openmvg", to_translate("OpenMVG cameras (sfm_data.json)"), _CAMERAS_REMEDY),
+    FileKind(
+        "alicevision", to_translate("AliceVision or Meshroom cameras (JSON)"), _CAMERAS_REMEDY
+    ),
+    FileKind("nerf", to_translate("NeRF cameras (transforms.json)"), _CAMERAS_REMEDY),
+    FileKind("gltf-json", "glTF", _MODEL_REMEDY),
+    FileKind("json", "JSON", _TABLE_REMEDY),
+    FileKind("bundler", to_translate("Bundler cameras (bundle.out)"), _CAMERAS_REMEDY),
+    FileKind("nvm", to_translate("VisualSFM cameras (NVM)"), _OTHER_CAMERAS_REMEDY),
     FileKind(
         "colmap",
         to_translate("COLMAP cameras or points (text)"),
@@ -85,24 +89,24 @@ _KINDS = (
         to_translate("Metashape cameras or markers (XML)"),
         to_translate("Specify it with --model-cameras or --gcp."),
     ),
-    FileKind("blocks-exchange", to_translate("iTwin Capture cameras (XML)"), _OTHER_CAMERAS),
-    FileKind("kml", "KML", _EXPORT_AS_CSV),
-    FileKind("gpx", "GPX", _EXPORT_AS_CSV),
-    FileKind("gml", "GML", _EXPORT_AS_CSV),
-    FileKind("landxml", "LandXML", _LINES_AS_CSV),
-    FileKind("svg", to_translate("SVG drawing"), _LINES_AS_CSV),
-    FileKind("html", to_translate("web page (HTML)"), _DOCUMENT),
-    FileKind("qgis", to_translate("QGIS project or style"), _EXPORT_AS_CSV),
-    FileKind("collada", "COLLADA", _MODEL),
-    FileKind("vtk", to_translate("VTK data"), _MODEL),
-    FileKind("xml", "XML", _TABLE),
-    FileKind("dxf", to_translate("DXF drawing"), _LINES_AS_CSV),
-    FileKind("dwg", to_translate("DWG drawing"), _LINES_AS_CSV),
-    FileKind("geopackage", "GeoPackage", _EXPORT_AS_CSV),
-    FileKind("sqlite", to_translate("SQLite database"), _TABLE),
-    FileKind("shapefile", "shapefile", _EXPORT_AS_CSV),
+    FileKind("blocks-exchange", to_translate("iTwin Capture cameras (XML)"), _OTHER_CAMERAS_REMEDY),
+    FileKind("kml", "KML", _ATTRIBUTES_REMEDY),
+    FileKind("gpx", "GPX", _ATTRIBUTES_REMEDY),
+    FileKind("gml", "GML", _ATTRIBUTES_REMEDY),
+    FileKind("landxml", "LandXML", _LINES_REMEDY),
+    FileKind("svg", to_translate("SVG drawing"), _LINES_REMEDY),
+    FileKind("html", to_translate("web page (HTML)"), _DOCUMENT_REMEDY),
+    FileKind("qgis", to_translate("QGIS project or style"), _ATTRIBUTES_REMEDY),
+    FileKind("collada", "COLLADA", _MODEL_REMEDY),
+    FileKind("vtk", to_translate("VTK data"), _MODEL_REMEDY),
+    FileKind("xml", "XML", _TABLE_REMEDY),
+    FileKind("dxf", to_translate("DXF drawing"), _LINES_REMEDY),
+    FileKind("dwg", to_translate("DWG drawing"), _LINES_REMEDY),
+    FileKind("geopackage", "GeoPackage", _ATTRIBUTES_REMEDY),
+    FileKind("sqlite", to_translate("SQLite database"), _TABLE_REMEDY),
+    FileKind("shapefile", "shapefile", _ATTRIBUTES_REMEDY),
     FileKind("dbase", to_translate("shapefile attribute table (dBASE)"), _SPREADSHEET_REMEDY),
-    FileKind("mapinfo", "MapInfo MIF", _EXPORT_AS_CSV),
+    FileKind("mapinfo", "MapInfo MIF", _ATTRIBUTES_REMEDY),
     FileKind(
         "esri-grid",
         to_translate("height grid (Esri ASCII)"),
@@ -117,13 +121,13 @@ _KINDS = (
             "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
         ),
     ),
-    FileKind("gocad", "GOCAD", _LINES_AS_CSV),
-    FileKind("ply", "PLY", _MODEL),
-    FileKind("obj", "Wavefront OBJ", _MODEL),
-    FileKind("stl", "STL", _MODEL),
-    FileKind("las", "LAS/LAZ", _MODEL),
-    FileKind("e57", "E57", _MODEL),
-    FileKind("glb", "glTF (GLB)", _MODEL),
+    FileKind("gocad", "GOCAD", _LINES_REMEDY),
+    FileKind("ply", "PLY", _MODEL_REMEDY),
+    FileKind("obj", "Wavefront OBJ", _MODEL_REMEDY),
+    FileKind("stl", "STL", _MODEL_REMEDY),
+    FileKind("las", "LAS/LAZ", _MODEL_REMEDY),
+    FileKind("e57", "E57", _MODEL_REMEDY),
+    FileKind("glb", "glTF (GLB)", _MODEL_REMEDY),
     FileKind(
         "pcd",
         to_translate("PCL point cloud (PCD)"),
@@ -131,23 +135,23 @@ _KINDS = (
     ),
     FileKind("xlsx", to_translate("Excel workbook"), _SPREADSHEET_REMEDY),
     FileKind("ods", to_translate("OpenDocument spreadsheet"), _SPREADSHEET_REMEDY),
-    FileKind("docx", to_translate("text document"), _DOCUMENT),
-    FileKind("kmz", "KMZ", _EXPORT_AS_CSV),
+    FileKind("docx", to_translate("text document"), _DOCUMENT_REMEDY),
+    FileKind("kmz", "KMZ", _ATTRIBUTES_REMEDY),
     FileKind("office", to_translate("Excel or Word file (before 2007)"), _SPREADSHEET_REMEDY),
-    FileKind("pdf", "PDF", _DOCUMENT),
-    FileKind("rtf", "RTF", _DOCUMENT),
-    FileKind("postscript", "PostScript", _DOCUMENT),
-    FileKind("zip", to_translate("ZIP archive"), _UNPACK),
-    FileKind("archive", to_translate("compressed archive"), _UNPACK),
-    FileKind("parquet", "Parquet", _TABLE),
-    FileKind("hdf5", "HDF5", _TABLE),
-    FileKind("numpy", to_translate("NumPy array"), _TABLE),
-    FileKind("tiff", "TIFF", _PICTURE),
-    FileKind("jpeg", "JPEG", _PICTURE),
-    FileKind("png", "PNG", _PICTURE),
-    FileKind("picture", to_translate("picture"), _PICTURE),
+    FileKind("pdf", "PDF", _DOCUMENT_REMEDY),
+    FileKind("rtf", "RTF", _DOCUMENT_REMEDY),
+    FileKind("postscript", "PostScript", _DOCUMENT_REMEDY),
+    FileKind("zip", to_translate("ZIP archive"), _ARCHIVE_REMEDY),
+    FileKind("archive", to_translate("compressed archive"), _ARCHIVE_REMEDY),
+    FileKind("parquet", "Parquet", _TABLE_REMEDY),
+    FileKind("hdf5", "HDF5", _TABLE_REMEDY),
+    FileKind("numpy", to_translate("NumPy array"), _TABLE_REMEDY),
+    FileKind("tiff", "TIFF", _PICTURE_REMEDY),
+    FileKind("jpeg", "JPEG", _PICTURE_REMEDY),
+    FileKind("png", "PNG", _PICTURE_REMEDY),
+    FileKind("picture", to_translate("picture"), _PICTURE_REMEDY),
 )
-_BY_KEY = {kind.key: kind for kind in _KINDS}
+_KINDS_BY_KEY = {kind.key: kind for kind in _KINDS}
 
 _MAGIC = (
     (b"\0\0\x27\x0a", "shapefile"),
@@ -172,7 +176,7 @@ _MAGIC = (
     (b"\0\0\0\x0cjP  ", "picture"),
     (b"\xff\x4f\xff\x51", "picture"),
 )
-_BINARY_WORDS = (
+_BINARY_MAGIC = (
     (b"LASF", "las"),
     (b"ASTM-E57", "e57"),
     (b"glTF", "glb"),
@@ -204,7 +208,7 @@ _TEXT_PATTERNS = (
 _GEOJSON_TYPES = (
     rb"FeatureCollection|Feature|GeometryCollection|(?:Multi)?(?:Point|LineString|Polygon)"
 )
-_JSON = re.compile(rb'\x1e?\s*+(?:\{\s*+["}]|\[\s*+[\[{"])')
+_JSON_START = re.compile(rb'\x1e?\s*+(?:\{\s*+["}]|\[\s*+[\[{"])')
 _JSON_MEMBERS: tuple[tuple[tuple[bytes, ...], str], ...] = (
     ((rb'"type"\s*+:\s*+"(?:' + _GEOJSON_TYPES + rb')"',), "geojson"),
     ((rb'"type"\s*+:\s*+"Topology"',), "topojson"),
@@ -256,13 +260,13 @@ def recognise_kind(head: bytes) -> FileKind | None:
     """
     head = head[:HEAD_BYTES]
     key = _binary_key(head) or _text_key(_to_utf8(head))
-    return None if key is None else _BY_KEY[key]
+    return None if key is None else _KINDS_BY_KEY[key]
 
 
-def kind_of(path: str | Path) -> FileKind | None:
+def find_file_kind(path: str | Path) -> FileKind | None:
     """Return the kind of a regular file, or None if it is unknown or cannot be read."""
     try:
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             return recognise_kind(file.read(HEAD_BYTES))
     except (InputError, OSError):
         return None
@@ -282,12 +286,12 @@ def refuse_other_kind(path: str | Path, accepted_names: Collection[str] = ()) ->
     InputError
         With the code ``file.other-kind`` and the values ``kind``, ``title`` and ``remedy``.
     """
-    kind = kind_of(path)
+    kind = find_file_kind(path)
     if kind is not None and kind.key not in accepted_names:
-        raise other_kind(path, kind)
+        raise other_kind_error(path, kind)
 
 
-def other_kind(path: str | Path, kind: FileKind) -> InputError:
+def other_kind_error(path: str | Path, kind: FileKind) -> InputError:
     """Return the error for a file whose kind cannot be used."""
     finding = Finding(
         "file.other-kind", kind=kind.key, title=tr(kind.title), remedy=tr(kind.remedy)
@@ -314,11 +318,11 @@ def require_text(path: str | Path, data: bytes, accepted_names: Collection[str] 
     """
     kind = recognise_kind(data)
     if kind is not None and kind.key not in accepted_names:
-        raise other_kind(path, kind)
+        raise other_kind_error(path, kind)
     if data[:2] in _BYTE_ORDER_MARKS or len(data.translate(None, _CONTROL_BYTES)) == len(data):
         return
     offset = next(i for i, byte in enumerate(data) if byte in _CONTROL_BYTES)
-    raise other_kind(
+    raise other_kind_error(
         path,
         FileKind(
             "binary",
@@ -342,7 +346,7 @@ def _binary_key(head: bytes) -> str | None:
         return "picture"
     if head[:1] in (b"\x03", b"\x30", b"\x83", b"\x8b", b"\xf5") and _is_dbase(head):
         return "dbase"
-    magic = (*_MAGIC, *(_BINARY_WORDS if b"\0" in head[:64] else ()))
+    magic = (*_MAGIC, *(_BINARY_MAGIC if b"\0" in head[:64] else ()))
     return next((key for start, key in magic if head.startswith(start)), None)
 
 
@@ -362,7 +366,7 @@ def _to_utf8(head: bytes) -> bytes:
 
 def _text_key(head: bytes) -> str | None:
     text = head.lstrip()
-    if _JSON.match(text):
+    if _JSON_START.match(text):
         members = (
             key for names, key in _JSON_MEMBERS if all(re.search(name, text) for name in names)
         )

@@ -15,12 +15,12 @@ from pathlib import Path
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.disk_errors import failure_reason
-from vomstudio.core.files.regular import is_regular
+from vomstudio.core.files.regular import is_regular_file
 from vomstudio.core.files.untrusted.databases import restrict_connection
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-_HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
+_HOLDER_SCHEMA = "CREATE TABLE holder (pid INTEGER, host TEXT)"
 
 
 class FolderLock:
@@ -58,14 +58,14 @@ class FolderLock:
                 )
                 restrict_connection(self._db)
                 self._require_plain()
-                self._db.execute(_HOLDER.replace("TABLE", "TABLE IF NOT EXISTS"))
+                self._db.execute(_HOLDER_SCHEMA.replace("TABLE", "TABLE IF NOT EXISTS"))
                 self._db.execute("DELETE FROM holder")
                 owner = (os.getpid(), platform.node())
                 self._db.execute("INSERT INTO holder VALUES (?, ?)", owner)
                 self._db.execute("BEGIN IMMEDIATE")
                 return
             except sqlite3.DatabaseError as error:
-                holder = self._holder()
+                holder = self._read_holder()
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
                     raise InputError(Finding(busy_code, holder=holder), file=path.parent) from error
@@ -84,10 +84,10 @@ class FolderLock:
         A file from an unknown source may contain triggers, which run and may not terminate.
         """
         schema = self._db.execute("SELECT sql FROM sqlite_master").fetchall()
-        if schema not in ([], [(_HOLDER,)]):
+        if schema not in ([], [(_HOLDER_SCHEMA,)]):
             raise sqlite3.DatabaseError("not a lock")
 
-    def _holder(self) -> str:
+    def _read_holder(self) -> str:
         try:
             pid, host = self._db.execute("SELECT pid, host FROM holder").fetchone()
         except (AttributeError, sqlite3.Error, TypeError):
@@ -102,7 +102,7 @@ class FolderLock:
 
 def _remove_special_file(path: Path) -> None:
     """Remove a pipe or device: it is not a lock, and SQLite would wait for it."""
-    if path.exists() and not path.is_dir() and not is_regular(path):
+    if path.exists() and not path.is_dir() and not is_regular_file(path):
         with contextlib.suppress(OSError):
             path.unlink()
 

@@ -60,13 +60,13 @@ def limit_to_free_memory() -> Iterator[None]:
     Otherwise the operating system would end this or another process. Reading a file inside the
     block may lower the limit.
     """
-    used_private_bytes, available = private_bytes(), free_bytes()
-    if not _is_enabled or used_private_bytes is None or available is None:
+    used_private_bytes, available_bytes = private_bytes(), free_bytes()
+    if not _is_enabled or used_private_bytes is None or available_bytes is None:
         yield
         return
     with _limit_private_memory(
         used_private_bytes
-        + available
+        + available_bytes
         + _ALLOWANCE_BYTES
         + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
     ):
@@ -102,16 +102,16 @@ def _limit_private_memory(limit: int) -> Iterator[None]:
     """Limit the private memory of this process in bytes, without raising an existing limit."""
     import resource
 
-    previous = resource.getrlimit(resource.RLIMIT_DATA)
-    if previous[0] != resource.RLIM_INFINITY:
-        limit = min(limit, previous[0])
+    previous_limits = resource.getrlimit(resource.RLIMIT_DATA)
+    if previous_limits[0] != resource.RLIM_INFINITY:
+        limit = min(limit, previous_limits[0])
     with contextlib.suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_DATA, (limit, previous[1]))
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, previous_limits[1]))
     try:
         yield
     finally:
         with contextlib.suppress(OSError, ValueError):
-            resource.setrlimit(resource.RLIMIT_DATA, previous)
+            resource.setrlimit(resource.RLIMIT_DATA, previous_limits)
 
 
 def _file_limit(path: Path) -> int | None:
@@ -126,7 +126,7 @@ def _file_limit(path: Path) -> int | None:
             size = sum(entry.stat().st_size for entry in os.scandir(path.parent))
     except OSError:
         return None
-    needed_limit = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
+    needed_bytes = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
         path.suffix.lower(), _BYTES_PER_FILE_BYTE
     )
-    return used_private_bytes + min(needed_limit, machine_memory_bytes)
+    return used_private_bytes + min(needed_bytes, machine_memory_bytes)

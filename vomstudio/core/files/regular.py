@@ -20,14 +20,14 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-SIDECAR_BYTES = 16 << 20
+MAX_SIDECAR_BYTES = 16 << 20
 """Maximum size of a sidecar file of a model or a photo."""
-JSON_BYTES = 1 << 30
+MAX_JSON_BYTES = 1 << 30
 """Maximum size of a JSON file, larger than a reconstruction of thousands of photos."""
 _MAX_JSON_VALUES = 8_000_000
 
 
-def is_regular(path: str | Path) -> bool:
+def is_regular_file(path: str | Path) -> bool:
     """Return whether the path, after following links, is a regular file; never blocks."""
     try:
         return stat.S_ISREG(os.stat(path).st_mode)
@@ -66,7 +66,7 @@ def path_exists(path: str | Path) -> bool:
     return True
 
 
-def require_regular(path: str | Path) -> None:
+def require_regular_file(path: str | Path) -> None:
     """Raise InputError for a folder, device, pipe or socket, but not for a missing file."""
     try:
         mode = os.stat(path).st_mode
@@ -99,7 +99,7 @@ def require_regular_siblings(path: str | Path) -> None:
             raise InputError(Finding("file.device-in-folder"), file=sibling)
 
 
-def open_regular(path: str | Path) -> BufferedReader:
+def open_regular_file(path: str | Path) -> BufferedReader:
     """Open a file for reading without blocking.
 
     Raises
@@ -113,23 +113,23 @@ def open_regular(path: str | Path) -> BufferedReader:
 
 
 def open_unbuffered(path: str | Path) -> FileIO:
-    """Open a file in the same way as `open_regular`, to read into an existing buffer."""
+    """Open a file in the same way as `open_regular_file`, to read into an existing buffer."""
     return os.fdopen(_descriptor(path), "rb", buffering=0)
 
 
 def _descriptor(path: str | Path) -> int:
-    require_regular(path)
+    require_regular_file(path)
     try:
         # Open without blocking, in case a pipe has replaced the file since the check.
-        return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+        return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY_FLAG)
     except ValueError as error:
         # The name contains a zero byte.
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
 
 
-def read_whole(path: str | Path) -> bytes:
-    """Read a file of any size. Raises the same errors as `open_regular`."""
-    with open_regular(path) as file:
+def read_whole_file(path: str | Path) -> bytes:
+    """Read a file of any size. Raises the same errors as `open_regular_file`."""
+    with open_regular_file(path) as file:
         return file.read()
 
 
@@ -176,7 +176,7 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
 _MAX_SILENCE_S = 3.0
 
 
-def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
+def read_small_file(path: str | Path, limit: int = MAX_SIDECAR_BYTES) -> bytes:
     """Read a file with a maximum size of `limit` bytes.
 
     Raises
@@ -186,7 +186,7 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     OSError
         If the file cannot be read.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         # `read` allocates the requested size, so request the size of the file, or nothing if the
         # file is too large.
         size = os.fstat(file.fileno()).st_size
@@ -196,7 +196,7 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     return data
 
 
-def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
+def read_json(path: str | Path, limit: int = MAX_JSON_BYTES) -> Any:
     """Read a JSON file from an unknown source with a maximum size of `limit` bytes.
 
     Raises
@@ -208,7 +208,7 @@ def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
         If the file cannot be read.
     """
     try:
-        data = read_small(path, limit)
+        data = read_small_file(path, limit)
         # A value takes about 60 bytes in memory but only 2 bytes in the file.
         if sum(data.count(sign) for sign in (b",", b"[", b"{")) > _MAX_JSON_VALUES:
             raise ValueError(tr("more than {limit} values", limit=_MAX_JSON_VALUES))
@@ -219,9 +219,9 @@ def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
         raise ValueError(tr("endlessly nested values")) from error
 
 
-def read_small_text(path: str | Path, limit: int = SIDECAR_BYTES) -> str:
-    """Read a UTF-8 file in the same way as `read_small`. Also raises UnicodeDecodeError."""
-    return read_small(path, limit).decode("utf-8")
+def read_small_text(path: str | Path, limit: int = MAX_SIDECAR_BYTES) -> str:
+    """Read a UTF-8 file in the same way as `read_small_file`. Also raises UnicodeDecodeError."""
+    return read_small_file(path, limit).decode("utf-8")
 
 
-_BINARY = getattr(os, "O_BINARY", 0)
+_BINARY_FLAG = getattr(os, "O_BINARY", 0)

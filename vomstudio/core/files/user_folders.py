@@ -11,10 +11,10 @@ from pathlib import Path
 
 def state_folder() -> Path:
     """Return the user's state folder, or a temporary folder if it is not writable."""
-    return _first_writable(_default_folder())
+    return _first_writable_folder(_default_folder())
 
 
-def home_is_writable() -> bool:
+def is_home_writable() -> bool:
     """Return whether `state_folder` is the permanent folder, which the system does not clear."""
     return state_folder() == _default_folder()
 
@@ -26,12 +26,12 @@ def _default_folder() -> Path:
 
 
 @cache
-def _first_writable(default_folder: Path) -> Path:
+def _first_writable_folder(default_folder: Path) -> Path:
     if _is_writable(default_folder):
         return default_folder
     # Use a fixed name so that work can be found after a crash.
-    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    temporary_folder = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
+    user_name = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
+    temporary_folder = Path(tempfile.gettempdir()) / f"vomstudio-{user_name}"
     if _is_private(temporary_folder):
         return temporary_folder
     try:

@@ -12,7 +12,7 @@ from importlib import import_module
 
 from vomstudio.core.finding_texts.entry import Entry, Severity
 
-__all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
+__all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "get_texts"]
 
 _names = sorted(module.name for module in pkgutil.iter_modules(__path__))
 _modules = [import_module(f"{__name__}.{name}") for name in _names]
@@ -23,6 +23,6 @@ TEXTS: dict[str, Entry] = {
 }
 
 
-def texts_of(code: str) -> tuple[str, ...]:
+def get_texts(code: str) -> tuple[str, ...]:
     """Return the text of a code, or its singular and plural texts."""
     return TEXTS[code][1:]

@@ -66,7 +66,7 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
     The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
     cell.
     """
-    cell_count, total, first = len(is_occupied), 0, 0
+    squares_per_side, total, first = len(is_occupied), 0, 0
     for c in range(len(cell_starts) - 1):
         last_point = cell_starts[c + 1]
         is_crowded = last_point - first > max_points
@@ -77,8 +77,14 @@ def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, i
         for p in range(first, last_point):
             a, b = points[p, 0], points[p, 1]
             if is_crowded:
-                i = min(max(int(((a - x) * cells_per_unit - u) * cell_count), 0), cell_count - 1)
-                j = min(max(int(((b - y) * cells_per_unit - v) * cell_count), 0), cell_count - 1)
+                i = min(
+                    max(int(((a - x) * cells_per_unit - u) * squares_per_side), 0),
+                    squares_per_side - 1,
+                )
+                j = min(
+                    max(int(((b - y) * cells_per_unit - v) * squares_per_side), 0),
+                    squares_per_side - 1,
+                )
                 if is_occupied[i, j]:
                     continue
                 is_occupied[i, j] = True
@@ -105,15 +111,15 @@ def _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table
     """Return whether each of 64 sectors of directions is excluded by a single neighbour."""
     bins = table.shape[0]
     x, y = points[p, 0], points[p, 1]
-    per, half_bins = bins / (4.0 * radius), bins / 2.0
+    bins_per_unit, half_bins = bins / (4.0 * radius), bins / 2.0
     sectors = 0
     for row in range(max_offset + 1):
         # Start with the nearest rows of cells.
         for side in range(1 if row == 0 else 2):
             first = c + (row if side == 0 else -row) * columns
             for q in range(cell_starts[first - max_offset], cell_starts[first + max_offset + 1]):
-                i = int((points[q, 0] - x) * per + half_bins)
-                j = int((points[q, 1] - y) * per + half_bins)
+                i = int((points[q, 0] - x) * bins_per_unit + half_bins)
+                j = int((points[q, 1] - y) * bins_per_unit + half_bins)
                 if i >= 0 and j >= 0 and i < bins and j < bins:
                     sectors |= table[i, j]
             if sectors == -1:
@@ -122,22 +128,22 @@ def _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table
 
 
 @part
-def _arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs):  # type: ignore[no-untyped-def]
+def _list_arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs):  # type: ignore[no-untyped-def]
     """List neighbours with the arcs (start, width) that they exclude; return their number."""
     x, y = points[p, 0], points[p, 1]
-    number = 0
+    count = 0
     for row in range(-max_offset, max_offset + 1):
         first = c + row * columns
         for q in range(cell_starts[first - max_offset], cell_starts[first + max_offset + 1]):
             dx, dy = points[q, 0] - x, points[q, 1] - y
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance >= 2.0 * radius or distance == 0.0 or number == len(near):
+            if distance >= 2.0 * radius or distance == 0.0 or count == len(near):
                 continue
             half_angle = math.acos(distance / (2.0 * radius))
-            near[number] = q
-            arcs[number, 0], arcs[number, 1] = math.atan2(dy, dx) - half_angle, 2.0 * half_angle
-            number += 1
-    return number
+            near[count] = q
+            arcs[count, 0], arcs[count, 1] = math.atan2(dy, dx) - half_angle, 2.0 * half_angle
+            count += 1
+    return count
 
 
 @part
@@ -162,7 +168,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     table,
     is_queued,
     queue,
-    near,
+    neighbours,
     arcs,
     edges,
 ):
@@ -171,7 +177,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
     `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `spacing_factor`, only gaps
     that reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
-    `is_queued` must be False on entry; `queue`, `near` and `arcs` are work arrays.
+    `is_queued` must be False on entry; `queue`, `neighbours` and `arcs` are work arrays.
     """
     tail, total = 0, 0
     rows = (len(cell_starts) - 1) // columns
@@ -194,33 +200,42 @@ def roll_disc(  # type: ignore[no-untyped-def]
         )
         if _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table):
             continue
-        number = _arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs)
-        if number == 0:
+        arc_count = _list_arcs(
+            points, cell_starts, columns, c, p, max_offset, radius, neighbours, arcs
+        )
+        if arc_count == 0:
             continue
-        last, passed = near[0], 0.0
+        last_neighbour, swept_angle = neighbours[0], 0.0
         end = arcs[0, 0] + arcs[0, 1]
-        while passed < _FULL_CIRCLE_RAD - 1e-9:
-            gain, extending, gap, next_ = _MIN_ARC_RAD, -1, 2.0 * _FULL_CIRCLE_RAD, -1
-            for k in range(number):
-                inside = _wrap_angle(end - arcs[k, 0])
-                if arcs[k, 1] - inside > gain:
-                    gain, extending = arcs[k, 1] - inside, k
-                elif extending < 0 and _FULL_CIRCLE_RAD - inside < gap:
-                    gap, next_ = _FULL_CIRCLE_RAD - inside, k
-            if extending >= 0:
-                last, end, passed = near[extending], end + gain, passed + gain
+        while swept_angle < _FULL_CIRCLE_RAD - 1e-9:
+            gain, extending_arc, gap, next_arc = _MIN_ARC_RAD, -1, 2.0 * _FULL_CIRCLE_RAD, -1
+            for k in range(arc_count):
+                arc_offset = _wrap_angle(end - arcs[k, 0])
+                if arcs[k, 1] - arc_offset > gain:
+                    gain, extending_arc = arcs[k, 1] - arc_offset, k
+                elif extending_arc < 0 and _FULL_CIRCLE_RAD - arc_offset < gap:
+                    gap, next_arc = _FULL_CIRCLE_RAD - arc_offset, k
+            if extending_arc >= 0:
+                last_neighbour, end, swept_angle = (
+                    neighbours[extending_arc],
+                    end + gain,
+                    swept_angle + gain,
+                )
                 continue
-            if passed + gap > _FULL_CIRCLE_RAD + 1e-9:
+            if swept_angle + gap > _FULL_CIRCLE_RAD + 1e-9:
                 break
             if total == len(edges):
                 return -1
-            edges[total, 0], edges[total, 1] = p, near[next_]
+            edges[total, 0], edges[total, 1] = p, neighbours[next_arc]
             total += 1
-            for q in (last, near[next_]):
+            for q in (last_neighbour, neighbours[next_arc]):
                 if not is_queued[q]:
                     is_queued[q] = True
                     queue[tail] = q
                     tail += 1
-            last, passed = near[next_], passed + gap + arcs[next_, 1]
-            end += gap + arcs[next_, 1]
+            last_neighbour, swept_angle = (
+                neighbours[next_arc],
+                swept_angle + gap + arcs[next_arc, 1],
+            )
+            end += gap + arcs[next_arc, 1]
     return total

@@ -23,14 +23,14 @@ _EXPECTED_GAPS = 0.1
 # With more points, only gaps beside empty cells are used. The cells are so large, relative to the
 # spacing, that a cell is very unlikely to be empty by chance.
 _MIN_POINTS_FOR_CELLS = 4_000
-_CELL_SPACINGS = 2.5
+_CELL_SIZE_SPACINGS = 2.5
 _MAX_CELLS = 4_000_000
 _MAX_TEXT_LENGTH = 100_000
-_SECTOR_SQUARES = 32
+_SECTOR_TABLE_SIZE = 32
 # In cells with more points than this, one point per square is sufficient.
-_MAX_CELL_POINTS, _CELL_SQUARES = 64, 8
+_MAX_CELL_POINTS, _SQUARES_PER_CELL_SIDE = 64, 8
 # Half the maximum gap between the pieces of a facet, in side lengths of a face.
-_GAP_SIDES = 0.8
+_MAX_HALF_GAP_SIDES = 0.8
 
 
 def plane_axes(normal: FloatArray) -> FloatArray:
@@ -72,14 +72,14 @@ def enclose_faces(
     axes = plane_axes(normal)
     plane_corners = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
     lines = np.stack([plane_corners, np.roll(plane_corners, -1, axis=1)], axis=2).reshape(-1, 2, 2)
-    pieces = _pieces(nodes)
+    pieces = _label_components(nodes)
     if not pieces.any():
         return _polygonize(lines[_find_free_edges(ends)]), axes
     edge_length = float(np.median(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)))
-    return _close_gaps(lines, ends, np.repeat(pieces, 3), _GAP_SIDES * edge_length), axes
+    return _close_gaps(lines, ends, np.repeat(pieces, 3), _MAX_HALF_GAP_SIDES * edge_length), axes
 
 
-def _pieces(nodes: IntArray) -> IntArray:
+def _label_components(nodes: IntArray) -> IntArray:
     """Return the connected component (k,) of each face (k, 3)."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -151,7 +151,7 @@ def _trace_boundary_lines(
     on a circle.
     """
     low, size = ends[0], ends[1] - ends[0]
-    cell_size = max(_CELL_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
+    cell_size = max(_CELL_SIZE_SPACINGS * spacing, float(np.sqrt(size[0] * size[1] / _MAX_CELLS)))
     if cell_size <= 0.0 or not (size < 1e4 * cell_size).all():
         return None
     n, max_distance = len(plane_coordinates), int(2.0 * radius / cell_size) + 1
@@ -161,22 +161,24 @@ def _trace_boundary_lines(
         float(low[1]) - (max_distance + 1) * cell_size,
         1.0 / cell_size,
     )
-    begins, sorted_points = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
-    sort_into_cells(plane_coordinates, *grid, columns, begins, np.empty(n, np.int64), sorted_points)
-    squares = np.zeros((_CELL_SQUARES, _CELL_SQUARES), np.bool_)
+    cell_starts, sorted_points = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
+    sort_into_cells(
+        plane_coordinates, *grid, columns, cell_starts, np.empty(n, np.int64), sorted_points
+    )
+    squares = np.zeros((_SQUARES_PER_CELL_SIDE, _SQUARES_PER_CELL_SIDE), np.bool_)
     sorted_points = sorted_points[
-        : thin_cells(sorted_points, begins, *grid, columns, _MAX_CELL_POINTS, squares)
+        : thin_cells(sorted_points, cell_starts, *grid, columns, _MAX_CELL_POINTS, squares)
     ]
     edges = np.empty((6 * len(sorted_points), 2), np.int32)
     count = roll_disc(
         sorted_points,
         *grid,
         columns,
-        begins,
+        cell_starts,
         max_distance,
         radius,
         n > _MIN_POINTS_FOR_CELLS,
-        _sectors(),
+        _tabulate_sectors(),
         np.zeros(len(sorted_points), np.bool_),
         *(np.empty(len(sorted_points), np.int32) for _ in range(2)),
         np.empty((len(sorted_points), 2)),
@@ -192,17 +194,17 @@ def _trace_boundary_lines(
 
 
 @cache
-def _sectors() -> IntArray:
+def _tabulate_sectors() -> IntArray:
     """Tabulate the directions that a neighbour excludes, as bits for 64 sectors.
 
     The table consists of squares that extend over twice the radius to each side; a sector is set if
     the neighbour excludes it from anywhere within its square.
     """
-    edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
-    corner = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1)
+    grid_lines = np.linspace(-2.0, 2.0, _SECTOR_TABLE_SIZE + 1)
+    corners = np.stack(np.meshgrid(grid_lines, grid_lines, indexing="ij"), axis=-1)
     angles = 2.0 * np.pi * np.arange(65) / 64.0
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    is_forbidden = np.linalg.norm(corner[:, :, None] - directions, axis=-1) < 1.0 - 1e-9
+    is_forbidden = np.linalg.norm(corners[:, :, None] - directions, axis=-1) < 1.0 - 1e-9
     is_forbidden = (
         is_forbidden[:-1, :-1]
         & is_forbidden[1:, :-1]
@@ -288,10 +290,10 @@ def to_wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float)
 def _find_free_edges(ends: IntArray) -> BoolArray:
     """Return which edges (k, 2) belong to an odd number of faces, each edge once."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
-    _, edge_of, count = np.unique(key, return_inverse=True, return_counts=True)
+    _, edge_indices, count = np.unique(key, return_inverse=True, return_counts=True)
     is_first = np.zeros(len(key), np.bool_)
-    is_first[np.unique(edge_of, return_index=True)[1]] = True
-    return np.asarray((count[edge_of] % 2 == 1) & is_first)
+    is_first[np.unique(edge_indices, return_index=True)[1]] = True
+    return np.asarray((count[edge_indices] % 2 == 1) & is_first)
 
 
 def _polygonize(lines: FloatArray) -> Any:

@@ -25,23 +25,23 @@ def assign_points(  # type: ignore[no-untyped-def]
     labels,
     normals,
     max_distance,
-    least_cosine,
+    min_cosine,
     centres,
-    facing_normals,
+    plane_normals,
     limits,
     out,
-    open_rows,
+    is_open,
 ):
     """Assign points to the nearest plane of their cell and the adjacent cells, or to none.
 
     labels (cells,) contains the facet of each cell, negative for none; centres, facing (f, 3) and
-    limits (f,) describe the planes of the facets. `open_rows` receives whether a point must be
+    limits (f,) describe the planes of the facets. `is_open` receives whether a point must be
     analysed individually: if the adjacent cells belong to several facets, if they belong to none
     and contain more than stray points, or if the point is not on the plane of its cell.
     """
     for c in range(len(cell_starts) - 1):
-        own_label = labels[c]
-        is_mixed = own_label < 0
+        cell_label = labels[c]
+        is_mixed = cell_label < 0
         is_known = not is_mixed
         for k in range(starts[c], starts[c + 1]):
             other_label = labels[neighbours[k]]
@@ -52,56 +52,77 @@ def assign_points(  # type: ignore[no-untyped-def]
                 < cell_starts[c + 1] - cell_starts[c]
             ):
                 continue
-            if other_label != own_label:
+            if other_label != cell_label:
                 is_mixed = True
         for p in range(cell_starts[c], cell_starts[c + 1]):
             out[p] = -1
-            open_rows[p] = True
+            is_open[p] = True
             if not is_known:
                 continue
-            best_plane, min_value = -1, math.inf
+            best_plane, min_distance = -1, math.inf
             for k in range(starts[c] - 1, starts[c + 1]):
-                f = own_label if k < starts[c] else labels[neighbours[k]]
+                f = cell_label if k < starts[c] else labels[neighbours[k]]
                 if f < 0 or f == best_plane:
                     continue
                 distance = abs(
-                    (points[p, 0] - centres[f, 0]) * facing_normals[f, 0]
-                    + (points[p, 1] - centres[f, 1]) * facing_normals[f, 1]
-                    + (points[p, 2] - centres[f, 2]) * facing_normals[f, 2]
+                    (points[p, 0] - centres[f, 0]) * plane_normals[f, 0]
+                    + (points[p, 1] - centres[f, 1]) * plane_normals[f, 1]
+                    + (points[p, 2] - centres[f, 2]) * plane_normals[f, 2]
                 )
                 limit = min(max_distance[c], limits[f])
-                if f != own_label:
+                if f != cell_label:
                     cosine = abs(
-                        normals[c, 0] * facing_normals[f, 0]
-                        + normals[c, 1] * facing_normals[f, 1]
-                        + normals[c, 2] * facing_normals[f, 2]
+                        normals[c, 0] * plane_normals[f, 0]
+                        + normals[c, 1] * plane_normals[f, 1]
+                        + normals[c, 2] * plane_normals[f, 2]
                     )
-                    if not cosine >= least_cosine:
+                    if not cosine >= min_cosine:
                         limit *= 0.5
-                if distance <= limit and distance < min_value:
-                    best_plane, min_value = f, distance
+                if distance <= limit and distance < min_distance:
+                    best_plane, min_distance = f, distance
             out[p] = best_plane
-            open_rows[p] = is_mixed or best_plane < 0
+            is_open[p] = is_mixed or best_plane < 0
 
 
 @kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
 def copy_to_points(  # type: ignore[no-untyped-def]
-    cell_starts, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
+    cell_starts,
+    normals,
+    variation,
+    areas,
+    noise,
+    point_normals,
+    point_variation,
+    point_areas,
+    point_noise,
 ):
     """Copy the values of each cell to its points, dividing the area equally."""
     for c in range(len(cell_starts) - 1):
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
-        fraction = areas[c] / (cell_starts[c + 1] - cell_starts[c])
+        area_per_point = areas[c] / (cell_starts[c + 1] - cell_starts[c])
         for p in range(cell_starts[c], cell_starts[c + 1]):
-            own_normals[p, 0], own_normals[p, 1], own_normals[p, 2] = x, y, z
-            own_variation[p], own_areas[p], own_noise[p] = variation[c], fraction, noise[c]
+            point_normals[p, 0], point_normals[p, 1], point_normals[p, 2] = x, y, z
+            point_variation[p], point_areas[p], point_noise[p] = (
+                variation[c],
+                area_per_point,
+                noise[c],
+            )
 
 
 @kernel(
     "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], i8, f8, f8[:,::1], f8[::1], f8[::1], f8[::1])"
 )
 def describe_cells(  # type: ignore[no-untyped-def]
-    cell_starts, count, inner, spreads, min_points, max_variation, normals, area, variation, noise
+    cell_starts,
+    count,
+    inner_moments,
+    spreads,
+    min_points,
+    max_variation,
+    normals,
+    area,
+    variation,
+    noise,
 ):
     """Describe the neighbourhood of each cell, given its number of points and eigenvalues.
 
@@ -110,26 +131,37 @@ def describe_cells(  # type: ignore[no-untyped-def]
     `max_variation`, its own scatter is used.
     """
     for c in range(len(count)):
-        smallest_spread, medium_spread, largest_spread = spreads[c, 0], spreads[c, 1], spreads[c, 2]
+        smallest_eigenvalue, middle_eigenvalue, largest_eigenvalue = (
+            spreads[c, 0],
+            spreads[c, 1],
+            spreads[c, 2],
+        )
         x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
         # In a disc of area A, the variance along each diameter is A / (4 pi).
-        area[c] = 4.0 * math.pi * math.sqrt(max(medium_spread * largest_spread, 0.0)) / count[c]
-        variation[c] = smallest_spread / max(
-            smallest_spread + medium_spread + largest_spread, 1e-300
+        area[c] = (
+            4.0 * math.pi * math.sqrt(max(middle_eigenvalue * largest_eigenvalue, 0.0)) / count[c]
         )
-        variance = smallest_spread
+        variation[c] = smallest_eigenvalue / max(
+            smallest_eigenvalue + middle_eigenvalue + largest_eigenvalue, 1e-300
+        )
+        variance = smallest_eigenvalue
         points = cell_starts[c + 1] - cell_starts[c]
-        if not medium_spread > 1e-9 * largest_spread:
+        if not middle_eigenvalue > 1e-9 * largest_eigenvalue:
             normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
             x, y, z = 0.0, 0.0, 0.0
         if points >= min_points and variation[c] <= max_variation:
             # The scatter of the neighbourhood includes relief; the scatter within the cell does
             # not.
             scatter = (
-                inner[c, 0] * x * x
-                + inner[c, 1] * y * y
-                + inner[c, 2] * z * z
-                + 2.0 * (inner[c, 3] * x * y + inner[c, 4] * x * z + inner[c, 5] * y * z)
+                inner_moments[c, 0] * x * x
+                + inner_moments[c, 1] * y * y
+                + inner_moments[c, 2] * z * z
+                + 2.0
+                * (
+                    inner_moments[c, 3] * x * y
+                    + inner_moments[c, 4] * x * z
+                    + inner_moments[c, 5] * y * z
+                )
             )
             variance = min(variance, scatter * points / max(points - 3.0, 1.0))
         noise[c] = math.sqrt(max(variance, 0.0))

@@ -35,16 +35,16 @@ _MAX_TYPICAL_VARIATION, _MAX_CELL_VARIATION = 0.02, 0.06
 # At this variation, one standard deviation of the scatter is a tenth of the cell size.
 _MAX_THIN_VARIATION = 0.007
 _MIN_CELLS = 40
-_MIN_POINTS_WITHIN = 6
+_MIN_POINTS_PER_CELL = 6
 # The same if the noise exceeds the spacing: a face has fewer cells, with a few hundred points each.
 # The scatter about a surface does not increase with the cell size, but that of separate pieces
 # does.
-_NOISY_POINTS_PER_CELL, _NOISY_CELL_GROWTH = 100.0, 1.5
-_NOISY_MAX_TYPICAL_VARIATION, _NOISY_MAX_CELL_VARIATION = 0.035, 0.07
-_NOISY_MIN_CELLS = 9
+_POINTS_PER_NOISY_CELL, _NOISY_CELL_GROWTH = 100.0, 1.5
+_MAX_NOISY_TYPICAL_VARIATION, _MAX_NOISY_CELL_VARIATION = 0.035, 0.07
+_MIN_NOISY_CELLS = 9
 _MAX_NOISE_GROWTH = 1.5
-_SAMPLE_RUN_CELLS, _SAMPLE_RUNS, _SAMPLE_MARGIN = 64, 100, 1.25
-_BLOCK_CELLS = 10_000
+_CELLS_PER_SAMPLE_RUN, _N_SAMPLE_RUNS, _SAMPLE_MARGIN_FACTOR = 64, 100, 1.25
+_CELLS_PER_BLOCK = 10_000
 
 
 def find_cell_planes(
@@ -95,13 +95,13 @@ def find_cell_planes(
     ):
         search = _find_flat_cells(
             local_points,
-            _NOISY_POINTS_PER_CELL,
+            _POINTS_PER_NOISY_CELL,
             _NOISY_CELL_GROWTH,
-            _NOISY_MAX_TYPICAL_VARIATION,
+            _MAX_NOISY_TYPICAL_VARIATION,
             progress,
         )
-        min_cells, max_variation = _NOISY_MIN_CELLS, _NOISY_MAX_CELL_VARIATION
-        width = search.width if search.typical_variation <= _NOISY_MAX_TYPICAL_VARIATION else np.inf
+        min_cells, max_variation = _MIN_NOISY_CELLS, _MAX_NOISY_CELL_VARIATION
+        width = search.width if search.typical_variation <= _MAX_NOISY_TYPICAL_VARIATION else np.inf
     grid, cells = search.grid, search.cells
     # If the cells of a cloud have no normals, every point is analysed individually.
     if width > search.width or (not width and search.typical_variation > _MAX_TYPICAL_VARIATION):
@@ -129,7 +129,7 @@ def find_cell_planes(
         grid.places,
         grid.starts,
         cells.starts,
-        cells.near,
+        cells.neighbours,
         labels,
         to_kernel_array(cells.normals, np.float64),
         extent_radius,
@@ -140,16 +140,16 @@ def find_cell_planes(
         point_labels,
         is_open,
     )
-    point_planes = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    point_values = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     copy_to_points(
         grid.starts,
         to_kernel_array(cells.normals, np.float64),
         cells.variation,
         cells.areas,
         cells.noise,
-        *point_planes,
+        *point_values,
     )
-    return grid, CellPlanes(point_labels, is_open, *point_planes, width)
+    return grid, CellPlanes(point_labels, is_open, *point_values, width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,32 +170,32 @@ class _CellSearch:
 def _find_flat_cells(
     local_points: FloatArray,
     points_per_cell: float,
-    growth: float,
+    growth_factor: float,
     max_variation: float,
     progress: Progress,
 ) -> _CellSearch:
     """Find the smallest cells with flat neighbourhoods, up to ten times the number of points."""
-    max_per_cell, min_noise = 10.0 * points_per_cell, np.inf
+    max_points_per_cell, min_noise = 10.0 * points_per_cell, np.inf
     while True:
         grid = create_cell_grid(local_points, points_per_cell)
-        points_per_cell *= growth
-        described_cell_elements = _cell_elements(
+        points_per_cell *= growth_factor
+        cell_elements = _cell_elements(
             grid,
             max_variation
-            if max_variation <= _MAX_TYPICAL_VARIATION and points_per_cell <= max_per_cell
+            if max_variation <= _MAX_TYPICAL_VARIATION and points_per_cell <= max_points_per_cell
             else np.inf,
             progress,
         )
-        if described_cell_elements is None:
+        if cell_elements is None:
             continue
-        cells, count = described_cell_elements
+        cells, count = cell_elements
         points = np.diff(grid.starts)
         typical_variation = approximate_median(np.repeat(cells.variation, points))
         noise = approximate_median(np.repeat(cells.noise, points))
         min_noise = min(min_noise, noise)
         if max_variation > _MAX_TYPICAL_VARIATION and noise > _MAX_NOISE_GROWTH * min_noise:
             typical_variation = np.inf
-        if typical_variation <= max_variation or points_per_cell > max_per_cell:
+        if typical_variation <= max_variation or points_per_cell > max_points_per_cell:
             width = approximate_median(np.repeat(np.sqrt(cells.areas / points * count), points))
             return _CellSearch(grid, cells, count, typical_variation, width)
 
@@ -208,42 +208,47 @@ def _cell_elements(
     Return None if a sample shows that the cells are far from flat.
     """
     m = len(grid.keys)
-    starts, neighbours = grid.around()
-    means, inner_values = np.empty((m, 3)), np.empty((m, 6))
-    cell_moments(grid.places, grid.starts, means, inner_values)
-    count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
+    starts, neighbours = grid.neighbouring_cells()
+    means, inner_moments = np.empty((m, 3)), np.empty((m, 6))
+    cell_moments(grid.places, grid.starts, means, inner_moments)
+    count, normals, eigenvalues = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
 
-    def work(block: slice) -> None:
+    def fit_block(block: slice) -> None:
         block_planes(
             block.start,
             block.stop,
             grid.starts,
             means,
-            inner_values,
+            inner_moments,
             starts,
             neighbours,
             count,
             normals,
-            spreads,
+            eigenvalues,
         )
 
     points = np.diff(grid.starts)
-    if np.isfinite(max_variation) and m > 2 * _SAMPLE_RUN_CELLS * _SAMPLE_RUNS:
-        runs = np.linspace(0, m - _SAMPLE_RUN_CELLS, _SAMPLE_RUNS).astype(np.int64)
-        for first in runs.tolist():
-            work(slice(first, first + _SAMPLE_RUN_CELLS))
-        sampled = (runs[:, None] + np.arange(_SAMPLE_RUN_CELLS)).ravel()
-        flatness = spreads[sampled, 0] / np.maximum(spreads[sampled].sum(axis=1), 1e-300)
-        if float(np.median(np.repeat(flatness, points[sampled]))) > _SAMPLE_MARGIN * max_variation:
+    if np.isfinite(max_variation) and m > 2 * _CELLS_PER_SAMPLE_RUN * _N_SAMPLE_RUNS:
+        run_starts = np.linspace(0, m - _CELLS_PER_SAMPLE_RUN, _N_SAMPLE_RUNS).astype(np.int64)
+        for first in run_starts.tolist():
+            fit_block(slice(first, first + _CELLS_PER_SAMPLE_RUN))
+        sampled_cells = (run_starts[:, None] + np.arange(_CELLS_PER_SAMPLE_RUN)).ravel()
+        sample_variation = eigenvalues[sampled_cells, 0] / np.maximum(
+            eigenvalues[sampled_cells].sum(axis=1), 1e-300
+        )
+        if (
+            float(np.median(np.repeat(sample_variation, points[sampled_cells])))
+            > _SAMPLE_MARGIN_FACTOR * max_variation
+        ):
             return None
-    run_in_blocks(work, m, progress, _BLOCK_CELLS)
+    run_in_blocks(fit_block, m, progress, _CELLS_PER_BLOCK)
     area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
     describe_cells(
         grid.starts,
         count,
-        inner_values,
-        spreads,
-        _MIN_POINTS_WITHIN,
+        inner_moments,
+        eigenvalues,
+        _MIN_POINTS_PER_CELL,
         _MAX_THIN_VARIATION,
         normals,
         area,
@@ -256,7 +261,7 @@ def _cell_elements(
         means,
         normals,
         area * points,
-        inner_values,
+        inner_moments,
         variation,
         np.sqrt(area),
         noise,

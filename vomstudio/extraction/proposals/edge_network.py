@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.memory_limit import limit_for_file
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
@@ -47,7 +47,7 @@ class EdgeNetwork:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         try:
-            raw = read_small(self.path, _MAX_BYTES)
+            raw = read_small_file(self.path, _MAX_BYTES)
         except OSError as error:
             raise self._error(Finding("file.unreadable", reason=error)) from error
         try:
@@ -55,9 +55,9 @@ class EdgeNetwork:
         except ValueError as error:
             raise self._error(Finding("file.other-format", format="ONNX")) from error
         self.channels, self._input_sizes = self._check_shapes(shapes)
-        self._net = self._load(raw)
+        self._network = self._load_network(raw)
 
-    def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
+    def compute_probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
         """Compute the edge probability of each pixel.
 
         Parameters
@@ -76,12 +76,12 @@ class EdgeNetwork:
         Cancelled
         """
         height, width = picture.shape[:2]
-        total_height, total_width = self._tile(0, height), self._tile(1, width)
-        up, left = _margin(total_height, height), _margin(total_width, width)
+        total_height, total_width = self._tile_size(0, height), self._tile_size(1, width)
+        top_margin, left_margin = _margin(total_height, height), _margin(total_width, width)
         probabilities = np.empty((height, width), np.float32)
         rows, columns = (
-            _tile_starts(height, total_height, up),
-            _tile_starts(width, total_width, left),
+            _tile_starts(height, total_height, top_margin),
+            _tile_starts(width, total_width, left_margin),
         )
         done_count = 0
         progress.stage(tr("Detecting edges"), len(rows) * len(columns))
@@ -92,12 +92,12 @@ class EdgeNetwork:
                 part = picture[row : row + total_height, column : column + total_width]
                 output = self._run(part, total_height, total_width)
                 # Within the margin, the adjacent tile is more reliable.
-                first = 0 if row == 0 else up
-                begin = 0 if column == 0 else left
-                high, wide_tile = part.shape[:2]
-                probabilities[row + first : row + high, column + begin : column + wide_tile] = (
-                    output[first:high, begin:wide_tile]
-                )
+                first_row = 0 if row == 0 else top_margin
+                first_column = 0 if column == 0 else left_margin
+                part_height, part_width = part.shape[:2]
+                probabilities[
+                    row + first_row : row + part_height, column + first_column : column + part_width
+                ] = output[first_row:part_height, first_column:part_width]
         return probabilities
 
     # --- the file ----------------------------------------------------------------------------
@@ -131,7 +131,7 @@ class EdgeNetwork:
                 )
         return shape[1] or 3, (shape[2], shape[3])
 
-    def _load(self, raw_bytes: bytes) -> object:
+    def _load_network(self, raw_bytes: bytes) -> object:
         import cv2
 
         try:
@@ -145,16 +145,21 @@ class EdgeNetwork:
         """Run the network on a part of a picture, padded to (tall, wide)."""
         import cv2
 
-        high, broad = part.shape[:2]
+        part_height, part_width = part.shape[:2]
         padded_picture = cv2.copyMakeBorder(
-            np.ascontiguousarray(part), 0, height - high, 0, width - broad, cv2.BORDER_REPLICATE
+            np.ascontiguousarray(part),
+            0,
+            height - part_height,
+            0,
+            width - part_width,
+            cv2.BORDER_REPLICATE,
         )
         values = padded_picture.astype(np.float32) / 255.0
         blob = (values @ _GREY_WEIGHTS)[None] if self.channels == 1 else values.transpose(2, 0, 1)
         try:
             with limit_for_file(self.path):
-                self._net.setInput(np.ascontiguousarray(blob[None]))  # type: ignore[attr-defined]
-                output = np.asarray(self._net.forward())  # type: ignore[attr-defined]
+                self._network.setInput(np.ascontiguousarray(blob[None]))  # type: ignore[attr-defined]
+                output = np.asarray(self._network.forward())  # type: ignore[attr-defined]
         except (cv2.error, MemoryError) as error:
             raise self._error(
                 Finding("network.failed", width=width, height=height, reason=_reason(error))
@@ -176,7 +181,7 @@ class EdgeNetwork:
             raise self._error(Finding("network.not-probabilities", low=low, high=top))
         return np.clip(network_output, 0.0, 1.0)
 
-    def _tile(self, axis: int, size: int) -> int:
+    def _tile_size(self, axis: int, size: int) -> int:
         """Return the size of the tiles: that required by the network, or a multiple of 32."""
         fixed_side = self._input_sizes[axis]
         return fixed_side if fixed_side is not None else min(_TILE_PX, 32 * -(-size // 32))

@@ -29,7 +29,7 @@ EdgeDetector = Callable[[Sequence[Path], Path], Sequence[Path]]
 _MAX_SIDE_PX = 8000
 # Pixel size of the picture of a cloud, and depth range of the points visible in a pixel, in typical
 # point spacings.
-_PIXEL_SPACINGS, _DEPTH_SPACINGS = 1.0, 6.0
+_PIXEL_SIZE_SPACINGS, _DEPTH_RANGE_SPACINGS = 1.0, 6.0
 
 
 def write_edges(
@@ -66,7 +66,7 @@ def write_edges(
     for number, path in enumerate(pictures):
         with open_photo(path) as image:
             pixels = np.asarray(image.convert("RGB"))
-        probabilities = net.probability(pixels, progress)
+        probabilities = net.compute_probability(pixels, progress)
         out = folder / f"edges_{number}.png"
         Image.fromarray(np.round(255.0 * (1.0 - probabilities)).astype(np.uint8)).save(out)
         paths.append(out)
@@ -112,11 +112,11 @@ def colour_by_edges(
             field="--cost",
         )
     points = data.vertices if isinstance(data, Mesh) else data.points
-    grey = _edges_of_points(points, data.colors, spacing, find_edges, folder)
+    grey = _detect_point_edges(points, data.colors, spacing, find_edges, folder)
     return replace(data, colors=np.repeat(grey[:, None], 3, axis=1))
 
 
-def _edges_of_points(
+def _detect_point_edges(
     points: FloatArray, colours: ByteArray, spacing: float, find_edges: EdgeDetector, folder: Path
 ) -> ByteArray:
     """Return the edges (n,) of points, viewed perpendicular to their overall plane.
@@ -131,14 +131,14 @@ def _edges_of_points(
     axes = np.linalg.svd(local_points[:: max(1, len(local_points) // 20_000)], full_matrices=False)[
         2
     ]
-    cross_axes, normal = axes[:2], axes[2] if axes[2][2] >= 0.0 else -axes[2]
-    plane_coordinates, depth = local_points @ cross_axes.T, local_points @ normal
+    plane_axes, normal = axes[:2], axes[2] if axes[2][2] >= 0.0 else -axes[2]
+    plane_coordinates, depth = local_points @ plane_axes.T, local_points @ normal
     low = plane_coordinates.min(axis=0)
-    pixel = max(
-        _PIXEL_SPACINGS * spacing,
+    pixel_size = max(
+        _PIXEL_SIZE_SPACINGS * spacing,
         float(np.ptp(plane_coordinates, axis=0).max()) / (_MAX_SIDE_PX - 1),
     )
-    column, row = np.floor((plane_coordinates - low) / pixel).astype(np.int64).T
+    column, row = np.floor((plane_coordinates - low) / pixel_size).astype(np.int64).T
     shape = int(row.max()) + 1, int(column.max()) + 1
     order = np.argsort(depth, kind="stable")
     picture = np.zeros((*shape, 3), np.uint8)
@@ -146,8 +146,8 @@ def _edges_of_points(
     # Write points from back to front, so that the nearest point remains.
     picture[row[order], column[order]] = colours[finite_indices[order]]
     nearest_depths[row[order], column[order]] = depth[order]
-    gaps = ~np.isfinite(nearest_depths)
-    position = distance_transform_edt(gaps, return_distances=False, return_indices=True)
+    is_empty = ~np.isfinite(nearest_depths)
+    position = distance_transform_edt(is_empty, return_distances=False, return_indices=True)
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "points.png"
     Image.fromarray(np.asarray(picture[tuple(position)])).save(file)
@@ -155,6 +155,6 @@ def _edges_of_points(
     with open_picture(edge_picture) as image:
         edges = np.asarray(image.convert("L"))
     values = np.full(len(points), 255, np.uint8)
-    is_visible = depth >= nearest_depths[row, column] - _DEPTH_SPACINGS * spacing
+    is_visible = depth >= nearest_depths[row, column] - _DEPTH_RANGE_SPACINGS * spacing
     values[finite_indices[is_visible]] = edges[row[is_visible], column[is_visible]]
     return values

@@ -10,17 +10,17 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 
 # Minimum share of a line that runs beside known lines for it to be the same contact.
-_MIN_SHARED_LENGTH = 0.5
+_MIN_MATCHING_SHARE = 0.5
 
 
-def are_along_known_lines(
-    lines: Sequence[FloatArray], known_arrays: Sequence[FloatArray], max_distance: float
+def match_known_lines(
+    lines: Sequence[FloatArray], known_lines: Sequence[FloatArray], max_distance: float
 ) -> list[bool]:
     """Return which lines run along known lines.
 
     Parameters
     ----------
-    lines, known_arrays : sequences of (n, 3) arrays
+    lines, known_lines : sequences of (n, 3) arrays
     max_distance : float
         Maximum distance in the unit of the lines.
 
@@ -31,7 +31,7 @@ def are_along_known_lines(
     """
     from scipy.spatial import cKDTree
 
-    dense_lines = [_densify_line(line, max_distance) for line in known_arrays if len(line)]
+    dense_lines = [_densify_line(line, max_distance) for line in known_lines if len(line)]
     if not dense_lines:
         return [False] * len(lines)
     tree = cKDTree(np.concatenate(dense_lines))
@@ -41,7 +41,7 @@ def are_along_known_lines(
                 tree.query(_densify_line(line, max_distance), distance_upper_bound=max_distance)[0]
                 <= max_distance
             ).mean()
-            >= _MIN_SHARED_LENGTH
+            >= _MIN_MATCHING_SHARE
         )
         for line in lines
     ]
@@ -80,9 +80,9 @@ def _find_farthest_vertex(line: FloatArray, first_row: int, last_row: int) -> tu
     if last_row - first_row < 2:
         return 0.0, first_row
     start, step = line[first_row], line[last_row] - line[first_row]
-    inner_line = line[first_row + 1 : last_row] - start
-    projections = np.clip(inner_line @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
-    distance = np.linalg.norm(inner_line - projections[:, None] * step, axis=1)
+    inner_vertices = line[first_row + 1 : last_row] - start
+    projections = np.clip(inner_vertices @ step / max(float(step @ step), 1e-300), 0.0, 1.0)
+    distance = np.linalg.norm(inner_vertices - projections[:, None] * step, axis=1)
     row = int(distance.argmax())
     return float(distance[row]), first_row + 1 + row
 

@@ -19,17 +19,17 @@ from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.extraction.path_costs import COLOUR_COSTS, contact_values, smooth_values
 from vomstudio.extraction.shortest_paths import shortest_path
 from vomstudio.extraction.surface_graph import Graph
-from vomstudio.extraction.trace_options import ONNX
+from vomstudio.extraction.trace_options import ONNX_COST
 
 N_SURROGATES = 49
 # Smoothing passes for the evidence, and for the background with which it is compared.
-_EVIDENCE_SMOOTHINGS, _BACKGROUND_SMOOTHINGS = 2, 64
+_EVIDENCE_SMOOTHING_PASSES, _BACKGROUND_SMOOTHING_PASSES = 2, 64
 # Minimum evidence of a line, in standard deviations of the noise.
 _MIN_EVIDENCE = 0.8
 # Limit of the local noise, so that a strong contact nearby does not count as noise.
 _MAX_NOISE = 3.0
 _MIN_NOISE = 0.5
-_MAX_SMOOTHINGS = 16
+_MAX_SMOOTHING_PASSES = 16
 # Minimum ratio of the distance between the ends of a line to its length; a line that turns back is
 # cut.
 _MIN_STRAIGHTNESS = 0.6
@@ -75,19 +75,21 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
     raw_values = -contact_values(graph, cost)
     is_unknown = ~np.isfinite(raw_values)
     raw_values[is_unknown] = np.median(raw_values[~is_unknown]) if not is_unknown.all() else 0.0
-    smoothed_evidence = smooth_values(graph, raw_values, _EVIDENCE_SMOOTHINGS)
-    deviation = smoothed_evidence - smooth_values(graph, smoothed_evidence, _BACKGROUND_SMOOTHINGS)
+    smoothed_evidence = smooth_values(graph, raw_values, _EVIDENCE_SMOOTHING_PASSES)
+    deviation = smoothed_evidence - smooth_values(
+        graph, smoothed_evidence, _BACKGROUND_SMOOTHING_PASSES
+    )
     spread = 1.4826 * float(np.median(np.abs(deviation)))
     # Rounding errors of constant values are not noise.
     if spread <= 1e-9 * float(np.abs(raw_values).max(initial=0.0)):
         spread = float(deviation.std())
     if spread <= 1e-9 * float(np.abs(raw_values).max(initial=0.0)):
         return np.zeros(len(raw_values))
-    local_points = smooth_values(
-        graph, np.minimum(np.abs(deviation), _MAX_NOISE * spread), _BACKGROUND_SMOOTHINGS
+    local_deviation = smooth_values(
+        graph, np.minimum(np.abs(deviation), _MAX_NOISE * spread), _BACKGROUND_SMOOTHING_PASSES
     )
     noise = spread * np.maximum(
-        local_points / max(float(np.median(local_points)), 1e-300), _MIN_NOISE
+        local_deviation / max(float(np.median(local_deviation)), 1e-300), _MIN_NOISE
     )
     evidence = deviation / noise
     evidence[is_unknown] = 0.0
@@ -112,9 +114,11 @@ def find_lines(
     -------
     list of LineCandidate
     """
-    arc = graph.typical_arc
+    arc = graph.typical_arc_length
     lines: list[LineCandidate] = []
-    for nodes, piece in _pieces(graph, np.flatnonzero(evidence > _MIN_EVIDENCE), min_length / arc):
+    for nodes, piece in _iterate_components(
+        graph, np.flatnonzero(evidence > _MIN_EVIDENCE), min_length / arc
+    ):
         lines += _trace_lines(nodes, piece, evidence, min_length, arc, max_lines)
     return sorted(lines, key=lambda line: -line.strength)[:max_lines]
 
@@ -140,7 +144,7 @@ def simulate_strengths(
         Strengths in ascending order; 0 for a surrogate without lines.
     """
     pool = np.sort(evidence)
-    if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX):
+    if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX_COST):
         # Contacts are on one side of the median; the other side represents the noise.
         median = np.median(pool)
         low = pool[pool <= median]
@@ -174,26 +178,28 @@ def line_p_value(strength: float, null_strengths: FloatArray) -> float:
     float
         p-value between 1 / (k + 1) and 1.
     """
-    reached_count = len(null_strengths) - int(
+    exceedance_count = len(null_strengths) - int(
         np.searchsorted(null_strengths, strength, side="left")
     )
-    return (1 + reached_count) / (1 + len(null_strengths))
+    return (1 + exceedance_count) / (1 + len(null_strengths))
 
 
-def _match_smoothing(graph: Graph, evidence: FloatArray, random_values: np.random.Generator) -> int:
+def _match_smoothing(graph: Graph, evidence: FloatArray, rng: np.random.Generator) -> int:
     """Return the number of smoothing passes at which noise is as correlated as the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
-    is_calm = np.abs(evidence) < _MAX_NOISE
-    is_calm_pair = is_calm[source] & is_calm[graph.near]
-    target = _correlation(evidence, source[is_calm_pair], graph.near[is_calm_pair])
-    noise = random_values.standard_normal(len(evidence))
+    is_background = np.abs(evidence) < _MAX_NOISE
+    is_background_pair = is_background[source] & is_background[graph.neighbours]
+    target = _correlation(
+        evidence, source[is_background_pair], graph.neighbours[is_background_pair]
+    )
+    noise = rng.standard_normal(len(evidence))
     # A difference that may be random does not require another pass.
     tolerance = 2.0 / np.sqrt(max(len(evidence), 1))
-    for pass_count in range(_MAX_SMOOTHINGS):
-        if _correlation(noise, source, graph.near) >= target - tolerance:
+    for pass_count in range(_MAX_SMOOTHING_PASSES):
+        if _correlation(noise, source, graph.neighbours) >= target - tolerance:
             return pass_count
         noise = smooth_values(graph, noise)
-    return _MAX_SMOOTHINGS
+    return _MAX_SMOOTHING_PASSES
 
 
 def _correlation(values: FloatArray, first: IntArray, second: Int32Array) -> float:
@@ -203,7 +209,9 @@ def _correlation(values: FloatArray, first: IntArray, second: Int32Array) -> flo
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[IntArray, Graph]]:
+def _iterate_components(
+    graph: Graph, nodes: IntArray, min_arcs: float
+) -> Iterator[tuple[IntArray, Graph]]:
     """Yield the connected pieces of nodes: the nodes and the graph of each piece.
 
     Pieces that have too few nodes for a line of `min_arcs` are skipped.
@@ -217,7 +225,7 @@ def _pieces(graph: Graph, nodes: IntArray, min_arcs: float) -> Iterator[tuple[In
     count = np.diff(graph.starts)[nodes]
     index = np.repeat(graph.starts[nodes] - (np.cumsum(count) - count), count)
     source_numbers = np.repeat(np.arange(len(nodes)), count)
-    neighbour_numbers = number[graph.near[index + np.arange(len(index))]]
+    neighbour_numbers = number[graph.neighbours[index + np.arange(len(index))]]
     is_inside = neighbour_numbers >= 0
     source_numbers, neighbour_numbers = source_numbers[is_inside], neighbour_numbers[is_inside]
     arcs = csr_array(
@@ -273,26 +281,26 @@ def _trace_lines(
         if np.linalg.norm(np.ptp(part.places, axis=0)) < _MIN_STRAIGHTNESS * min_length:
             continue
         path = _longest_path(part, evidence[part_nodes])
-        length = _length(part.places[path])
+        length = _polyline_length(part.places[path])
         if length < min_length:
             continue
-        for nodes_on in _cut_turns(part.places, path):
-            length_on = _length(part.places[nodes_on])
-            if length_on >= min_length:
-                mean = float(evidence[part_nodes[nodes_on]].mean())
-                strength = mean * float(np.sqrt(length_on / arc))
-                lines.append(LineCandidate(part_nodes[nodes_on], length_on, mean, strength))
+        for line_nodes in _split_at_turns(part.places, path):
+            line_length = _polyline_length(part.places[line_nodes])
+            if line_length >= min_length:
+                mean = float(evidence[part_nodes[line_nodes]].mean())
+                strength = mean * float(np.sqrt(line_length / arc))
+                lines.append(LineCandidate(part_nodes[line_nodes], line_length, mean, strength))
         width = max(3.0 * arc, 1.5 * len(part_nodes) * arc / len(path))
         is_far = cKDTree(part.places[path]).query(part.places)[0] > width
         branch_nodes = np.flatnonzero(is_far)
         remaining += [
             (part_nodes[rows], branch)
-            for rows, branch in _pieces(part, branch_nodes, min_length / arc)
+            for rows, branch in _iterate_components(part, branch_nodes, min_length / arc)
         ]
     return lines
 
 
-def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
+def _split_at_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
     """Cut a path where it turns back, and return the parts that are straight enough."""
     straight_paths, remaining = [], [path]
     while remaining:
@@ -302,7 +310,7 @@ def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
         line = positions[part]
         chord = line[-1] - line[0]
         chord_length = float(np.linalg.norm(chord))
-        if chord_length >= _MIN_STRAIGHTNESS * _length(line):
+        if chord_length >= _MIN_STRAIGHTNESS * _polyline_length(line):
             straight_paths.append(part)
             continue
         offsets = line - line[0]
@@ -313,7 +321,7 @@ def _cut_turns(positions: FloatArray, path: IntArray) -> list[IntArray]:
     return straight_paths
 
 
-def _length(positions: FloatArray) -> float:
+def _polyline_length(positions: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
 
 
@@ -323,9 +331,9 @@ def _longest_path(piece: Graph, evidence: FloatArray) -> IntArray:
     from scipy.sparse.csgraph import dijkstra
 
     source = np.repeat(np.arange(len(piece.places)), np.diff(piece.starts))
-    edge_lengths = np.linalg.norm(piece.places[piece.near] - piece.places[source], axis=1)
+    edge_lengths = np.linalg.norm(piece.places[piece.neighbours] - piece.places[source], axis=1)
     shape = (len(piece.places),) * 2
-    arcs = csr_array((np.maximum(edge_lengths, 1e-12), piece.near, piece.starts), shape=shape)
+    arcs = csr_array((np.maximum(edge_lengths, 1e-12), piece.neighbours, piece.starts), shape=shape)
     start_node = int(np.argmax(dijkstra(arcs, indices=0)))
     end_node = int(np.argmax(dijkstra(arcs, indices=start_node)))
     costs = 1.0 / np.maximum(evidence, _MIN_EVIDENCE) ** 2

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 _GRAPH_FIELD = 7
 _INITIALIZER_FIELD, _INPUT_FIELD, _OUTPUT_FIELD = 5, 11, 12
-_NAME_OF_TENSOR = 8
+_TENSOR_NAME_FIELD = 8
 
 
 @dataclass(frozen=True)
@@ -33,53 +33,55 @@ def read_shapes(raw_bytes: bytes) -> NetworkShapes:
     ValueError
         If the bytes do not represent an ONNX file.
     """
-    graphs = [value for field, value in _fields(raw_bytes) if field == _GRAPH_FIELD]
+    graphs = [value for field, value in _iterate_fields(raw_bytes) if field == _GRAPH_FIELD]
     if len(graphs) != 1 or not isinstance(graphs[0], memoryview):
         raise ValueError("no graph")
-    initialized = set[bytes]()
+    initializer_names = set[bytes]()
     inputs, outputs = [], []
-    for field, value in _fields(graphs[0]):
+    for field, value in _iterate_fields(graphs[0]):
         if not isinstance(value, memoryview):
             continue
         if field == _INITIALIZER_FIELD:
-            initialized |= {
+            initializer_names |= {
                 bytes(v)
-                for f, v in _fields(value)
-                if f == _NAME_OF_TENSOR and isinstance(v, memoryview)
+                for f, v in _iterate_fields(value)
+                if f == _TENSOR_NAME_FIELD and isinstance(v, memoryview)
             }
         elif field == _INPUT_FIELD:
-            inputs.append((_part(value, 1), _shape(value)))
+            inputs.append((_read_field(value, 1), _read_shape(value)))
         elif field == _OUTPUT_FIELD:
-            outputs.append(_shape(value))
+            outputs.append(_read_shape(value))
     return NetworkShapes(
-        tuple(shape for name, shape in inputs if bytes(name or b"") not in initialized),
+        tuple(shape for name, shape in inputs if bytes(name or b"") not in initializer_names),
         tuple(outputs),
     )
 
 
-def _shape(info: memoryview) -> tuple[int | None, ...]:
+def _read_shape(info: memoryview) -> tuple[int | None, ...]:
     """Return the dimensions of a ValueInfoProto (type, tensor_type, shape)."""
     position: memoryview | None = info
     for field in (2, 1, 2):
-        position = None if position is None else _part(position, field)
+        position = None if position is None else _read_field(position, field)
     if position is None:
         return ()
     sides: list[int | None] = []
-    for field, dim in _fields(position):
+    for field, dim in _iterate_fields(position):
         if field == 1 and isinstance(dim, memoryview):
-            sizes = [value for f, value in _fields(dim) if f == 1 and isinstance(value, int)]
+            sizes = [
+                value for f, value in _iterate_fields(dim) if f == 1 and isinstance(value, int)
+            ]
             sides.append(sizes[0] if sizes and 0 < sizes[0] < 1 << 31 else None)
     return tuple(sides)
 
 
-def _part(message: memoryview, number: int) -> memoryview | None:
-    for field, value in _fields(message):
+def _read_field(message: memoryview, number: int) -> memoryview | None:
+    for field, value in _iterate_fields(message):
         if field == number and isinstance(value, memoryview):
             return value
     return None
 
 
-def _fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview]]:
+def _iterate_fields(message: bytes | memoryview) -> Iterator[tuple[int, int | memoryview]]:
     """Yield the field numbers and values of a message.
 
     Raises

@@ -29,7 +29,7 @@ from vomstudio.geology.band_figures import BandFigures
 from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.project.tables.orientation_table import Row
 
-DEFAULT_MIN_RESOLUTIONS = 20.0
+DEFAULT_MIN_LENGTH_RESOLUTIONS = 20.0
 """Default minimum length of a line, in model resolutions."""
 
 
@@ -127,7 +127,7 @@ def propose_traces(
     name = options.used_cost
     cost = name if options.onnx_model is None else EDGE_COST
     Follower(surface, cost)
-    min_length = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
+    min_length = options.min_length_m or DEFAULT_MIN_LENGTH_RESOLUTIONS * resolution
     progress.stage(tr("Finding lines"), None)
     whole_surface = surface
     warnings: tuple[Finding, ...] = ()

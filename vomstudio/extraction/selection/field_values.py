@@ -132,7 +132,7 @@ class ElementColours:
         (n,) bool array
         """
         sample = ids[:: max(1, len(ids) // _MAX_SAMPLE)]
-        palette = _lab(_palette())
+        palette = _srgb_to_lab(_palette())
         sample_colours = palette[
             self._codes[self._faces[sample]].ravel()
             if self._faces is not None
@@ -162,13 +162,13 @@ def _palette() -> FloatArray:
     return np.stack([red.ravel(), green.ravel(), blue.ravel()], axis=1)
 
 
-def _lab(rgb: FloatArray) -> FloatArray:
+def _srgb_to_lab(rgb: FloatArray) -> FloatArray:
     """Convert sRGB values from 0 to 1 to CIE L*a*b* (D65; IEC 61966-2-1, CIE 15)."""
     linear_rgb = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    to_xyz = np.array(
+    rgb_to_xyz = np.array(
         [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     )
-    xyz = linear_rgb @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
+    xyz = linear_rgb @ rgb_to_xyz.T / np.array([0.95047, 1.0, 1.08883])
     f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16.0 / 116.0)
     return np.stack(
         [116.0 * f[:, 1] - 16.0, 500.0 * (f[:, 0] - f[:, 1]), 200.0 * (f[:, 1] - f[:, 2])], axis=1

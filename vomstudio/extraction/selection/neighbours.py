@@ -32,7 +32,7 @@ CELL_SPACINGS = 2.0
 """Cell size in mean spacings: about 4 points per cell, and 30 including neighbours, per normal."""
 _MAX_FREE_SHARE = 0.7
 """Share of free sides above which the faces of a mesh are considered disconnected."""
-_BLOCK = 1_000_000
+_BLOCK_SIZE = 1_000_000
 _SPARSE_RATIO = 8
 
 
@@ -106,7 +106,7 @@ class MeshNeighbours:
 
     def __init__(self, mesh: Mesh) -> None:
         from vomstudio.extraction.selection.region_kernels import (
-            face_normals,
+            compute_face_normals,
             find_adjacent_faces,
             smooth_normals,
         )
@@ -117,25 +117,30 @@ class MeshNeighbours:
             raise GeometryError(Finding("model.no-faces"))
         nodes = weld_points(self._vertices).astype(np.int32)
         self._corners = to_kernel_array(nodes[faces], np.int32)
-        self._places = int(nodes.max()) + 1
-        starts, neighbours = _faces_at(self._corners, self._places)
-        raw_values = np.empty((len(faces), 3), np.float32)
+        self._corner_count = int(nodes.max()) + 1
+        starts, neighbours = _list_faces_at_corners(self._corners, self._corner_count)
+        raw_normals = np.empty((len(faces), 3), np.float32)
         self._normals = np.empty((len(faces), 3), np.float32)
         self._gap_neighbours = np.empty((len(faces), 3), np.int32)
 
         def compute_normals(rows: slice) -> None:
-            face_normals(self._vertices, faces[rows], raw_values[rows])
+            compute_face_normals(self._vertices, faces[rows], raw_normals[rows])
 
         def average_normals(rows: slice) -> None:
             smooth_normals(
-                self._corners[rows], starts, neighbours, raw_values, rows.start, self._normals[rows]
+                self._corners[rows],
+                starts,
+                neighbours,
+                raw_normals,
+                rows.start,
+                self._normals[rows],
             )
             find_adjacent_faces(
                 self._corners, starts, neighbours, rows.start, self._gap_neighbours[rows]
             )
 
-        run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK)
-        run_in_blocks(average_normals, len(faces), SilentProgress(), _BLOCK)
+        run_in_blocks(compute_normals, len(faces), SilentProgress(), _BLOCK_SIZE)
+        run_in_blocks(average_normals, len(faces), SilentProgress(), _BLOCK_SIZE)
         self._connect_across_gaps(nodes)
 
     def _connect_across_gaps(self, nodes: Int32Array) -> None:
@@ -157,7 +162,7 @@ class MeshNeighbours:
         from vomstudio.extraction.selection.region_kernels import grow_faces
 
         n = len(self._faces)
-        is_taken = np.zeros(n, np.bool_) if is_excluded is None else is_excluded.copy()
+        is_visited = np.zeros(n, np.bool_) if is_excluded is None else is_excluded.copy()
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         if not np.isfinite(self._normals[seed, 0]):
             # If the face has no area, start from one of its neighbours.
@@ -171,7 +176,7 @@ class MeshNeighbours:
             self._faces,
             self._gap_neighbours,
             self._normals,
-            is_taken,
+            is_visited,
             seed,
             float(np.cos(np.radians(angle_deg))),
             distance,
@@ -187,7 +192,7 @@ class MeshNeighbours:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
         is_selected = to_kernel_array(selection, np.bool_)
-        is_marked = np.zeros(self._places, np.bool_)
+        is_marked = np.zeros(self._corner_count, np.bool_)
         out = np.zeros(len(selection), np.bool_)
 
         def mark(rows: slice) -> None:
@@ -196,8 +201,8 @@ class MeshNeighbours:
         def read(rows: slice) -> None:
             find_marked_faces(self._corners[rows], is_marked, out[rows])
 
-        run_in_blocks(mark, len(out), SilentProgress(), _BLOCK)
-        run_in_blocks(read, len(out), SilentProgress(), _BLOCK)
+        run_in_blocks(mark, len(out), SilentProgress(), _BLOCK_SIZE)
+        run_in_blocks(read, len(out), SilentProgress(), _BLOCK_SIZE)
         return out
 
     def narrower(self, selection: BoolArray) -> BoolArray:
@@ -207,8 +212,8 @@ class MeshNeighbours:
 class CloudNeighbours:
     """Neighbour graph of the points of a cloud.
 
-    `estimated` is True if the cloud has no normals; they are then estimated for each cell of a
-    grid.
+    `has_estimated_normals` is True if the cloud has no normals; they are then estimated for each
+    cell of a grid.
     """
 
     def __init__(self, cloud: PointCloud, spacing: float) -> None:
@@ -216,24 +221,24 @@ class CloudNeighbours:
         if len(points) < 4:
             raise GeometryError(Finding("cloud.too-few-points", n=len(points), minimum=4))
         extent = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
-        self._cell = CELL_SPACINGS * (spacing or extent / np.sqrt(len(points)) or 1.0)
-        grid = PointGrid(points, self._cell)
-        self._cell = grid.cell
+        self._cell_size = CELL_SPACINGS * (spacing or extent / np.sqrt(len(points)) or 1.0)
+        grid = PointGrid(points, self._cell_size)
+        self._cell_size = grid.cell
         self._points, columns, names, ends, self._rows = grid.tables()
         self._count, self._ny = len(points), int(grid.counts[1])
-        self._cell_begins, self._row, self._column, self._ends = _runs(columns, names, ends)
+        self._cell_starts, self._row, self._column, self._ends = _find_cells(columns, names, ends)
         self._names = names
         # Position of each point in the sorted order; -1 if the point is not finite.
         self._cell_positions = np.full(len(points), -1, np.int32)
         self._cell_positions[self._rows] = np.arange(len(self._rows), dtype=np.int32)
         self._normals = np.full((len(self._row), 3), np.nan, np.float32)
-        self.estimated = cloud.normals is None
+        self.has_estimated_normals = cloud.normals is None
         self._point_normals = np.zeros((0, 3), np.float32)
         if cloud.normals is not None:
             self._point_normals = to_kernel_array(np.asarray(cloud.normals)[self._rows], np.float32)
 
     def _cell_tables(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
-        return self._cell_begins, self._row, self._column, self._names, self._ends, self._ny
+        return self._cell_starts, self._row, self._column, self._names, self._ends, self._ny
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, is_excluded: BoolArray | None
@@ -247,7 +252,7 @@ class CloudNeighbours:
         position = int(self._cell_positions[seed])
         if position < 0:
             return GrownPiece(mask, 0, False)
-        cell = int(np.searchsorted(self._cell_begins, position, side="right")) - 1
+        cell = int(np.searchsorted(self._cell_starts, position, side="right")) - 1
         count = grow_points(
             self._points,
             self._point_normals,
@@ -281,14 +286,14 @@ class CloudNeighbours:
         ids = np.flatnonzero(selection)
         if len(ids) * _SPARSE_RATIO > len(selection):
             sorted_selection = selection[self._rows]
-            has_selected = np.logical_or.reduceat(sorted_selection, self._cell_begins[:-1])
+            has_selected = np.logical_or.reduceat(sorted_selection, self._cell_starts[:-1])
             return sorted_selection, to_kernel_array(np.flatnonzero(has_selected), np.int32)
         # A few among many millions are looked up individually.
         sorted_selection = np.zeros(len(self._points), np.bool_)
         position = np.sort(self._cell_positions[ids])
         position = position[position >= 0]
         sorted_selection[position] = True
-        cells = np.searchsorted(self._cell_begins, position, side="right") - 1
+        cells = np.searchsorted(self._cell_starts, position, side="right") - 1
         is_first = np.ones(len(cells), np.bool_)
         np.not_equal(cells[1:], cells[:-1], out=is_first[1:])
         return sorted_selection, to_kernel_array(cells[is_first], np.int32)
@@ -302,25 +307,25 @@ class CloudNeighbours:
             np.zeros(len(sorted_selection), np.bool_),
         )
 
-        def work(rows: slice) -> None:
+        def mark_rows(rows: slice) -> None:
             mark_ring(
                 self._points,
                 *self._cell_tables(),
                 sorted_selection,
                 cells[rows],
-                self._cell,
+                self._cell_size,
                 np.empty(27, np.int64),
                 is_gained,
                 is_lost,
             )
 
-        run_in_blocks(work, len(cells), SilentProgress(), _BLOCK // 4)
+        run_in_blocks(mark_rows, len(cells), SilentProgress(), _BLOCK_SIZE // 4)
         result = selection.copy()
         result[self._rows[is_gained if includes_outer else is_lost]] = includes_outer
         return result
 
 
-def _runs(
+def _find_cells(
     columns: Int32Array, names: IntArray, ends: IntArray
 ) -> tuple[IntArray, IntArray, Int32Array, IntArray]:
     """Find the cells of points that are sorted by row and column.
@@ -352,7 +357,7 @@ def _single_mask(row: int, count: int) -> BoolArray:
     return mask
 
 
-def _faces_at(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
+def _list_faces_at_corners(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
     """List the faces at each of `count` positions: starts and faces."""
     from scipy.sparse import csr_array
 

@@ -34,7 +34,7 @@ def _is_inside(x, y, z, m, scale, is_parallel, shape, max_depths, depth_toleranc
 
 
 @kernel("void(f8[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
-def points_inside(  # type: ignore[no-untyped-def]
+def select_points_in_shape(  # type: ignore[no-untyped-def]
     points, m, scale, is_parallel, shape, max_depths, depth_tolerance, out
 ):
     """Test points (n, 3). See `_is_inside`."""
@@ -44,7 +44,7 @@ def points_inside(  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f8[:,::1], f8, b1, u1[:,::1], f4[:,::1], f8, b1[::1])")
-def faces_inside(  # type: ignore[no-untyped-def]
+def select_faces_in_shape(  # type: ignore[no-untyped-def]
     vertices, faces, m, scale, is_parallel, shape, max_depths, depth_tolerance, out
 ):
     """Test the centroids of faces (n, 3). See `_is_inside`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import find_first_not_below, find_slot, smallest_eigenvector
+from vomstudio.geometry.kernels.cells import find_slot, lower_bound, smallest_eigenvector
 from vomstudio.geometry.kernels.jit import kernel, part
 
 
@@ -15,7 +15,7 @@ def _clear_sums(sums):  # type: ignore[no-untyped-def]
 
 
 @part
-def _add(sums, w, x, y, z):  # type: ignore[no-untyped-def]
+def _add_point(sums, w, x, y, z):  # type: ignore[no-untyped-def]
     sums[0] += w
     sums[1] += w * x
     sums[2] += w * y
@@ -49,7 +49,7 @@ def _fit_plane(sums, plane):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[:,::1], i4[:,::1], f4[:,::1])")
-def face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
+def compute_face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
     """Write twice the area of each face times its unit normal."""
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -106,18 +106,18 @@ def find_adjacent_faces(corners, starts, neighbours, first, out):  # type: ignor
         f = first + row
         for k in range(3):
             a, b = corners[f, k], corners[f, (k + 1) % 3]
-            lowest, second_face = -1, -1
+            lowest_face, second_face = -1, -1
             for index in range(starts[a], starts[a + 1]):
                 o = neighbours[index]
                 if o == f or a == b:
                     continue
                 if corners[o, 0] != b and corners[o, 1] != b and corners[o, 2] != b:
                     continue
-                if lowest == -1 or o < lowest:
-                    lowest = o
+                if lowest_face == -1 or o < lowest_face:
+                    lowest_face = o
                 if o > f and (second_face == -1 or o < second_face):
                     second_face = o
-            out[row, k] = second_face if second_face != -1 else lowest
+            out[row, k] = second_face if second_face != -1 else lowest_face
 
 
 @kernel(
@@ -128,7 +128,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
     faces,
     neighbour_faces,
     normals,
-    is_taken,
+    is_visited,
     seed,
     cosine,
     max_distance,
@@ -140,27 +140,27 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
     A face joins the piece if its normal is within the angle (given by its cosine) of the plane of
     the piece, and its centre is within `max_distance` of the plane. The faces are written to
-    `queue`, whose length is the maximum. `is_taken` must be zero except for excluded faces; `plane`
-    must be zero on entry, and receives the final plane.
+    `queue`, whose length is the maximum. `is_visited` must be zero except for excluded faces;
+    `plane` must be zero on entry, and receives the final plane.
     """
     a = faces[seed, 0]
     ox, oy, oz = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     _clear_sums(sums)
-    is_taken[seed] = True
+    is_visited[seed] = True
     queue[0] = seed
     plane[3], plane[4], plane[5] = normals[seed, 0], normals[seed, 1], normals[seed, 2]
     a, b, c = faces[seed, 0], faces[seed, 1], faces[seed, 2]
     plane[0] = (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0 - ox
     plane[1] = (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0 - oy
     plane[2] = (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0 - oz
-    _add(sums, 1.0, plane[0], plane[1], plane[2])
+    _add_point(sums, 1.0, plane[0], plane[1], plane[2])
     head, tail, refit_size, max_count = 0, 1, 24, len(queue)
     while head < tail:
         e = queue[head]
         head += 1
         for k in range(3):
             o = neighbour_faces[e, k]
-            if o == -1 or is_taken[o]:
+            if o == -1 or is_visited[o]:
                 continue
             normal_cosine = abs(
                 normals[o, 0] * plane[3] + normals[o, 1] * plane[4] + normals[o, 2] * plane[5]
@@ -177,12 +177,12 @@ def grow_faces(  # type: ignore[no-untyped-def]
             )
             if not abs(offset) <= max_distance:
                 continue
-            is_taken[o] = True
+            is_visited[o] = True
             if tail == max_count:
                 return tail
             queue[tail] = o
             tail += 1
-            _add(sums, 1.0, x, y, z)
+            _add_point(sums, 1.0, x, y, z)
             if tail >= refit_size:
                 refit_size = tail + tail // 2
                 _fit_plane(sums, plane)
@@ -202,7 +202,7 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # t
             if names[slot] == -1:
                 continue
             end = ends[slot, 1]
-            position = find_first_not_below(columns, column - 1, ends[slot, 0], end)
+            position = lower_bound(columns, column - 1, ends[slot, 0], end)
             while position < end and columns[position] <= column + 1:
                 neighbours[count] = position
                 count += 1
@@ -211,7 +211,7 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # t
 
 
 @part
-def _cell_normal(points, cell_starts, neighbours, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
+def _compute_cell_normal(points, cell_starts, neighbours, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
     """Write the normal of a cell: the mean of the point normals, or that of their plane.
 
     The normal is infinite if the points do not define a plane.
@@ -303,7 +303,9 @@ def grow_points(  # type: ignore[no-untyped-def]
         c = cells[head]
         adjacent_count = _list_adjacent_cells(rows, columns, names, ends, ny, c, neighbours)
         if normals[c, 0] != normals[c, 0]:
-            _cell_normal(points, cell_starts, neighbours, adjacent_count, c, point_normals, normals)
+            _compute_cell_normal(
+                points, cell_starts, neighbours, adjacent_count, c, point_normals, normals
+            )
         if head == 0:
             if normals[c, 0] == math.inf:
                 return -1
@@ -328,7 +330,7 @@ def grow_points(  # type: ignore[no-untyped-def]
                 return count
             queue[count] = o
             count += 1
-            _add(sums, 1.0, x, y, z)
+            _add_point(sums, 1.0, x, y, z)
         if count >= refit_size:
             refit_size = count + count // 2
             _fit_plane(sums, plane)
@@ -358,12 +360,12 @@ def mark_ring(  # type: ignore[no-untyped-def]
     cells,
     link_distance,
     neighbours,
-    gained_rows,
-    lost_rows,
+    is_gained,
+    is_lost,
 ):
     """Mark points within `link_distance` of the other side of the boundary of a selection.
 
-    `gained_rows` receives the points to add, `lost_rows` the points to remove. `cells` are the
+    `is_gained` receives the points to add, `is_lost` the points to remove. `cells` are the
     cells that contain selected points; `neighbours` is a work array for 27 cells.
     """
     limit = link_distance * link_distance
@@ -375,12 +377,12 @@ def mark_ring(  # type: ignore[no-untyped-def]
                 if is_selected[o]:
                     continue
                 for p in range(cell_starts[c], cell_starts[c + 1]):
-                    if is_selected[p] and not (gained_rows[o] and lost_rows[p]):
+                    if is_selected[p] and not (is_gained[o] and is_lost[p]):
                         dx, dy = points[o, 0] - points[p, 0], points[o, 1] - points[p, 1]
                         dz = points[o, 2] - points[p, 2]
                         if dx * dx + dy * dy + dz * dz <= limit:
-                            gained_rows[o] = True
-                            lost_rows[p] = True
+                            is_gained[o] = True
+                            is_lost[p] = True
 
 
 @kernel("void(i4[:,::1], b1[::1], b1[::1])")

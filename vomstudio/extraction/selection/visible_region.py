@@ -100,24 +100,24 @@ class ViewSnapshot:
             ImageDraw.Draw(picture).polygon(ring, fill=1)
         return np.array(picture, np.uint8)
 
-    def farthest(self) -> Float32Array:
+    def compute_max_depths(self) -> Float32Array:
         """Return the depths (height, width) beyond which points are hidden; empty if unknown."""
         if self.depth is None:
             return np.zeros((0, 0), np.float32)
         depth = self.depth
-        farthest_around = depth.copy()
+        local_maximum = depth.copy()
+        for pixel_slice, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
+            np.maximum(local_maximum[pixel_slice], depth[neighbour], out=local_maximum[pixel_slice])
+        max_depths = local_maximum.copy()
         for pixel_slice, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
             np.maximum(
-                farthest_around[pixel_slice], depth[neighbour], out=farthest_around[pixel_slice]
-            )
-        width = farthest_around.copy()
-        for pixel_slice, neighbour in ((slice(1, None), slice(-1)), (slice(-1), slice(1, None))):
-            np.maximum(
-                width[:, pixel_slice], farthest_around[:, neighbour], out=width[:, pixel_slice]
+                max_depths[:, pixel_slice],
+                local_maximum[:, neighbour],
+                out=max_depths[:, pixel_slice],
             )
         pixel = np.float32(1.0 / self.scale) * (np.float32(1.0) if self.is_parallel else depth)
         with np.errstate(invalid="ignore"):
-            depth_range = np.minimum(width - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
+            depth_range = np.minimum(max_depths - depth, np.float32(_MAX_DEPTH_SLOPE) * pixel)
             limit = (
                 depth
                 + np.where(np.isfinite(depth), depth_range, 0.0)
@@ -154,7 +154,7 @@ class ViewSnapshot:
         (n,) bool array
         """
         matrix = to_kernel_array(self.to_eye(to_world), np.float64)
-        farthest_depths = np.zeros((0, 0), np.float32) if is_through else self.farthest()
+        farthest_depths = np.zeros((0, 0), np.float32) if is_through else self.compute_max_depths()
         view = (
             self.scale,
             self.is_parallel,
@@ -164,45 +164,45 @@ class ViewSnapshot:
         )
         out = np.zeros(element_count(data), np.bool_)
         if isinstance(data, Mesh):
-            self._faces(data, matrix, view, out)
+            self._select_faces(data, matrix, view, out)
         else:
-            self._points(data, matrix, view, out)
+            self._select_points(data, matrix, view, out)
         return out if self.clip is None else self._remove_clipped(data, to_world, self.clip, out)
 
-    def _faces(
+    def _select_faces(
         self, mesh: Mesh, matrix: FloatArray, view: tuple[Any, ...], is_inside: BoolArray
     ) -> None:
-        from vomstudio.extraction.selection.picture_kernels import faces_inside
+        from vomstudio.extraction.selection.picture_kernels import select_faces_in_shape
 
         vertices, faces = (
             to_read_only_array(mesh.vertices, np.float64),
             to_read_only_array(mesh.faces, np.int32),
         )
 
-        def work(rows: slice) -> None:
-            faces_inside(vertices, faces[rows], matrix, *view, is_inside[rows])
+        def test_rows(rows: slice) -> None:
+            select_faces_in_shape(vertices, faces[rows], matrix, *view, is_inside[rows])
 
-        run_in_blocks(work, len(faces), SilentProgress(), _BLOCK)
+        run_in_blocks(test_rows, len(faces), SilentProgress(), _BLOCK)
 
-    def _points(
+    def _select_points(
         self, cloud: PointCloud, matrix: FloatArray, view: tuple[Any, ...], is_inside: BoolArray
     ) -> None:
-        from vomstudio.extraction.selection.picture_kernels import points_inside
+        from vomstudio.extraction.selection.picture_kernels import select_points_in_shape
 
         for start, part in loaded_pieces(cloud):
             points = to_read_only_array(part, np.float64)
             mask = is_inside[start : start + len(points)]
 
-            def work(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
-                points_inside(points[rows], matrix, *view, mask[rows])
+            def test_rows(rows: slice, points: FloatArray = points, mask: BoolArray = mask) -> None:
+                select_points_in_shape(points[rows], matrix, *view, mask[rows])
 
-            run_in_blocks(work, len(points), SilentProgress(), _BLOCK)
+            run_in_blocks(test_rows, len(points), SilentProgress(), _BLOCK)
 
     def _remove_clipped(
         self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, selection: BoolArray
     ) -> BoolArray:
         ids = np.flatnonzero(selection)
-        positions = element_places(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
+        positions = element_positions(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
         selection[ids[~box.contains(positions)]] = False
         return selection
 
@@ -221,7 +221,7 @@ def element_count(data: Mesh | PointCloud) -> int:
     return len(data.faces) if isinstance(data, Mesh) else data.count
 
 
-def element_places(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
+def element_positions(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
     """Return the centroids of faces, or the positions of points.
 
     Parameters

@@ -20,7 +20,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.beds.lithologies import strabospot_fields
-from vomstudio.geology.measured import CONE95, Measured
+from vomstudio.geology.measured_value import CONE95, MeasuredValue
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.rotation_errors import Z95
 
@@ -48,7 +48,7 @@ class Interval:
     top: str
     base_m: float
     top_m: float
-    thickness_m: Measured
+    thickness_m: MeasuredValue
     lithology: str
     strabospot: dict[str, str]
     notes: str
@@ -68,7 +68,7 @@ class BedLog(PrintableResult):
 
     n: int
     intervals: tuple[Interval, ...]
-    total_m: Measured
+    total_m: MeasuredValue
     reordered: tuple[str, ...]
     warnings: tuple[Finding, ...]
 
@@ -117,22 +117,22 @@ def bed_log(
     if n < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
     labels, blanks = list(names or map(str, range(1, n + 1))), [""] * n
-    rocks, remarks = list(lithologies or blanks), list(notes or blanks)
-    younging = (-1.0 if overturned else 1.0) * bed.normal()
-    heights = (positions - positions[0]) @ younging
+    rocks, note_texts = list(lithologies or blanks), list(notes or blanks)
+    younging_direction = (-1.0 if overturned else 1.0) * bed.normal()
+    heights = (positions - positions[0]) @ younging_direction
     order = np.argsort(heights, kind="stable")
     # The lithology describes the bed above its boundary, even if the log runs from top to bottom.
     expected_order = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
     reordered = [labels[int(i)] for i, j in zip(order, expected_order, strict=True) if i != j]
     has_errors = bool(sigma_m or bed_error_deg)
 
-    def true_thickness(low: int, high: int) -> Measured:
+    def true_thickness(low: int, high: int) -> MeasuredValue:
         step = positions[high] - positions[low]
-        value = float(step @ younging)
-        offset = float(np.linalg.norm(step - value * younging))
+        value = float(step @ younging_direction)
+        offset = float(np.linalg.norm(step - value * younging_direction))
         tilt = math.radians(bed_error_deg) / CONE95
         error = Z95 * math.hypot(math.sqrt(2.0) * sigma_m, offset * tilt)
-        return Measured(value, error if has_errors else None)
+        return MeasuredValue(value, error if has_errors else None)
 
     base = float(heights[order[0]])
     intervals, warnings = [], []
@@ -153,7 +153,7 @@ def bed_log(
                 thickness,
                 rocks[low],
                 fields or {},
-                remarks[low],
+                note_texts[low],
             )
         )
     if reordered:

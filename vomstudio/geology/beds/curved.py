@@ -22,11 +22,11 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_errors import joint_quantile
-from vomstudio.geometry.vectors import dip_of_normals
+from vomstudio.geometry.vectors import dips_from_normals
 
 MAX_DEGREE = 4
 SIGNIFICANCE = 0.05
-MIN_SPARE_POINTS = 3.0
+MIN_EXCESS_POINTS = 3.0
 """Minimum number of independent points in excess of the unknowns of a degree."""
 MIN_SINGULAR_RATIO = 1e-4
 """Minimum ratio of the smallest to the largest singular value to determine a polynomial."""
@@ -73,7 +73,7 @@ class CurvedBed:
         Number of points, and effective number of independent points.
     dips : tuple of LocalDip
         Local dips at the middle of each trace.
-    along : (n, 3) ndarray
+    local_dips : (n, 3) ndarray
         Dip direction, dip and 95 % error at each point in degrees, in input order.
     """
 
@@ -83,7 +83,7 @@ class CurvedBed:
     n: int
     n_effective: float
     dips: tuple[LocalDip, ...]
-    along: FloatArray
+    local_dips: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
         If the points do not determine a plane, or if they leave no degrees of freedom.
     """
     xyz = np.asarray(points, np.float64).reshape(-1, 3)
-    cuts = np.asarray(offsets, np.int64)
+    trace_offsets = np.asarray(offsets, np.int64)
     centre = xyz.mean(axis=0)
     values, axes = np.linalg.eigh((xyz - centre).T @ (xyz - centre))
     if len(xyz) < 6 or not values[1] > 1e-8 * values[2]:
@@ -129,7 +129,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     frame[1] = np.cross(frame[2], frame[0])
     u, v, w = ((xyz - centre) @ frame.T).T
     size = float(max(np.abs(u).max(), np.abs(v).max()))
-    fits = _fit_degrees(u / size, v / size, w, cuts)
+    fits = _fit_polynomials(u / size, v / size, w, trace_offsets)
     if not fits:
         raise GeometryError(Finding("beds.too-few-points"))
     degree, p = _select_degree(fits, len(xyz))
@@ -138,18 +138,18 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     dof = n_effective - len(fit.coefficients)
     variance = fit.squares / max(len(xyz) - len(fit.coefficients), 1) * fit.variance_inflation
     slopes, errors = _fit_slopes(fit, degree, u / size, v / size, size, variance, dof)
-    for higher in range(degree + 1, min(degree + 2, len(fits)) + 1):
-        gradient = np.stack(_design_gradients(u / size, v / size, higher), axis=1) / size
-        angle = np.linalg.norm(gradient @ fits[higher - 1].coefficients - slopes, axis=1)
+    for higher_degree in range(degree + 1, min(degree + 2, len(fits)) + 1):
+        gradient = np.stack(_design_gradients(u / size, v / size, higher_degree), axis=1) / size
+        angle = np.linalg.norm(gradient @ fits[higher_degree - 1].coefficients - slopes, axis=1)
         errors = np.maximum(errors, np.degrees(np.arctan(angle)))
     normals = frame[2] - slopes[:, :1] * frame[0] - slopes[:, 1:] * frame[1]
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     normals = np.where(normals[:, 2:] < 0.0, -normals, normals)
-    direction, dip, _ = dip_of_normals(normals)
+    direction, dip, _ = dips_from_normals(normals)
     local_dips = np.stack([direction, dip, errors], axis=1)
     dips = []
     for i, name in enumerate(ids):
-        rows = np.arange(cuts[i], cuts[i + 1])
+        rows = np.arange(trace_offsets[i], trace_offsets[i + 1])
         if not len(rows):
             continue
         index = rows[np.argmin(np.linalg.norm(xyz[rows] - xyz[rows].mean(axis=0), axis=1))]
@@ -159,8 +159,8 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), local_dips)
 
 
-def _fit_degrees(
-    u: FloatArray, v: FloatArray, w: FloatArray, cuts: IntArray
+def _fit_polynomials(
+    u: FloatArray, v: FloatArray, w: FloatArray, trace_offsets: IntArray
 ) -> list[_PolynomialFit]:
     """Fit polynomials of increasing degree, as far as the points determine them.
 
@@ -172,7 +172,7 @@ def _fit_degrees(
         columns = _design_matrix(u, v, degree)
         left_vectors, singular_values, right_vectors = np.linalg.svd(columns, full_matrices=False)
         if (
-            len(u) <= columns.shape[1] + MIN_SPARE_POINTS
+            len(u) <= columns.shape[1] + MIN_EXCESS_POINTS
             or singular_values[-1] < MIN_SINGULAR_RATIO * singular_values[0]
         ):
             break
@@ -185,12 +185,12 @@ def _fit_degrees(
         )
     if not fits:
         return []
-    variance_inflation = _neighbour_inflation(fits[-1].residuals, cuts)
+    variance_inflation = _neighbour_inflation(fits[-1].residuals, trace_offsets)
     n_effective = len(u) / variance_inflation
     return [
         replace(fit, variance_inflation=variance_inflation)
         for fit in fits
-        if n_effective > len(fit.coefficients) + MIN_SPARE_POINTS
+        if n_effective > len(fit.coefficients) + MIN_EXCESS_POINTS
     ]
 
 
@@ -202,15 +202,15 @@ def _select_degree(fits: list[_PolynomialFit], n: int) -> tuple[int, float | Non
     from scipy.special import fdtrc
 
     def p_value(low: int, high: int) -> float:
-        added_count = len(fits[high].coefficients) - len(fits[low].coefficients)
+        n_added_terms = len(fits[high].coefficients) - len(fits[low].coefficients)
         dof = n / fits[high].variance_inflation - len(fits[high].coefficients)
-        scatter = fits[high].squares / max(n - len(fits[high].coefficients), 1)
-        if scatter <= 0.0:
+        residual_variance = fits[high].squares / max(n - len(fits[high].coefficients), 1)
+        if residual_variance <= 0.0:
             return 1.0 if fits[low].squares <= 0.0 else 0.0
-        explained_square = (
-            (fits[low].squares - fits[high].squares) / added_count / fits[high].variance_inflation
+        explained_mean_square = (
+            (fits[low].squares - fits[high].squares) / n_added_terms / fits[high].variance_inflation
         )
-        return float(fdtrc(added_count, dof, explained_square / scatter))
+        return float(fdtrc(n_added_terms, dof, explained_mean_square / residual_variance))
 
     degree = 0
     while True:
@@ -259,15 +259,19 @@ def _design_gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatA
     return np.stack(u_gradients, axis=1), np.stack(v_gradients, axis=1)
 
 
-def _neighbour_inflation(residuals: FloatArray, cuts: IntArray) -> float:
+def _neighbour_inflation(residuals: FloatArray, trace_offsets: IntArray) -> float:
     """Return (1 + r) / (1 - r), at least 1, for the correlation r of neighbours on traces."""
     is_last = np.zeros(len(residuals), np.bool_)
-    ends = cuts[1:][cuts[1:] > 0] - 1
+    ends = trace_offsets[1:][trace_offsets[1:] > 0] - 1
     is_last[ends] = True
     first = np.flatnonzero(~is_last[:-1])
-    squares_sum = float(residuals @ residuals)
-    if squares_sum <= 0.0 or not len(first):
+    sum_of_squares = float(residuals @ residuals)
+    if sum_of_squares <= 0.0 or not len(first):
         return 1.0
-    r = float(residuals[first] @ residuals[first + 1]) / len(first) / (squares_sum / len(residuals))
+    r = (
+        float(residuals[first] @ residuals[first + 1])
+        / len(first)
+        / (sum_of_squares / len(residuals))
+    )
     # With few residual degrees of freedom, the correlation of neighbours becomes negative.
     return max(1.0, (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)))

@@ -97,7 +97,7 @@ class PlaneSeries:
     def offset(self, number: int) -> float:
         return 0.0 if self.thickness_m is None else number * self.thickness_m
 
-    def nearest(self, distances: FloatArray) -> IntArray:
+    def nearest_numbers(self, distances: FloatArray) -> IntArray:
         """Return the number (n,) of the nearest plane for distances (in metres) from plane 0."""
         if self.thickness_m is None:
             return np.zeros(len(distances), np.int64)
@@ -141,8 +141,8 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
     major_deg, minor_deg = fit.max_confidence95_deg, fit.min_confidence95_deg
     if fit.long_roughness:
         # The larger of the two values applies, see geometry/planes.py.
-        major_deg = _largest_known(major_deg, fit.max_angular_error_deg)
-        minor_deg = _largest_known(minor_deg, fit.min_angular_error_deg)
+        major_deg = _larger_known_error(major_deg, fit.max_angular_error_deg)
+        minor_deg = _larger_known_error(minor_deg, fit.min_angular_error_deg)
     if major_deg is None or minor_deg is None or fit.rms is None or fit.n_effective is None:
         raise GeometryError(Finding("plane.no-band"))
     if fit.method != "pca":
@@ -151,25 +151,25 @@ def plane_estimate_from_fit(fit: FittedPlane) -> PlaneEstimate:
         raise GeometryError(Finding("plane.too-uncertain", error_deg=major_deg))
     dof = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([dof]))[0]) * dof
-    tilts = np.asarray(np.tan(np.radians([minor_deg, major_deg])) ** 2 / limit)
+    tilt_variances = np.asarray(np.tan(np.radians([minor_deg, major_deg])) ** 2 / limit)
     return PlaneEstimate(
         np.asarray(fit.centroid, np.float64),
         _right_handed_axes(np.asarray(fit.axes, np.float64)),
         fit.rms**2 / dof,
-        tilts,
+        tilt_variances,
         dof,
     )
 
 
 def plane_estimate_from_attitude(
-    plane: Plane, through: FloatArray, error95_deg: float, error95_m: float = 0.0
+    plane: Plane, point: FloatArray, error95_deg: float, error95_m: float = 0.0
 ) -> PlaneEstimate:
     """Return a plane of given attitude through a point, with its errors.
 
     Parameters
     ----------
     plane : Plane
-    through : (3,) ndarray
+    point : (3,) ndarray
         Point on the plane in the World frame, m.
     error95_deg : float
         Half-angle of the joint 95 % region of the normal in degrees, equal in all directions.
@@ -185,12 +185,12 @@ def plane_estimate_from_attitude(
     normal = plane.normal()
     tangent = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u = np.asarray(tangent / np.linalg.norm(tangent))
-    tilt = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
+    tilt_variance = np.tan(np.radians(error95_deg)) ** 2 / CHI2_TWO
     return PlaneEstimate(
-        np.asarray(through, np.float64),
+        np.asarray(point, np.float64),
         np.stack([u, np.cross(normal, u), normal]),
         (error95_m / Z95) ** 2,
-        np.array([tilt, tilt]),
+        np.array([tilt_variance, tilt_variance]),
         np.inf,
     )
 
@@ -254,7 +254,7 @@ def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> Pla
     PlaneDistances
     """
     distances = plane.distances(points)
-    bed = repeats.nearest(distances)
+    bed = repeats.nearest_numbers(distances)
     offset: FloatArray = np.zeros(len(distances))
     if repeats.thickness_m is not None:
         offset = bed.astype(np.float64) * repeats.thickness_m
@@ -264,8 +264,8 @@ def bands(plane: PlaneEstimate, repeats: PlaneSeries, points: FloatArray) -> Pla
     return PlaneDistances(bed, distances - offset, plane.t95 * np.sqrt(variance))
 
 
-def _largest_known(first_value: float | None, second_value: float | None) -> float | None:
-    known_errors = [value for value in (first_value, second_value) if value is not None]
+def _larger_known_error(first_error: float | None, second_error: float | None) -> float | None:
+    known_errors = [value for value in (first_error, second_error) if value is not None]
     return max(known_errors) if known_errors else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-PRIMARY = (
+PRIMARY_LITHOLOGIES = (
     "siliciclastic",
     "limestone",
     "dolostone",
@@ -13,7 +13,7 @@ PRIMARY = (
     "phosphatic",
     "volcaniclastic",
 )
-SILICICLASTIC = (
+SILICICLASTIC_TYPES = (
     "claystone",
     "mudstone",
     "shale",
@@ -22,7 +22,7 @@ SILICICLASTIC = (
     "conglomerate",
     "breccia",
 )
-DUNHAM = (
+DUNHAM_CLASSES = (
     "wackestone",
     "packstone",
     "grainstone",
@@ -36,7 +36,7 @@ DUNHAM = (
     "bindstone",
 )
 """Dunham's mudstone is called "lime mudstone", because "mudstone" alone is siliciclastic."""
-VOLCANICLASTIC = (
+VOLCANICLASTIC_TYPES = (
     "volcanic mudstone",
     "volcanic sandstone",
     "lapillistone",
@@ -47,37 +47,51 @@ VOLCANICLASTIC = (
     "welded tuff",
     "ignimbrite",
 )
-ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
-EVAPORITE = ("gypsum", "anhydrite", "halite")
-COVERED_ROCK_WORDS = ("covered", "unexposed")
+ORGANIC_TYPES = (
+    "amber",
+    "peat",
+    "lignite",
+    "subbituminous",
+    "bituminous",
+    "coal ball",
+    "tar",
+    "coal",
+)
+EVAPORITE_TYPES = ("gypsum", "anhydrite", "halite")
+COVERED_INTERVAL_WORDS = ("covered", "unexposed")
 LITHOLOGIES = (
-    *SILICICLASTIC,
-    *(word.replace("_", " ") for word in PRIMARY),
+    *SILICICLASTIC_TYPES,
+    *(word.replace("_", " ") for word in PRIMARY_LITHOLOGIES),
     "lime mudstone",
-    *DUNHAM,
-    *VOLCANICLASTIC,
-    *ORGANIC,
-    *EVAPORITE,
+    *DUNHAM_CLASSES,
+    *VOLCANICLASTIC_TYPES,
+    *ORGANIC_TYPES,
+    *EVAPORITE_TYPES,
     "covered",
 )
 """All accepted lithologies without duplicates."""
-FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
+STRABOSPOT_FIELDS = (
+    "primary_lithology",
+    "siliciclastic_type",
+    "dunham_classification",
+    "other_type",
+)
 
 
 def lithology_choices() -> tuple[str, ...]:
     """Return all lithologies accepted by `strabospot_fields`, the common ones first."""
-    primary = tuple(name.replace("_", " ") for name in PRIMARY)
+    primary_names = tuple(name.replace("_", " ") for name in PRIMARY_LITHOLOGIES)
     return (
-        *SILICICLASTIC,
+        *SILICICLASTIC_TYPES,
         "limestone",
         "lime mudstone",
-        *DUNHAM,
+        *DUNHAM_CLASSES,
         "dolostone",
-        *(name for name in primary if name not in ("limestone", "dolostone")),
-        *EVAPORITE,
-        *ORGANIC,
-        *VOLCANICLASTIC,
-        *COVERED_ROCK_WORDS,
+        *(name for name in primary_names if name not in ("limestone", "dolostone")),
+        *EVAPORITE_TYPES,
+        *ORGANIC_TYPES,
+        *VOLCANICLASTIC_TYPES,
+        *COVERED_INTERVAL_WORDS,
     )
 
 
@@ -107,7 +121,7 @@ _COLORS = {
 """Colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
 
 
-def color_of_rock(word: str) -> str:
+def lithology_color(word: str) -> str:
     """Return the map colour of a lithology.
 
     If the lithology has no colour of its own, the colour of its class is used.
@@ -137,25 +151,25 @@ def strabospot_fields(word: str) -> dict[str, str] | None:
         None for a name that is not in the vocabulary of StraboSpot.
     """
     normalized_text = " ".join(word.casefold().replace("_", " ").replace("/", " ").split())
-    fields = dict.fromkeys(FIELDS, "")
-    if not normalized_text or normalized_text in COVERED_ROCK_WORDS:
+    fields = dict.fromkeys(STRABOSPOT_FIELDS, "")
+    if not normalized_text or normalized_text in COVERED_INTERVAL_WORDS:
         return fields
-    for primary in PRIMARY:
+    for primary in PRIMARY_LITHOLOGIES:
         if normalized_text == primary.replace("_", " "):
             return {**fields, "primary_lithology": primary}
-    if normalized_text in SILICICLASTIC:
+    if normalized_text in SILICICLASTIC_TYPES:
         return {
             **fields,
             "primary_lithology": "siliciclastic",
             "siliciclastic_type": normalized_text,
         }
-    if normalized_text in ("lime mudstone", *DUNHAM):
+    if normalized_text in ("lime mudstone", *DUNHAM_CLASSES):
         name = normalized_text.removeprefix("lime ")
         return {**fields, "primary_lithology": "limestone", "dunham_classification": name}
     for primary, names in (
-        ("volcaniclastic", VOLCANICLASTIC),
-        ("organic_coal", ORGANIC),
-        ("evaporite", EVAPORITE),
+        ("volcaniclastic", VOLCANICLASTIC_TYPES),
+        ("organic_coal", ORGANIC_TYPES),
+        ("evaporite", EVAPORITE_TYPES),
     ):
         if normalized_text in names:
             return {**fields, "primary_lithology": primary, "other_type": normalized_text}

@@ -24,18 +24,18 @@ class Crossing:
         Point of the trace that is nearest to the line, in the World frame, m.
     distance_m : float
         Distance between this point and the line, m.
-    along_m : float
+    position_m : float
         Distance along the line, m.
     """
 
     name: str
     position: FloatArray
     distance_m: float
-    along_m: float
+    position_m: float
 
 
 def crossings(
-    line: npt.ArrayLike, traces: Mapping[str, npt.ArrayLike], reach_m: float
+    line: npt.ArrayLike, traces: Mapping[str, npt.ArrayLike], max_distance_m: float
 ) -> list[Crossing]:
     """Find the crossings of traces with the line of a log, in order along the line.
 
@@ -45,22 +45,24 @@ def crossings(
         Vertices of the line in the World frame, m.
     traces : mapping of str to (m, 3) array_like
         Points of each trace by name, in the World frame, m.
-    reach_m : float
+    max_distance_m : float
         Maximum distance between a trace and the line, m.
 
     Returns
     -------
     list of Crossing
-        The closest approach of each trace that is within `reach_m`.
+        The closest approach of each trace that is within `max_distance_m`.
     """
     vertices = np.asarray(line, np.float64)
-    low, high = vertices.min(axis=0) - reach_m, vertices.max(axis=0) + reach_m
-    crossed_traces = []
+    low, high = vertices.min(axis=0) - max_distance_m, vertices.max(axis=0) + max_distance_m
+    trace_crossings = []
     for name, points in traces.items():
         trace = np.asarray(points, np.float64)
         if len(trace) < 2 or (trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any():
             continue
         nearest = nearest_approach(vertices, trace)
-        if nearest.distance <= reach_m:
-            crossed_traces.append(Crossing(name, nearest.midpoint, nearest.distance, nearest.along))
-    return sorted(crossed_traces, key=lambda crossing: crossing.along_m)
+        if nearest.distance <= max_distance_m:
+            trace_crossings.append(
+                Crossing(name, nearest.midpoint, nearest.distance, nearest.distance_along_line)
+            )
+    return sorted(trace_crossings, key=lambda crossing: crossing.position_m)

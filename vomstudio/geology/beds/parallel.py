@@ -31,7 +31,7 @@ MIN_TRACE_POINTS = 3
 SIGNIFICANCE = 0.05
 MIN_RELATIVE_SPREAD = 1e-6
 """Relative spread across the traces below which all points lie on a line."""
-MIN_FREEDOM = 3.0
+MIN_DEGREES_OF_FREEDOM = 3.0
 """Minimum degrees of freedom for the noise of a trace to be compared with that of others."""
 MIN_P_VALUE = 1e-15
 """Smallest p-value that is reported if several variances contribute."""
@@ -65,7 +65,7 @@ class Bed:
 
 
 @dataclass(frozen=True)
-class SamePlane:
+class SamePlaneTest:
     """Test whether two traces lie in the same plane of the common attitude.
 
     Attributes
@@ -115,7 +115,7 @@ class ParallelBeds:
     min_confidence95_deg: float | None
     p_parallel: float | None
     beds: tuple[Bed, ...]
-    same: tuple[SamePlane, ...]
+    same: tuple[SamePlaneTest, ...]
     warnings: tuple[Finding, ...]
 
     @property
@@ -130,44 +130,44 @@ class ParallelBeds:
 
 
 @dataclass(frozen=True, eq=False)
-class _Traces:
+class _TraceErrors:
     """G traces in the axes of the common plane.
 
     Attributes
     ----------
-    tilts : (G, 2, 2) ndarray
-        Contribution of each trace to the covariance of the tilts of the normal; `tilt_covariance`
-        is their sum.
+    tilt_covariances : (G, 2, 2) ndarray
+        Contribution of each trace to the covariance of the tilts of the normal;
+        `total_tilt_covariance` is their sum.
     centre_variances : (G,) ndarray
         Variance of the position of each trace along the normal.
     axes : (G, 2, 2) ndarray
         Principal axes of each trace in the plane, as columns.
-    sums, leans, spread : (G, 2) ndarray
+    sums, height_moments, spread : (G, 2) ndarray
         Sums of squares along these axes, products with the normal, and variances of the products.
     is_judged : (G, 2) ndarray of bool
         Axes along which each trace determines a tilt.
     degrees_of_freedom : (G,) ndarray
         Degrees of freedom of the noise; the variances are inflated accordingly.
-    independent : (G,) ndarray
+    independent_counts : (G,) ndarray
         Degrees of freedom that remain after allowing for correlation.
-    free_tilts : float or None
+    tilt_dof : float or None
         Degrees of freedom of the tilts if these are derived from the misfit of the traces.
     """
 
-    tilts: FloatArray
+    tilt_covariances: FloatArray
     centre_variances: FloatArray
     axes: FloatArray
     sums: FloatArray
-    leans: FloatArray
+    height_moments: FloatArray
     spread: FloatArray
     is_judged: BoolArray
     degrees_of_freedom: FloatArray
-    independent: FloatArray
-    free_tilts: float | None = None
+    independent_counts: FloatArray
+    tilt_dof: float | None = None
 
     @property
-    def tilt_covariance(self) -> FloatArray:
-        return np.asarray(self.tilts.sum(axis=0))
+    def total_tilt_covariance(self) -> FloatArray:
+        return np.asarray(self.tilt_covariances.sum(axis=0))
 
 
 def parallel_beds(
@@ -225,7 +225,7 @@ def parallel_beds(
     traces, p_parallel = _widen_for_misfit(_trace_errors(local_points, counts, starts, is_ordered))
     normal = basis[:, 2]
     projections = (centres - points.mean(axis=0)) @ normal
-    has_errors = bool(np.isfinite(traces.tilt_covariance).all())
+    has_errors = bool(np.isfinite(traces.total_tilt_covariance).all())
     error = _distance_errors95(traces)
     beds = [
         Bed(
@@ -239,17 +239,15 @@ def parallel_beds(
     ]
     major_deg, minor_deg = _semi_axes(traces) if has_errors else (None, None)
     rows = {id_: i for i, id_ in enumerate(ids)}
-    selected_pairs = list(pairs) or [
-        (first_id.id, second_id.id) for first_id, second_id in pairwise(beds)
-    ]
-    is_same = [
+    selected_pairs = list(pairs) or [(first.id, second.id) for first, second in pairwise(beds)]
+    same_plane_tests = [
         _compare_pair(
             traces,
-            (rows[first_id], rows[second_id]),
-            (first_id, second_id),
-            (centres[rows[second_id]] - centres[rows[first_id]]) @ basis,
+            (rows[first], rows[second]),
+            (first, second),
+            (centres[rows[second]] - centres[rows[first]]) @ basis,
         )
-        for first_id, second_id in (selected_pairs if has_errors else [])
+        for first, second in (selected_pairs if has_errors else [])
     ]
     plane = Plane.from_normal(normal)
     return ParallelBeds(
@@ -264,73 +262,74 @@ def parallel_beds(
         min_confidence95_deg=minor_deg,
         p_parallel=p_parallel,
         beds=tuple(beds),
-        same=tuple(is_same),
+        same=tuple(same_plane_tests),
         warnings=tuple(_warnings(p_parallel, has_errors)),
     )
 
 
 def _trace_errors(
     centred_points: FloatArray, counts: IntArray, starts: IntArray, is_ordered: bool
-) -> _Traces:
+) -> _TraceErrors:
     """Compute the errors of traces from points (n, 3) about their centroids, in plane axes."""
-    groups = len(counts)
-    sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
+    n_traces = len(counts)
+    sums, height_moments, axes = (
+        np.zeros((n_traces, 2)),
+        np.zeros((n_traces, 2)),
+        np.zeros((n_traces, 2, 2)),
+    )
     rotated_points = np.empty_like(centred_points)
     for i, (start, count) in enumerate(zip(starts, counts, strict=True)):
-        part = centred_points[start : start + count]
-        sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
-        rotated_points[start : start + count, :2] = part[:, :2] @ axes[i]
-        rotated_points[start : start + count, 2] = part[:, 2]
-        leans[i] = rotated_points[start : start + count, :2].T @ part[:, 2]
-    judged_informative_axes = _informative_axes(rotated_points, sums, leans, counts, starts)
-    squares = np.zeros(groups)
+        trace_points = centred_points[start : start + count]
+        sums[i], axes[i] = np.linalg.eigh(trace_points[:, :2].T @ trace_points[:, :2])
+        rotated_points[start : start + count, :2] = trace_points[:, :2] @ axes[i]
+        rotated_points[start : start + count, 2] = trace_points[:, 2]
+        height_moments[i] = rotated_points[start : start + count, :2].T @ trace_points[:, 2]
+    is_informative = _informative_axes(rotated_points, sums, height_moments, counts, starts)
+    squares = np.zeros(n_traces)
     for i, (start, count) in enumerate(zip(starts, counts, strict=True)):
         # Residuals from a plane through the trace, or from a line if the trace is too narrow.
-        part = rotated_points[start : start + count]
-        is_used = judged_informative_axes[i] & (sums[i] > 0.0)
-        part[:, 2] -= (
-            part[:, :2][:, is_used] @ (leans[i] / np.where(is_used, sums[i], 1.0))[is_used]
+        trace_points = rotated_points[start : start + count]
+        is_used = is_informative[i] & (sums[i] > 0.0)
+        trace_points[:, 2] -= (
+            trace_points[:, :2][:, is_used]
+            @ (height_moments[i] / np.where(is_used, sums[i], 1.0))[is_used]
         )
-        squares[i] = float(part[:, 2] @ part[:, 2])
-    fitted_counts = np.where(
-        counts > MIN_TRACE_POINTS, counts - 1.0 - judged_informative_axes.sum(axis=1), 0.0
-    )
-    is_counted = fitted_counts > 0.0
-    pooled_value = (
-        float(squares[is_counted].sum() / fitted_counts[is_counted].sum())
-        if is_counted.any()
+        squares[i] = float(trace_points[:, 2] @ trace_points[:, 2])
+    trace_dof = np.where(counts > MIN_TRACE_POINTS, counts - 1.0 - is_informative.sum(axis=1), 0.0)
+    has_scatter = trace_dof > 0.0
+    pooled_variance = (
+        float(squares[has_scatter].sum() / trace_dof[has_scatter].sum())
+        if has_scatter.any()
         else np.nan
     )
-    noise = np.where(is_counted, squares / np.maximum(fitted_counts, 1.0), pooled_value)
-    inflation, effective = np.ones((groups, 2)), counts.astype(np.float64)
-    if is_counted.any():
-        rows = np.flatnonzero(is_counted)
+    noise = np.where(has_scatter, squares / np.maximum(trace_dof, 1.0), pooled_variance)
+    inflation, effective_counts = np.ones((n_traces, 2)), counts.astype(np.float64)
+    if has_scatter.any():
+        rows = np.flatnonzero(has_scatter)
         index = np.concatenate([np.arange(starts[i], starts[i] + counts[i]) for i in rows])
         first_rows = np.concatenate([[0], np.cumsum(counts[rows])[:-1]])
         # The eigenvector of the larger axis of a trace is the second one returned by eigh.
         u, v, r = rotated_points[index, 1], rotated_points[index, 0], rotated_points[index, 2]
-        q1, q2, n_eff, _ = quantiles(
-            u, v, r, first_rows, counts[rows], fitted_counts[rows], is_ordered
-        )
-        white_quantiles = joint_quantile(fitted_counts[rows])
+        q1, q2, n_eff, _ = quantiles(u, v, r, first_rows, counts[rows], trace_dof[rows], is_ordered)
+        white_quantiles = joint_quantile(trace_dof[rows])
         inflation[rows] = np.maximum(np.stack([q2, q1], axis=1) / white_quantiles[:, None], 1.0)
-        effective[rows] = n_eff
+        effective_counts[rows] = n_eff
     # The mean is affected most by slow variations along a trace.
     centre_variances = noise * inflation.max(axis=1) / counts
     spread = noise[:, None] * inflation * sums
     inverse = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
-    tilts = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
+    tilt_covariances = np.einsum("ij,gjk,gk,glk,lm->gim", inverse, axes, spread, axes, inverse)
     # The noise of a trace with too few points is pooled from all other traces.
-    degrees_of_freedom = np.where(is_counted, fitted_counts, fitted_counts.sum())
-    independent_counts = np.maximum(effective - (counts - fitted_counts), 1.0)
-    return _Traces(
-        tilts,
+    degrees_of_freedom = np.where(has_scatter, trace_dof, trace_dof.sum())
+    independent_counts = np.maximum(effective_counts - (counts - trace_dof), 1.0)
+    return _TraceErrors(
+        tilt_covariances,
         centre_variances,
         axes,
         sums,
-        leans,
+        height_moments,
         spread,
-        judged_informative_axes & is_counted[:, None],
+        is_informative & has_scatter[:, None],
         degrees_of_freedom,
         independent_counts,
     )
@@ -339,7 +338,7 @@ def _trace_errors(
 def _informative_axes(
     rotated_points: FloatArray,
     sums: FloatArray,
-    is_leaning: FloatArray,
+    height_moments: FloatArray,
     counts: IntArray,
     starts: IntArray,
 ) -> BoolArray:
@@ -353,7 +352,7 @@ def _informative_axes(
     rotated_points : (n, 3) ndarray
         Coordinates along the narrow and the long axis of each trace, and along the normal.
     """
-    slope = is_leaning[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
+    slope = height_moments[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
     residuals = rotated_points[:, 2] - np.repeat(slope, counts) * rotated_points[:, 1]
     scatter = np.add.reduceat(residuals**2, starts)
     is_wide = (sums[:, 0] > MIN_WIDTH_RATIO**2 * scatter) | (
@@ -362,7 +361,7 @@ def _informative_axes(
     return np.stack([is_wide, sums[:, 1] > 0.0], axis=1)
 
 
-def _distance_errors95(traces: _Traces) -> list[float]:
+def _distance_errors95(traces: _TraceErrors) -> list[float]:
     """Return the 95 % errors of the positions of the traces along the normal, m."""
     ones = np.ones(1)
     return [
@@ -371,51 +370,54 @@ def _distance_errors95(traces: _Traces) -> list[float]:
     ]
 
 
-def _semi_axes(traces: _Traces) -> tuple[float, float]:
-    free_tilts = traces.free_tilts or _tilt_freedom(traces)
+def _semi_axes(traces: _TraceErrors) -> tuple[float, float]:
+    tilt_dof = traces.tilt_dof or _pooled_tilt_dof(traces)
     # `joint_quantile` is 2 F(2, free) divided by the degrees of freedom.
-    limit = float(joint_quantile(np.array([free_tilts]))[0]) * free_tilts
+    limit = float(joint_quantile(np.array([tilt_dof]))[0]) * tilt_dof
     minor_rad, major_rad = np.sqrt(
-        np.maximum(np.linalg.eigvalsh(traces.tilt_covariance), 0.0) * limit
+        np.maximum(np.linalg.eigvalsh(traces.total_tilt_covariance), 0.0) * limit
     )
     return float(np.degrees(np.arctan(major_rad))), float(np.degrees(np.arctan(minor_rad)))
 
 
-def _tilt_freedom(traces: _Traces) -> float:
+def _pooled_tilt_dof(traces: _TraceErrors) -> float:
     """Return the degrees of freedom of the tilt covariance, pooled over the traces.
 
     See Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161.
     """
-    whole_tilt_covariance = traces.tilt_covariance
-    if not np.linalg.det(whole_tilt_covariance) > 0.0:
+    total_covariance = traces.total_tilt_covariance
+    if not np.linalg.det(total_covariance) > 0.0:
         return float(traces.degrees_of_freedom.sum())
-    parts = traces.tilts @ np.linalg.inv(whole_tilt_covariance)
-    squares = np.einsum("gij,gji->g", parts, parts) + np.einsum("gii->g", parts) ** 2
+    relative_covariances = traces.tilt_covariances @ np.linalg.inv(total_covariance)
+    squares = (
+        np.einsum("gij,gji->g", relative_covariances, relative_covariances)
+        + np.einsum("gii->g", relative_covariances) ** 2
+    )
     is_used = squares > 0.0
     return float(6.0 / (squares[is_used] / traces.degrees_of_freedom[is_used]).sum())
 
 
 def _compare_pair(
-    traces: _Traces, rows: tuple[int, int], ids: tuple[str, str], offset: FloatArray
-) -> SamePlane:
+    traces: _TraceErrors, rows: tuple[int, int], ids: tuple[str, str], offset: FloatArray
+) -> SamePlaneTest:
     """Test whether two traces lie in the same plane.
 
     `offset` (3,) is the vector from the first to the second trace, in the plane axes.
     """
-    tilt_shares = np.einsum("i,gij,j->g", offset[:2], traces.tilts, offset[:2])
-    parts, dof = tilt_shares, traces.degrees_of_freedom
-    if traces.free_tilts is not None:
-        parts, dof = (
-            np.append(0.0 * tilt_shares, tilt_shares.sum()),
-            np.append(dof, traces.free_tilts),
+    tilt_variances = np.einsum("i,gij,j->g", offset[:2], traces.tilt_covariances, offset[:2])
+    variance_parts, dof = tilt_variances, traces.degrees_of_freedom
+    if traces.tilt_dof is not None:
+        variance_parts, dof = (
+            np.append(0.0 * tilt_variances, tilt_variances.sum()),
+            np.append(dof, traces.tilt_dof),
         )
-    parts[list(rows)] += traces.centre_variances[list(rows)]
-    variance, distance = float(parts.sum()), float(offset[2])
+    variance_parts[list(rows)] += traces.centre_variances[list(rows)]
+    variance, distance = float(variance_parts.sum()), float(offset[2])
     if not variance > 0.0:
-        return SamePlane(*ids, distance, 0.0, 0.0 if distance else 1.0)
-    fractions, degrees_of_freedom = _pool_variances(parts / variance, dof)
+        return SamePlaneTest(*ids, distance, 0.0, 0.0 if distance else 1.0)
+    fractions, degrees_of_freedom = _pool_variances(variance_parts / variance, dof)
     t = abs(distance) / np.sqrt(variance)
-    return SamePlane(
+    return SamePlaneTest(
         *ids,
         distance,
         _weighted_t95(fractions, degrees_of_freedom) * float(np.sqrt(variance)),
@@ -431,14 +433,16 @@ def _pool_variances(
     See Satterthwaite 1946, Biometrics Bulletin 2, 110.
     """
     is_used = fractions > 0.0
-    is_known = is_used & (degrees_of_freedom >= MIN_FREEDOM)
+    is_known = is_used & (degrees_of_freedom >= MIN_DEGREES_OF_FREEDOM)
     is_remaining = is_used & ~is_known
     if not is_known.any():
         return fractions[is_remaining], degrees_of_freedom[is_remaining]
-    part = float(fractions[is_known].sum())
-    free_pooled = part**2 / float((fractions[is_known] ** 2 / degrees_of_freedom[is_known]).sum())
-    return np.append(fractions[is_remaining], part), np.append(
-        degrees_of_freedom[is_remaining], free_pooled
+    known_share = float(fractions[is_known].sum())
+    pooled_dof = known_share**2 / float(
+        (fractions[is_known] ** 2 / degrees_of_freedom[is_known]).sum()
+    )
+    return np.append(fractions[is_remaining], known_share), np.append(
+        degrees_of_freedom[is_remaining], pooled_dof
     )
 
 
@@ -471,7 +475,7 @@ def _two_sided_p(t: float, fractions: FloatArray, degrees_of_freedom: FloatArray
     )
 
 
-def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
+def _widen_for_misfit(traces: _TraceErrors) -> tuple[_TraceErrors, float | None]:
     """Widen the tilt error by the misfit of traces that are not exactly parallel.
 
     The error is scaled by Birge's ratio (Birge 1932, Physical Review 40, 207). The p-value for the
@@ -485,42 +489,45 @@ def _widen_for_misfit(traces: _Traces) -> tuple[_Traces, float | None]:
     is_judged = traces.is_judged & (traces.spread > 0.0)
     # Noise estimates with one or two degrees of freedom are so often too small by chance that their
     # trace would outweigh all others.
-    is_reliable = is_judged & (traces.independent >= MIN_FREEDOM)[:, None]
+    is_reliable = is_judged & (traces.independent_counts >= MIN_DEGREES_OF_FREEDOM)[:, None]
     is_judged = is_reliable if is_reliable.sum() > 2 else is_judged
     judged_count = int(is_judged.sum())
     if judged_count <= 2:
         return traces, None
     weight = np.where(is_judged, traces.sums**2 / np.where(is_judged, traces.spread, 1.0), 0.0)
-    slopes = np.where(is_judged, traces.leans / np.where(is_judged, traces.sums, 1.0), 0.0)
+    slopes = np.where(is_judged, traces.height_moments / np.where(is_judged, traces.sums, 1.0), 0.0)
     weights = np.einsum("gik,gk,gjk->gij", traces.axes, weight, traces.axes)
-    total_weight = weights.sum(axis=0)
-    if not np.linalg.det(total_weight) > (MIN_RELATIVE_SPREAD * np.trace(total_weight)) ** 2:
+    total_weights = weights.sum(axis=0)
+    if not np.linalg.det(total_weights) > (MIN_RELATIVE_SPREAD * np.trace(total_weights)) ** 2:
         return traces, None
     common_slope = np.linalg.solve(
-        total_weight, np.einsum("gik,gk,gk->i", traces.axes, weight, slopes)
+        total_weights, np.einsum("gik,gk,gk->i", traces.axes, weight, slopes)
     )
     residuals = slopes - np.einsum("gik,i->gk", traces.axes, common_slope)
     statistic = float((weight * residuals**2).sum())
-    fractions = np.linalg.solve(total_weight, weights)
+    fractions = np.linalg.solve(total_weights, weights)
     rank = is_judged.sum(axis=1)
-    once = rank - np.einsum("gii->g", fractions)
-    twice = (
+    residual_traces = rank - np.einsum("gii->g", fractions)
+    squared_residual_traces = (
         rank - 2.0 * np.einsum("gii->g", fractions) + np.einsum("gij,gji->g", fractions, fractions)
     )
-    unknowns = judged_count - 2.0
+    numerator_dof = judged_count - 2.0
     has_slopes = rank > 0
-    a, b = ((item[has_slopes] / traces.independent[has_slopes]).sum() for item in (twice, once**2))
-    dof = unknowns * (unknowns + 2.0) / float(2.0 * a + b)
-    expected_misfit = unknowns + 2.0 * a - 2.0 * (2.0 * a + b) / (unknowns + 2.0)
-    p = float(fdtrc(unknowns, dof, statistic / expected_misfit))
+    a, b = (
+        (item[has_slopes] / traces.independent_counts[has_slopes]).sum()
+        for item in (squared_residual_traces, residual_traces**2)
+    )
+    dof = numerator_dof * (numerator_dof + 2.0) / float(2.0 * a + b)
+    expected_misfit = numerator_dof + 2.0 * a - 2.0 * (2.0 * a + b) / (numerator_dof + 2.0)
+    p = float(fdtrc(numerator_dof, dof, statistic / expected_misfit))
     if p >= SIGNIFICANCE:
         return traces, p
-    width = replace(
+    widened_errors = replace(
         traces,
-        tilts=traces.tilts * max(statistic / expected_misfit, 1.0),
-        free_tilts=min(unknowns, dof),
+        tilt_covariances=traces.tilt_covariances * max(statistic / expected_misfit, 1.0),
+        tilt_dof=min(numerator_dof, dof),
     )
-    return width, p
+    return widened_errors, p
 
 
 def _warnings(p_parallel: float | None, has_errors: bool) -> list[Finding]:

@@ -59,7 +59,7 @@ class SquareGrid:
         axes = np.stack([self.right, self.up, self.normal], axis=-1)
         return np.asarray((points - self.origin) @ axes / self.cell)
 
-    def cells_of(self, points: FloatArray) -> IntArray:
+    def find_cells(self, points: FloatArray) -> IntArray:
         """Return the cell (n,) that contains each point (n, 3) in the view; -1 if it is outside."""
         return self.numbers(np.floor(self.local_coordinates(points)[:, :2]))
 
@@ -146,9 +146,9 @@ def create_grid(
     )
     counts = (high - low) / cell
     if not counts.max() < MAX_CELLS or math.prod(np.ceil(counts).tolist()) > MAX_CELLS:
-        min_cell = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MAX_CELLS)
+        min_cell_size = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MAX_CELLS)
         raise GeometryError(
-            Finding("grid.too-many-cells", maximum=MAX_CELLS, minimum=min_cell),
+            Finding("grid.too-many-cells", maximum=MAX_CELLS, minimum=min_cell_size),
             field="cell",
         )
     columns, rows = (max(1, math.ceil(count - 1e-9)) for count in counts.tolist())
@@ -182,16 +182,16 @@ def measure_faces(
     -------
     ExposedArea
     """
-    front, back_sums = _AreaSums(grid, include_pieces), _AreaSums(grid, include_pieces)
+    front_sums, back_sums = _AreaSums(grid, include_pieces), _AreaSums(grid, include_pieces)
     for start in range(0, len(faces), FACES_PER_BLOCK):
         local_points = grid.local_coordinates(points[faces[start : start + FACES_PER_BLOCK]])
         local_points = local_points[np.isfinite(local_points).all(axis=(1, 2))]
         a, b = local_points[:, 1] - local_points[:, 0], local_points[:, 2] - local_points[:, 0]
         direction = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        front.add(local_points[direction > 0.0])
+        front_sums.add(local_points[direction > 0.0])
         back_sums.add(local_points[direction < 0.0])
-    visible = front if front.covered.sum() >= back_sums.covered.sum() else back_sums
-    return visible.result()
+    visible_sums = front_sums if front_sums.covered.sum() >= back_sums.covered.sum() else back_sums
+    return visible_sums.result()
 
 
 def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> ExposedArea:
@@ -207,7 +207,7 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
     -------
     ExposedArea
     """
-    cells = grid.cells_of(points)
+    cells = grid.find_cells(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
     area = counts * spacing**2
     no_triangles = np.zeros((0, 3, 3))
@@ -221,8 +221,8 @@ def measure_points(grid: SquareGrid, points: FloatArray, spacing: float) -> Expo
 
 
 class _AreaSums:
-    def __init__(self, grid: SquareGrid, keeps_pieces: bool) -> None:
-        self.grid, self._keep = grid, keeps_pieces
+    def __init__(self, grid: SquareGrid, include_pieces: bool) -> None:
+        self.grid, self._include_pieces = grid, include_pieces
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
         self._pieces: list[FloatArray] = []
         self._cells: list[IntArray] = []
@@ -230,27 +230,29 @@ class _AreaSums:
 
     def add(self, local_points: FloatArray) -> None:
         """Add the areas of triangles (m, 3, 3) in the local axes of the grid."""
-        cut = local_points
+        pieces = local_points
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
             lines: list[FloatArray] = []
-            cut = np.concatenate([np.zeros((0, 3, 3)), *_cut_triangles(cut, axis, count, lines)])
-            if self._keep:
+            pieces = np.concatenate(
+                [np.zeros((0, 3, 3)), *_cut_triangles(pieces, axis, count, lines)]
+            )
+            if self._include_pieces:
                 # Lines of the first axis may extend beyond the ends of the second axis.
                 self._lines += (
                     lines
                     if axis
                     else [_clip_to_rows(segments, self.grid.rows) for segments in lines]
                 )
-        cells = self.grid.numbers(np.floor(cut.mean(axis=1)[:, :2]))
-        cut, cells = cut[cells >= 0], cells[cells >= 0]
-        cross_axis = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
+        cells = self.grid.numbers(np.floor(pieces.mean(axis=1)[:, :2]))
+        pieces, cells = pieces[cells >= 0], cells[cells >= 0]
+        cross_axis = np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0])
         for sums, areas in (
             (self.surface, np.linalg.norm(cross_axis, axis=1)),
             (self.covered, np.abs(cross_axis[:, 2])),
         ):
             sums += np.bincount(cells, areas / 2.0, minlength=self.grid.count)
-        if self._keep:
-            self._pieces.append(cut)
+        if self._include_pieces:
+            self._pieces.append(pieces)
             self._cells.append(cells)
 
     def result(self) -> ExposedArea:
@@ -310,39 +312,41 @@ def _split_triangles(
     q = np.where(low[:, None], _points_on_line(a, b, line, axis), _points_on_line(b, c, line, axis))
     is_low, is_high = low, ~low
     parts_below = [
-        _triangles(a[is_low], q[is_low], p[is_low]),
-        _triangles(a[is_high], b[is_high], q[is_high]),
-        _triangles(a[is_high], q[is_high], p[is_high]),
+        _stack_triangles(a[is_low], q[is_low], p[is_low]),
+        _stack_triangles(a[is_high], b[is_high], q[is_high]),
+        _stack_triangles(a[is_high], q[is_high], p[is_high]),
     ]
     parts_above = [
-        _triangles(q[is_low], b[is_low], c[is_low]),
-        _triangles(q[is_low], c[is_low], p[is_low]),
-        _triangles(q[is_high], c[is_high], p[is_high]),
+        _stack_triangles(q[is_low], b[is_low], c[is_low]),
+        _stack_triangles(q[is_low], c[is_low], p[is_low]),
+        _stack_triangles(q[is_high], c[is_high], p[is_high]),
     ]
     return np.concatenate(parts_below), np.concatenate(parts_above), np.stack([q, p], axis=1)
 
 
 def _clip_to_rows(cuts: FloatArray, rows: int) -> FloatArray:
     """Clip lines (m, 2, 3) to the range between the first and the last row."""
-    first_cut, last_cut = cuts[:, 0, 1], cuts[:, 1, 1]
-    cuts = cuts[(np.maximum(first_cut, last_cut) > 0.0) & (np.minimum(first_cut, last_cut) < rows)]
-    up = cuts[:, 1] - cuts[:, 0]
-    height_differences = np.where(up[:, 1] != 0.0, up[:, 1], 1.0)
+    start_rows, end_rows = cuts[:, 0, 1], cuts[:, 1, 1]
+    cuts = cuts[
+        (np.maximum(start_rows, end_rows) > 0.0) & (np.minimum(start_rows, end_rows) < rows)
+    ]
+    directions = cuts[:, 1] - cuts[:, 0]
+    height_differences = np.where(directions[:, 1] != 0.0, directions[:, 1], 1.0)
     bounds = np.stack(
         [-cuts[:, 0, 1] / height_differences, (rows - cuts[:, 0, 1]) / height_differences], axis=1
     )
     # A horizontal line is entirely inside.
-    bounds[up[:, 1] == 0.0] = 0.0, 1.0
+    bounds[directions[:, 1] == 0.0] = 0.0, 1.0
     fraction = np.clip(np.sort(bounds, axis=1), 0.0, 1.0)
-    return np.asarray(cuts[:, :1] + fraction[..., None] * up[:, None])
+    return np.asarray(cuts[:, :1] + fraction[..., None] * directions[:, None])
 
 
 def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
     """Return the points (m, 3) at which the edges from a to b cross a grid line."""
-    height_differences = b[:, axis] - a[:, axis]
+    axis_differences = b[:, axis] - a[:, axis]
     fraction = np.where(
-        height_differences > 0.0,
-        (line - a[:, axis]) / np.where(height_differences > 0.0, height_differences, 1.0),
+        axis_differences > 0.0,
+        (line - a[:, axis]) / np.where(axis_differences > 0.0, axis_differences, 1.0),
         0.0,
     )
     points = a + np.clip(fraction, 0.0, 1.0)[:, None] * (b - a)
@@ -350,5 +354,5 @@ def _points_on_line(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -
     return np.asarray(points)
 
 
-def _triangles(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+def _stack_triangles(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.stack([a, b, c], axis=1)

@@ -136,12 +136,12 @@ def measure_coverage(
     -------
     FaceCoverage
     """
-    kind = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
+    cell_marks = np.array(list(marks.ljust(grid.count, UNINSPECTED_MARK)[: grid.count]))
     has_surface = covered_areas > MIN_COVERED_SHARE * grid.cell**2
     total_area = float(covered_areas[has_surface].sum())
 
     def cell_share(mark: str) -> CellShare:
-        is_selected = has_surface & (kind == mark)
+        is_selected = has_surface & (cell_marks == mark)
         area = float(covered_areas[is_selected].sum())
         return CellShare(
             int(is_selected.sum()),
@@ -150,46 +150,46 @@ def measure_coverage(
             area / total_area if total_area > 0 else None,
         )
 
-    fractions = {mark: cell_share(mark) for mark in MARK_TITLES}
-    is_counted = has_surface & ((kind == INSPECTED_MARK) | (kind == EMPTY_MARK))
+    shares = {mark: cell_share(mark) for mark in MARK_TITLES}
+    is_counted = has_surface & ((cell_marks == INSPECTED_MARK) | (cell_marks == EMPTY_MARK))
     area = float(covered_areas[is_counted].sum())
     lengths = np.zeros(grid.count)
-    n_inside = n_middles = 0
-    contradictory: set[int] = set()
+    n_inside = n_midpoints = 0
+    contradictory_cells: set[int] = set()
     for line in lines:
         lengths_by_cell = lengths_in_cells(grid, line)
-        centre = int(grid.cells_of(_midpoint(line)[None])[0])
+        centre = int(grid.find_cells(_midpoint(line)[None])[0])
         counted_cells = {
             cell for cell, length in lengths_by_cell.items() if is_counted[cell] and length > 0.0
         }
         if centre >= 0 and is_counted[centre]:
-            n_middles += 1
+            n_midpoints += 1
             counted_cells.add(centre)
         n_inside += bool(counted_cells)
-        contradictory |= {
+        contradictory_cells |= {
             cell
             for cell in counted_cells
-            if kind[cell] == EMPTY_MARK
+            if cell_marks[cell] == EMPTY_MARK
             and (cell == centre or lengths_by_cell[cell] > 0.05 * grid.cell)
         }
         for cell, length in lengths_by_cell.items():
             lengths[cell] += length
-    names = tuple(cell_name(grid, cell) for cell in sorted(contradictory))
-    inspected_m2 = total_area - fractions[UNINSPECTED_MARK].covered_m2
+    names = tuple(cell_name(grid, cell) for cell in sorted(contradictory_cells))
+    inspected_m2 = total_area - shares[UNINSPECTED_MARK].covered_m2
     return FaceCoverage(
         int(has_surface.sum()),
         grid.cell,
-        fractions[UNINSPECTED_MARK],
-        fractions[INSPECTED_MARK],
-        fractions[EMPTY_MARK],
-        fractions[UNMEASURABLE_MARK],
+        shares[UNINSPECTED_MARK],
+        shares[INSPECTED_MARK],
+        shares[EMPTY_MARK],
+        shares[UNMEASURABLE_MARK],
         inspected_m2 / total_area if total_area > 0 else None,
         names,
         n_inside,
         area,
-        n_middles / area if area > 0 else None,
+        n_midpoints / area if area > 0 else None,
         float(lengths[is_counted].sum()) / area if area > 0 else None,
-        tuple(_share_warnings(fractions, names, area)),
+        tuple(_share_warnings(shares, names, area)),
     )
 
 
@@ -206,9 +206,9 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
     dict
         Lengths by cell number, in the unit of the grid.
     """
-    plane_line = grid.local_coordinates(line)[:, :2]
+    local_line = grid.local_coordinates(line)[:, :2]
     lengths: dict[int, float] = {}
-    for start, end in pairwise(plane_line):
+    for start, end in pairwise(local_line):
         step = end - start
         length = float(np.hypot(*step))
         if not length > 0.0 or not np.isfinite(length):
@@ -217,15 +217,15 @@ def lengths_in_cells(grid: SquareGrid, line: FloatArray) -> dict[int, float]:
         for axis, count in ((0, grid.columns), (1, grid.rows)):
             low, high = sorted((start[axis], end[axis]))
             # Only use lines within the grid, because a line may start far outside.
-            crossed_lines = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
+            crossed_grid_lines = np.arange(max(np.ceil(low), 0.0), min(np.floor(high), count) + 1.0)
             if step[axis] != 0.0:
-                cuts.append((crossed_lines - start[axis]) / step[axis])
+                cuts.append((crossed_grid_lines - start[axis]) / step[axis])
         t = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
         centres = start + ((t[:-1] + t[1:]) / 2.0)[:, None] * step
         cells = grid.numbers(np.floor(centres))
-        for cell, part in zip(cells.tolist(), np.diff(t).tolist(), strict=True):
+        for cell, fraction in zip(cells.tolist(), np.diff(t).tolist(), strict=True):
             if cell >= 0:
-                lengths[cell] = lengths.get(cell, 0.0) + part * length * grid.cell
+                lengths[cell] = lengths.get(cell, 0.0) + fraction * length * grid.cell
     return lengths
 
 
@@ -239,23 +239,23 @@ def _midpoint(line: FloatArray) -> FloatArray:
 
 
 def _share_warnings(
-    fractions: dict[str, CellShare], contradictory_cells: tuple[str, ...], counted_area: float
+    shares: dict[str, CellShare], contradictory_cells: tuple[str, ...], counted_area: float
 ) -> list[Finding]:
     warnings = []
-    if (unmeasurable_shares := fractions[UNMEASURABLE_MARK]).cells:
+    if (unmeasurable_share := shares[UNMEASURABLE_MARK]).cells:
         warnings.append(
             Finding(
                 "grid.unmeasurable-cells",
-                count=unmeasurable_shares.cells,
-                share_percent=100.0 * (unmeasurable_shares.share or 0.0),
+                count=unmeasurable_share.cells,
+                share_percent=100.0 * (unmeasurable_share.share or 0.0),
             )
         )
-    if (open_cells := fractions[UNINSPECTED_MARK]).cells and counted_area > 0.0:
+    if (uninspected_share := shares[UNINSPECTED_MARK]).cells and counted_area > 0.0:
         warnings.append(
             Finding(
                 "grid.open-cells",
-                count=open_cells.cells,
-                share_percent=100.0 * (open_cells.share or 0.0),
+                count=uninspected_share.cells,
+                share_percent=100.0 * (uninspected_share.share or 0.0),
             )
         )
     if contradictory_cells:

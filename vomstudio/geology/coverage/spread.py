@@ -36,14 +36,14 @@ class RepeatedStructure:
     ----------
     rows : (m,) ndarray of int
         Row indices of the picks.
-    places : (m, 2) ndarray
+    positions : (m, 2) ndarray
         Picks in the tangent plane at their mean, radians.
     covariances : (m, 2, 2) ndarray
         Stated covariances, radians squared; zero if no error is stated.
     """
 
     rows: IntArray
-    places: FloatArray
+    positions: FloatArray
     covariances: FloatArray
 
     @property
@@ -54,13 +54,13 @@ class RepeatedStructure:
 
     def squares(self) -> float:
         """Return the sum of squares about the mean, radians squared."""
-        return float(((self.places - self.places.mean(axis=0)) ** 2).sum())
+        return float(((self.positions - self.positions.mean(axis=0)) ** 2).sum())
 
     def chi_square(self) -> float:
         """Return the sum of squares about the weighted mean, scaled by the stated covariances."""
         weights = np.linalg.inv(self.covariances)
-        sums = np.einsum("mij,mj->i", weights, self.places)
-        residuals = self.places - np.linalg.solve(weights.sum(axis=0), sums)
+        sums = np.einsum("mij,mj->i", weights, self.positions)
+        residuals = self.positions - np.linalg.solve(weights.sum(axis=0), sums)
         return float(np.einsum("mi,mij,mj->", residuals, weights, residuals))
 
 
@@ -158,10 +158,10 @@ def group_structures(
     -------
     list of RepeatedStructure
     """
-    return [_structure(vectors, axes, np.asarray(rows, np.int64)) for rows in groups]
+    return [_build_structure(vectors, axes, np.asarray(rows, np.int64)) for rows in groups]
 
 
-def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> RepeatedStructure:
+def _build_structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> RepeatedStructure:
     picks = vectors[rows]
     signs = np.where(picks @ picks[0] < 0.0, -1.0, 1.0)
     picks = picks * signs[:, None]
@@ -291,7 +291,7 @@ def squared_difference(structure: RepeatedStructure, i: int, k: int) -> float:
     -------
     float
     """
-    difference = structure.places[i] - structure.places[k]
+    difference = structure.positions[i] - structure.positions[k]
     return float(
         difference
         @ np.linalg.solve(structure.covariances[i] + structure.covariances[k], difference)
@@ -330,7 +330,7 @@ def compare_interpreters(
         structure_interpreters = sorted(set(names.tolist()))
         between_sum = structure.squares()
         for name in structure_interpreters:
-            interpreter_picks = structure.places[names == name]
+            interpreter_picks = structure.positions[names == name]
             within_squares_sum = float(
                 ((interpreter_picks - interpreter_picks.mean(axis=0)) ** 2).sum()
             )

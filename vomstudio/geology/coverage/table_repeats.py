@@ -146,27 +146,27 @@ def table_repeats(
     groups = (
         _group_rows(table, group_column)
         if group_column is not None
-        else _groups_of_repeats(table, excluded_picks)
+        else _group_repeats(table, excluded_picks)
     )
     groups = [
         spreads
         for group in groups
         for spreads in _exclude_other_geometry(table, group, excluded_picks)
     ]
-    interpreters = _interpreters(table, interpreter)
+    interpreters = _interpreter_names(table, interpreter)
     vectors = table.vectors()
     structures = group_structures(vectors, _errors(table, vectors), groups)
     repeated_structures = [structure for structure in structures if len(structure.rows) > 1]
     spread, test = measure_spread(repeated_structures), check_stated_errors(repeated_structures)
-    spreads, between_variance = compare_interpreters(repeated_structures, interpreters)
-    has_several = len(set(interpreters)) > 1
+    spreads, interpreter_test = compare_interpreters(repeated_structures, interpreters)
+    has_several_interpreters = len(set(interpreters)) > 1
     pairs = tuple(
         _pair(table, vectors, repeated_structure, k, interpreters)
         for repeated_structure in repeated_structures
         for k in range(1, len(repeated_structure.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
-    verdict, reasons = _assess_repeats(spread, test, between_variance)
+    verdict, reasons = _assess_repeats(spread, test, interpreter_test)
     return TableRepeats(
         n=len(structures),
         structures=len(repeated_structures),
@@ -180,9 +180,9 @@ def table_repeats(
         interpreters=tuple(
             InterpreterSpread(name, pick_spread) for name, pick_spread in spreads.items()
         )
-        if has_several
+        if has_several_interpreters
         else (),
-        between=between_variance,
+        between=interpreter_test,
         pairs=pairs,
         left_out=tuple(excluded_picks),
         convention=table.convention,
@@ -199,11 +199,9 @@ def _group_rows(table: OrientationRows, group_column: str) -> list[list[int]]:
     return list(groups.values())
 
 
-def _groups_of_repeats(
-    table: OrientationRows, excluded_picks: list[ExcludedPick]
-) -> list[list[int]]:
+def _group_repeats(table: OrientationRows, excluded_picks: list[ExcludedPick]) -> list[list[int]]:
     try:
-        repeat_names = [word.strip() for word in table.column(REPEAT_COLUMN)]
+        original_ids = [word.strip() for word in table.column(REPEAT_COLUMN)]
     except UsageError as error:
         raise UsageError(
             Finding("repeats.no-column"),
@@ -212,12 +210,12 @@ def _groups_of_repeats(
         ) from error
     rows = {id_: row for row, id_ in enumerate(table.ids)}
     groups: dict[int, list[int]] = {
-        row: [row] for row, first_id in enumerate(repeat_names) if not first_id
+        row: [row] for row, first_id in enumerate(original_ids) if not first_id
     }
-    for row, first_id in enumerate(repeat_names):
+    for row, first_id in enumerate(original_ids):
         if not first_id:
             continue
-        first_row = _find_first_pick(row, repeat_names, rows)
+        first_row = _find_first_pick(row, original_ids, rows)
         if first_row is None:
             reason = Finding("repeats.first-missing", first=first_id)
             excluded_picks.append(ExcludedPick(table.ids[row], reason))
@@ -226,14 +224,14 @@ def _groups_of_repeats(
     return list(groups.values())
 
 
-def _find_first_pick(row: int, original_names: Sequence[str], rows: dict[str, int]) -> int | None:
+def _find_first_pick(row: int, original_ids: Sequence[str], rows: dict[str, int]) -> int | None:
     """Return the first pick of a chain of repeats, or None if it is missing or cyclic."""
     visited = set()
-    while original_names[row]:
-        if row in visited or original_names[row] not in rows:
+    while original_ids[row]:
+        if row in visited or original_ids[row] not in rows:
             return None
         visited.add(row)
-        row = rows[original_names[row]]
+        row = rows[original_ids[row]]
     return row
 
 
@@ -241,15 +239,15 @@ def _exclude_other_geometry(
     table: OrientationRows, rows: list[int], excluded_picks: list[ExcludedPick]
 ) -> list[list[int]]:
     """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
-    plane = bool(table.is_plane[rows[0]])
-    matching_rows = [row for row in rows if bool(table.is_plane[row]) == plane]
+    is_plane = bool(table.is_plane[rows[0]])
+    matching_rows = [row for row in rows if bool(table.is_plane[row]) == is_plane]
     for row in set(rows) - set(matching_rows):
-        reason = Finding("repeats.line-of-plane" if plane else "repeats.plane-of-line")
+        reason = Finding("repeats.line-of-plane" if is_plane else "repeats.plane-of-line")
         excluded_picks.append(ExcludedPick(table.ids[row], reason))
     return [matching_rows]
 
 
-def _interpreters(table: OrientationRows, column: str | None) -> list[str]:
+def _interpreter_names(table: OrientationRows, column: str | None) -> list[str]:
     try:
         return [word.strip() for word in table.column(column or INTERPRETER_COLUMN)]
     except UsageError:
@@ -269,14 +267,14 @@ def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
     if len(planes):
         axes[planes] = axes_without_registration(table, planes)
     if len(lines):
-        largest_column_numbers = column_numbers(table, lines, "max_confidence95_deg")
+        confidence95_deg = column_numbers(table, lines, "max_confidence95_deg")
         total95_deg = column_numbers(table, lines, "total95_deg")
         registration = np.nan_to_num(column_numbers(table, lines, "registration_error_deg"))
-        picking_errors = np.sqrt(np.maximum(total95_deg**2 - registration**2, 0.0))
-        largest_known = np.nan_to_num(
-            np.where(np.isfinite(picking_errors), picking_errors, largest_column_numbers)
+        picking_errors_deg = np.sqrt(np.maximum(total95_deg**2 - registration**2, 0.0))
+        errors_deg = np.nan_to_num(
+            np.where(np.isfinite(picking_errors_deg), picking_errors_deg, confidence95_deg)
         )
-        sigma = np.radians(largest_known) / math.sqrt(CHI2_TWO)
+        sigma = np.radians(errors_deg) / math.sqrt(CHI2_TWO)
         for row, size, line in zip(lines, sigma, vectors[lines], strict=True):
             axes[row] = size * np.linalg.svd(line[None])[2][1:]
     return axes

@@ -21,13 +21,13 @@ class Cutoffs:
     ----------
     hanging_wall, footwall : (3,) ndarray
         Point of each trace that is nearest to the fault, in the World frame, m.
-    swapped : bool
+    is_swapped : bool
         True if the second trace is in the hanging wall.
     """
 
     hanging_wall: FloatArray
     footwall: FloatArray
-    swapped: bool
+    is_swapped: bool
 
 
 def find_cutoffs(
@@ -68,5 +68,5 @@ def find_cutoffs(
         trace[int(np.argmin(np.abs(height)))] for trace, height in zip(traces, heights, strict=True)
     ]
     is_swapped = second_height > 0
-    hanging_wall_points, footwall_points = points[::-1] if is_swapped else points
-    return Cutoffs(hanging_wall_points, footwall_points, is_swapped)
+    hanging_wall_point, footwall_point = points[::-1] if is_swapped else points
+    return Cutoffs(hanging_wall_point, footwall_point, is_swapped)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.measured import CONE95, Measured
+from vomstudio.geology.measured_value import CONE95, MeasuredValue
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -86,11 +86,11 @@ class Displacement:
     """
 
     what: str
-    net_m: Measured
-    throw_m: Measured
-    heave_m: Measured
-    strike_slip_m: Measured
-    dip_slip_m: Measured
+    net_m: MeasuredValue
+    throw_m: MeasuredValue
+    heave_m: MeasuredValue
+    strike_slip_m: MeasuredValue
+    dip_slip_m: MeasuredValue
     slip_rake_deg: float | None
     trend_deg: float | None
     plunge_deg: float | None
@@ -112,12 +112,12 @@ class Separations:
         strike.
     """
 
-    stratigraphic_m: Measured
+    stratigraphic_m: MeasuredValue
     dip: Displacement | None
-    strike_m: Measured | None
+    strike_m: MeasuredValue | None
 
 
-def net_slip_of_piercing_points(
+def net_slip_from_piercing_points(
     hanging_wall_point: npt.ArrayLike,
     footwall_point: npt.ArrayLike,
     fault: Plane,
@@ -147,12 +147,12 @@ def net_slip_of_piercing_points(
         return p[:3] - p[3:6], _tilted_normal(fault, p[6:8])
 
     sigmas = _parameter_sigmas(errors, fault95=errors.fault95_deg)
-    return _displacement(
+    return _build_displacement(
         "net slip", fault, vector, np.concatenate([points, np.zeros(2)]), sigmas, errors
     )
 
 
-def net_slip_of_cutoffs(
+def net_slip_from_cutoffs(
     hanging_wall_point: npt.ArrayLike,
     footwall_point: npt.ArrayLike,
     fault: Plane,
@@ -174,7 +174,7 @@ def net_slip_of_cutoffs(
     fault, bed : Plane
         Attitudes; the bed has the same attitude on both sides.
     rake_deg : float
-        Rake of the lineation as defined by `orientation.rake_of` (90 is down dip), degrees.
+        Rake of the lineation as defined by `orientation.compute_rake` (90 is down dip), degrees.
     errors : DisplacementErrors
     description : str
         Name of the result.
@@ -207,7 +207,7 @@ def net_slip_of_cutoffs(
     sigmas = _parameter_sigmas(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
     )
-    return _displacement(
+    return _build_displacement(
         description, fault, vector, np.concatenate([points, np.zeros(5)]), sigmas, errors
     )
 
@@ -247,14 +247,14 @@ def separations(
         return np.array([(p[:3] - p[3:6]) @ _tilted_normal(bed, p[6:8])])
 
     position = np.concatenate([points, np.zeros(2)])
-    values, sigmas = _propagate(
+    values, sigmas = _propagate_errors(
         thickness, position, _parameter_sigmas(errors, bed95=errors.bed95_deg)
     )
     slips: dict[float, Displacement | None] = {}
     errors_without_rake = DisplacementErrors(errors.sigma_m, errors.fault95_deg, errors.bed95_deg)
     for rake in (90.0, 0.0):
         try:
-            slips[rake] = net_slip_of_cutoffs(
+            slips[rake] = net_slip_from_cutoffs(
                 hanging_wall_point,
                 footwall_point,
                 fault,
@@ -265,11 +265,11 @@ def separations(
             )
         except GeometryError:
             slips[rake] = None
-    strike = slips[0.0]
+    strike_separation = slips[0.0]
     return Separations(
         _to_measured(abs(float(values[0])), float(sigmas[0]), errors),
         slips[90.0],
-        None if strike is None else strike.strike_slip_m,
+        None if strike_separation is None else strike_separation.strike_slip_m,
     )
 
 
@@ -339,7 +339,7 @@ def _derivatives(
     ).T
 
 
-def _propagate(
+def _propagate_errors(
     function: Callable[[FloatArray], FloatArray], position: FloatArray, sigmas: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the values of a function and their standard deviations."""
@@ -350,26 +350,28 @@ def _propagate(
     return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
-def _to_measured(value: float, sigma: float, errors: DisplacementErrors) -> Measured:
-    return Measured(value, Z95 * sigma if errors.has_errors else None)
+def _to_measured(value: float, sigma: float, errors: DisplacementErrors) -> MeasuredValue:
+    return MeasuredValue(value, Z95 * sigma if errors.has_errors else None)
 
 
-def _displacement(
+def _build_displacement(
     description: str,
     fault: Plane,
     vector: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     position: FloatArray,
-    spread: FloatArray,
+    parameter_sigmas: FloatArray,
     errors: DisplacementErrors,
 ) -> Displacement:
     def figures(p: FloatArray) -> FloatArray:
         d, normal = vector(p)
         strike, up_dip = _axes_in_plane(normal, fault)
-        size = math.hypot(normal[0], normal[1])
-        outward = normal * [1, 1, 0] / size if size > 1e-9 else -up_dip
-        return np.array([np.linalg.norm(d), -d[2], d @ outward, d @ strike, d @ up_dip])
+        horizontal_length = math.hypot(normal[0], normal[1])
+        heave_direction = (
+            normal * [1, 1, 0] / horizontal_length if horizontal_length > 1e-9 else -up_dip
+        )
+        return np.array([np.linalg.norm(d), -d[2], d @ heave_direction, d @ strike, d @ up_dip])
 
-    values, sigmas = _propagate(figures, position, spread)
+    values, sigmas = _propagate_errors(figures, position, parameter_sigmas)
     net, throw, heave, strike, dip = (
         _to_measured(float(value), float(sigma), errors)
         for value, sigma in zip(values, sigmas, strict=True)

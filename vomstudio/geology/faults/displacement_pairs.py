@@ -10,19 +10,19 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.faults.displacement import (
     Displacement,
     DisplacementErrors,
     Separations,
-    net_slip_of_cutoffs,
-    net_slip_of_piercing_points,
+    net_slip_from_cutoffs,
+    net_slip_from_piercing_points,
     separations,
 )
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
-from vomstudio.geology.notation import line_option, plane_option
-from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
+from vomstudio.geology.notation import parse_line_option, parse_plane_option
+from vomstudio.geology.orientation import Line, Plane, angle_line_plane, compute_rake
 from vomstudio.geometry.rotation_errors import Z95
 
 MAX_OFF_PLANE_DEG = 10.0
@@ -96,9 +96,9 @@ def displacements(
     UsageError
         If an attitude cannot be parsed, or if a rake is given for a horizontal fault.
     """
-    fault = plane_option(options.fault, "--fault")
-    bed = None if options.bed is None else plane_option(options.bed, "--bed")
-    slip = None if options.slip is None else line_option(options.slip, "--slip")
+    fault = parse_plane_option(options.fault, "--fault")
+    bed = None if options.bed is None else parse_plane_option(options.bed, "--bed")
+    slip = None if options.slip is None else parse_line_option(options.slip, "--slip")
     rake_deg = options.rake_deg
     errors = DisplacementErrors(
         options.sigma_m or 0.0,
@@ -108,7 +108,7 @@ def displacements(
     )
     warnings: list[Finding] = []
     if slip is not None:
-        rake_deg = rake_of(slip, fault)
+        rake_deg = compute_rake(slip, fault)
         warnings += _slip_warnings(slip, fault)
     elif rake_deg is not None:
         warnings += _rake_warnings(fault)
@@ -116,17 +116,19 @@ def displacements(
     skipped_pairs: list[dict[str, Any]] = []
     for name, hanging_wall_xyz, footwall_xyz in zip(names, hanging_wall, footwall, strict=True):
         try:
-            pairs.append(_pair(name, hanging_wall_xyz, footwall_xyz, fault, bed, rake_deg, errors))
+            pairs.append(
+                _measure_pair(name, hanging_wall_xyz, footwall_xyz, fault, bed, rake_deg, errors)
+            )
         except GeometryError as error:
-            skipped_pairs.append({"id": name, "reason": cause_of(error)})
-    vectors = [d for d in map(_vector, pairs) if d is not None]
+            skipped_pairs.append({"id": name, "reason": cause_finding(error)})
+    vectors = [d for d in map(_reported_displacement, pairs) if d is not None]
     if not vectors and skipped_pairs:
         raise GeometryError(skipped_pairs[0]["reason"])
     if not vectors:
         raise GeometryError(Finding("displacement.bed-down-dip"))
 
-    def mean(name: str) -> tuple[float, float | None]:
-        values = [getattr(vector, name).value for vector in vectors]
+    def mean(attribute: str) -> tuple[float, float | None]:
+        values = [getattr(vector, attribute).value for vector in vectors]
         return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
 
     return Displacements(
@@ -165,36 +167,39 @@ def _rake_warnings(fault: Plane) -> list[Finding]:
 
 def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[Finding]:
     """Warn of piercing points that move out of the fault plane by more than their errors."""
-    distance: dict[str, tuple[float, float]] = {}
+    deviations: dict[str, tuple[float, float]] = {}
     for pair in pairs:
-        motion = pair.displacement
-        if motion is None or not motion.net_m.value > 0:
+        displacement = pair.displacement
+        if displacement is None or not displacement.net_m.value > 0:
             continue
-        sine = min(1.0, abs(motion.off_fault_m) / motion.net_m.value)
+        sine = min(1.0, abs(displacement.off_fault_m) / displacement.net_m.value)
         angle = float(np.degrees(np.arcsin(sine)))
         error_m = Z95 * np.sqrt(2.0) * errors.sigma_m
-        if angle > max(MAX_OFF_PLANE_DEG, errors.fault95_deg) and abs(motion.off_fault_m) > error_m:
-            distance[pair.name] = (angle, abs(motion.off_fault_m))
-    if not distance:
+        if (
+            angle > max(MAX_OFF_PLANE_DEG, errors.fault95_deg)
+            and abs(displacement.off_fault_m) > error_m
+        ):
+            deviations[pair.name] = (angle, abs(displacement.off_fault_m))
+    if not deviations:
         return []
     return [
         Finding(
             "displacement.motion-off-fault",
-            count=len(distance),
+            count=len(deviations),
             limit_deg=MAX_OFF_PLANE_DEG,
-            pairs=list(distance),
-            angle_deg=[angle for angle, _ in distance.values()],
-            distance_m=[angle for _, angle in distance.values()],
+            pairs=list(deviations),
+            angle_deg=[angle for angle, _ in deviations.values()],
+            distance_m=[angle for _, angle in deviations.values()],
         )
     ]
 
 
-def _vector(pair: Pair) -> Displacement | None:
+def _reported_displacement(pair: Pair) -> Displacement | None:
     """Return the displacement, or the dip separation if the slip is unknown."""
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 
-def _pair(
+def _measure_pair(
     name: str,
     hanging_wall_point: FloatArray,
     footwall_point: FloatArray,
@@ -206,13 +211,13 @@ def _pair(
     if bed is None:
         return Pair(
             name,
-            net_slip_of_piercing_points(hanging_wall_point, footwall_point, fault, errors),
+            net_slip_from_piercing_points(hanging_wall_point, footwall_point, fault, errors),
             None,
         )
     if rake is None:
         return Pair(name, None, separations(hanging_wall_point, footwall_point, fault, bed, errors))
     return Pair(
         name,
-        net_slip_of_cutoffs(hanging_wall_point, footwall_point, fault, bed, rake, errors),
+        net_slip_from_cutoffs(hanging_wall_point, footwall_point, fault, bed, rake, errors),
         None,
     )

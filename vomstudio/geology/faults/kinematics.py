@@ -167,15 +167,15 @@ class RightDihedra:
     directions: FloatArray
     share: FloatArray
 
-    def most_compressed(self) -> tuple[FloatArray, float]:
+    def compression_maximum(self) -> tuple[FloatArray, float]:
         """Return the centre (3,) of the maximum of compression, and its share."""
-        return self._middle(self.share)
+        return self._maximum_of_share(self.share)
 
-    def most_extended(self) -> tuple[FloatArray, float]:
+    def extension_maximum(self) -> tuple[FloatArray, float]:
         """Return the centre (3,) of the maximum of extension, and its share."""
-        return self._middle(1.0 - self.share)
+        return self._maximum_of_share(1.0 - self.share)
 
-    def _middle(self, fraction: FloatArray) -> tuple[FloatArray, float]:
+    def _maximum_of_share(self, fraction: FloatArray) -> tuple[FloatArray, float]:
         max_share = float(fraction.max())
         directions = self.directions[fraction >= max_share - 1e-9]
         return orientation_tensor(directions)[1][0], max_share

@@ -135,9 +135,9 @@ def table_slip(table: SlipRows) -> TableSlip:
         for line, value, cone in zip(lines, axes.values.tolist(), cones, strict=True)
     )
     dihedra = right_dihedra(normals, slips)
-    compressed, extended = (
+    compression_axis, extension_axis = (
         DihedraAxis(*_axes(axis[None])[0], share)
-        for axis, share in (dihedra.most_compressed(), dihedra.most_extended())
+        for axis, share in (dihedra.compression_maximum(), dihedra.extension_maximum())
     )
     rows = zip(
         table.ids,
@@ -152,7 +152,7 @@ def table_slip(table: SlipRows) -> TableSlip:
     return TableSlip(
         n=len(table.ids),
         kinematic_axes=TableKinematicAxes(shortening, intermediate, extension),
-        right_dihedra=TableDihedra(compressed, extended),
+        right_dihedra=TableDihedra(compression_axis, extension_axis),
         faults=tuple(
             FaultSlip(id_, azimuth, dip, rake, Axis(*slip), Axis(*p), Axis(*t))
             for id_, azimuth, dip, rake, slip, p, t in rows

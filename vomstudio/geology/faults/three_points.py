@@ -21,7 +21,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import FLATTENED_IN_JSON
-from vomstudio.geology.measured import CONE95
+from vomstudio.geology.measured_value import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geometry.rotation_errors import Z95
 
@@ -121,9 +121,9 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     if n < 3:
         raise GeometryError(Finding("feature.too-few-points", count=3 - n, minimum=3))
     centred_points = p - p.mean(axis=0)
-    longest_value = float(np.linalg.norm(centred_points, axis=1).max())
+    max_distance = float(np.linalg.norm(centred_points, axis=1).max())
     _, sizes, axes = np.linalg.svd(centred_points, full_matrices=False)
-    if not longest_value or sizes[1] <= 1e-9 * longest_value:
+    if not max_distance or sizes[1] <= 1e-9 * max_distance:
         raise GeometryError(Finding("points.collinear", n=n))
     direction, dip, _ = normals_to_planes(axes[2])
     plane = Plane(float(direction[0]), float(dip[0]))
@@ -136,17 +136,17 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
         single_quantile = float(t.ppf(0.975, n - 3))
         joint_quantile = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
     if rms is None and not sigma_m:
-        return ThreePoints(plane, None, None, None, n, warnings=_line_warnings(sizes, None))
-    noise = n > 3 and _is_noise_only(sizes, n, sigma_m)
+        return ThreePoints(plane, None, None, None, n, warnings=_collinearity_warnings(sizes, None))
+    is_noise_only = n > 3 and _is_noise_only(sizes, n, sigma_m)
     dip_error, dip_direction_error = _angle_errors(
-        plane, axes, _half_angles(sizes, single_quantile * sigma, include_noise=noise)
+        plane, axes, _half_angles(sizes, single_quantile * sigma, is_noise_only=is_noise_only)
     )
     largest_error_deg = math.degrees(
-        _half_angles(sizes, joint_quantile * sigma, include_noise=noise)[1]
+        _half_angles(sizes, joint_quantile * sigma, is_noise_only=is_noise_only)[1]
     )
     if largest_error_deg >= MAX_DIRECTION_ERROR_DEG or (n == 4 and not sigma_m):
         dip_direction_error = None
-    warnings = _line_warnings(sizes, largest_error_deg)
+    warnings = _collinearity_warnings(sizes, largest_error_deg)
     return ThreePoints(
         plane, dip_error, dip_direction_error, largest_error_deg, n, rms, sigma, warnings
     )
@@ -168,22 +168,22 @@ def _is_noise_only(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     return bool(p > SIGNIFICANCE)
 
 
-def _half_angles(sizes: FloatArray, error: float, *, include_noise: bool) -> tuple[float, float]:
+def _half_angles(sizes: FloatArray, error: float, *, is_noise_only: bool) -> tuple[float, float]:
     """Return the tilts of compatible planes along the long and the short axis, radians.
 
-    A tilt is a right angle if all planes are compatible. `include_noise` is True if the extent
+    A tilt is a right angle if all planes are compatible. `is_noise_only` is True if the extent
     along the short axis is due to errors.
     """
 
     def tilt(size: float) -> float:
-        remaining_square = size**2 - sizes[2] ** 2 - error**2
+        corrected_square = size**2 - sizes[2] ** 2 - error**2
         return (
-            math.atan(error / math.sqrt(remaining_square))
-            if remaining_square > 0.0
+            math.atan(error / math.sqrt(corrected_square))
+            if corrected_square > 0.0
             else math.pi / 2
         )
 
-    return tilt(float(sizes[0])), math.pi / 2 if include_noise else tilt(float(sizes[1]))
+    return tilt(float(sizes[0])), math.pi / 2 if is_noise_only else tilt(float(sizes[1]))
 
 
 def _angle_errors(
@@ -195,25 +195,25 @@ def _angle_errors(
     tilts of the cone along the first two axes, radians.
     """
     normal = axes[2] if axes[2] @ plane.normal() > 0 else -axes[2]
-    long_axis, short_axis = tilts
-    if long_axis >= math.pi / 2:
+    long_axis_tilt, short_axis_tilt = tilts
+    if long_axis_tilt >= math.pi / 2:
         return max(plane.dip_deg, 90.0 - plane.dip_deg), None
-    if short_axis >= math.pi / 2:
+    if short_axis_tilt >= math.pi / 2:
         # All planes that contain a line whose direction has the error `long`.
         plunge = math.degrees(math.asin(min(1.0, abs(float(axes[0, 2])))))
-        min_dip = max(0.0, plunge - math.degrees(long_axis))
-        return max(plane.dip_deg - min_dip, 90.0 - plane.dip_deg), None
-    edge = (
-        np.outer(math.tan(long_axis) * np.cos(CONE_ANGLES), axes[0])
-        + np.outer(math.tan(short_axis) * np.sin(CONE_ANGLES), axes[1])
+        min_dip_deg = max(0.0, plunge - math.degrees(long_axis_tilt))
+        return max(plane.dip_deg - min_dip_deg, 90.0 - plane.dip_deg), None
+    cone_normals = (
+        np.outer(math.tan(long_axis_tilt) * np.cos(CONE_ANGLES), axes[0])
+        + np.outer(math.tan(short_axis_tilt) * np.sin(CONE_ANGLES), axes[1])
         + normal
     )
-    edge /= np.linalg.norm(edge, axis=1, keepdims=True)
-    dips = np.degrees(np.arccos(np.clip(edge[:, 2], -1.0, 1.0)))
+    cone_normals /= np.linalg.norm(cone_normals, axis=1, keepdims=True)
+    dips = np.degrees(np.arccos(np.clip(cone_normals[:, 2], -1.0, 1.0)))
     dip_error = float(np.abs(dips - plane.dip_deg).max())
     horizontal_part = (
-        np.array([axes[0, 2] / math.tan(long_axis), axes[1, 2] / math.tan(short_axis)])
-        if long_axis
+        np.array([axes[0, 2] / math.tan(long_axis_tilt), axes[1, 2] / math.tan(short_axis_tilt)])
+        if long_axis_tilt
         else None
     )
     if (
@@ -225,13 +225,13 @@ def _angle_errors(
         return min(max(dip_error, plane.dip_deg), 90.0), None
     if plane.undefined:
         return min(dip_error, 90.0), None
-    azimuths = np.degrees(np.arctan2(edge[:, 0], edge[:, 1]))
+    azimuths = np.degrees(np.arctan2(cone_normals[:, 0], cone_normals[:, 1]))
     azimuth_offsets = (azimuths - plane.dip_direction_deg + 180.0) % 360.0 - 180.0
     angle = float(np.abs(azimuth_offsets).max())
     return min(dip_error, 90.0), angle if angle < 90.0 else None
 
 
-def _line_warnings(sizes: FloatArray, max_tilt_deg: float | None) -> tuple[Finding, ...]:
+def _collinearity_warnings(sizes: FloatArray, max_tilt_deg: float | None) -> tuple[Finding, ...]:
     """Warn of points that do not determine the rotation about their line, or any plane.
 
     `max_tilt_deg` is the error of the plane; None if unknown.

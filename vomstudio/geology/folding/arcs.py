@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geology.statistics import flip_to
+from vomstudio.geology.statistics import flip_to_hemisphere
 
 
 def rms(values: FloatArray) -> float:
@@ -40,7 +40,7 @@ def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
     float
         Degrees.
     """
-    pole_angles = _angles_along_deg(poles, axes)
+    pole_angles = _sorted_angles_deg(poles, axes)
     gaps = np.diff(np.append(pole_angles, pole_angles[0] + 180.0))
     return float(180.0 - gaps.max())
 
@@ -65,7 +65,7 @@ def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
     return int(order[widest_gap]), int(order[(widest_gap + 1) % len(order)])
 
 
-def _angles_along_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
+def _sorted_angles_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
     """Return the sorted angles of poles along the great circle, 0 to 180 degrees."""
     return np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
 
@@ -89,4 +89,6 @@ def flip_into_arc(poles: FloatArray, axes: FloatArray) -> FloatArray:
     widest_gap = int(np.argmax(gaps))
     centre = sorted_angles[widest_gap] + gaps[widest_gap] + (180.0 - gaps[widest_gap]) / 2.0
     middle_rad = math.radians(centre)
-    return flip_to(poles, math.cos(middle_rad) * axes[0] + math.sin(middle_rad) * axes[1])
+    return flip_to_hemisphere(
+        poles, math.cos(middle_rad) * axes[0] + math.sin(middle_rad) * axes[1]
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.findings import Finding
-from vomstudio.geology.populations.distributions import LineFigures
+from vomstudio.geology.populations.distributions import LineAttitude
 
 
 @dataclass(frozen=True)
@@ -20,15 +20,15 @@ class BetaFigures:
     max_confidence95_deg: float | None
     min_confidence95_deg: float | None
     confidence_direction_deg: float | None
-    confidence_axis: LineFigures | None
+    confidence_axis: LineAttitude | None
     registration_error_deg: float | None
     total95_deg: float | None
     total95_min_deg: float | None
-    total95_axis: LineFigures | None
+    total95_axis: LineAttitude | None
 
 
 @dataclass(frozen=True)
-class PlaneFigures:
+class PlaneAttitude:
     """Plane given by dip direction, dip and right-hand-rule strike, degrees."""
 
     dip_direction_deg: float
@@ -54,10 +54,10 @@ class LimbFigures:
         Whether each limb is overturned; False if the planes have no such flags.
     """
 
-    planes: tuple[PlaneFigures, PlaneFigures]
+    planes: tuple[PlaneAttitude, PlaneAttitude]
     n: tuple[int, int]
     interlimb_angle_deg: float
-    axial_plane: PlaneFigures
+    axial_plane: PlaneAttitude
     interlimb_error95_deg: float
     axial_plane_error95_deg: float
     overturned: tuple[bool, bool]
@@ -131,7 +131,7 @@ class ConeFigures:
 
 
 @dataclass(frozen=True)
-class PairFigures:
+class PairIntersection:
     """Intersection line of the mean planes of two sets.
 
     Attributes
@@ -158,7 +158,7 @@ class AxisFigures:
     """
 
     beta: BetaFigures
-    pi_plane: PlaneFigures
+    pi_plane: PlaneAttitude
     eigenvalues: tuple[float, float, float]
     rms_deg: float
     within90_deg: float
@@ -167,7 +167,7 @@ class AxisFigures:
     limbs: LimbFigures | None
     leave_one_out: InfluentialPlane | None
     strays: tuple[OutlyingPlane, ...]
-    pairs: tuple[PairFigures, ...]
+    pairs: tuple[PairIntersection, ...]
     valid: str
     verdict: str
     reasons: tuple[Finding, ...]

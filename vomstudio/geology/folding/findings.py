@@ -7,7 +7,7 @@ import math
 from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.limbs import Limbs
 from vomstudio.geology.folding.shapes import PoleShape
-from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, FoldVerdict
+from vomstudio.geology.folding.verdicts import MAX_USABLE_AXIS_ERROR_DEG, FoldVerdict
 
 
 def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
@@ -42,14 +42,17 @@ def shape_findings(shape: PoleShape) -> list[Finding]:
     """
     findings = [Finding("fold.shape", n=shape.n, rms_deg=shape.rms_deg, arc_deg=shape.arc_deg)]
     if shape.limbs is not None and shape.limbs.doubt:
-        findings.append(_unknown_limbs(shape.limbs))
+        findings.append(_unknown_limbs_finding(shape.limbs))
     if shape.n == 2:
         findings.append(Finding("fold.two-planes"))
     return findings
 
 
-def lone_plane_finding(
-    plane: str, turn_deg: float | None, error95_deg: float, fold_without_plane: FoldVerdict | None
+def decisive_plane_finding(
+    plane: str,
+    turn_deg: float | None,
+    error95_deg: float,
+    verdict_without_plane: FoldVerdict | None,
 ) -> Finding:
     """Report that a verdict depends on a single plane.
 
@@ -62,7 +65,7 @@ def lone_plane_finding(
         axis.
     error95_deg : float
         95 % error of beta, degrees.
-    fold_without_plane : FoldVerdict or None
+    verdict_without_plane : FoldVerdict or None
         Verdict on the other planes, used if `turn_deg` is not given; None if they have a uniform
         dip.
 
@@ -74,24 +77,24 @@ def lone_plane_finding(
         return Finding(
             "fold.one-plane-turns", plane=plane, turn_deg=turn_deg, error_deg=error95_deg
         )
-    if fold_without_plane is None or fold_without_plane.name == "homoclinal":
+    if verdict_without_plane is None or verdict_without_plane.name == "homoclinal":
         return Finding("fold.one-plane-decides", plane=plane, verdict="homoclinal", reason="")
     return Finding(
         "fold.one-plane-decides",
         plane=plane,
-        verdict=fold_without_plane.name,
-        reason=fold_without_plane.reasons[0],
+        verdict=verdict_without_plane.name,
+        reason=verdict_without_plane.reasons[0],
     )
 
 
-def cone_untested_finding(plane: str, fold_without_plane: FoldVerdict) -> Finding:
+def cone_excluded_finding(plane: str, verdict_without_plane: FoldVerdict) -> Finding:
     """Report that a cone is excluded because of a single plane.
 
     Parameters
     ----------
     plane : str
         Name of the plane.
-    fold_without_plane : FoldVerdict
+    verdict_without_plane : FoldVerdict
         Verdict without this plane.
 
     Returns
@@ -99,11 +102,11 @@ def cone_untested_finding(plane: str, fold_without_plane: FoldVerdict) -> Findin
     Finding
     """
     return Finding(
-        "fold.one-plane-excludes-cone", plane=plane, reason=fold_without_plane.reasons[0]
+        "fold.one-plane-excludes-cone", plane=plane, reason=verdict_without_plane.reasons[0]
     )
 
 
-def _unknown_limbs(limbs: Limbs) -> Finding:
+def _unknown_limbs_finding(limbs: Limbs) -> Finding:
     """Report why the interlimb angle cannot be computed."""
     first_count, second_count = limbs.counts
     if limbs.doubt == "hinge":
@@ -129,13 +132,18 @@ def error_finding(semi_axes: tuple[float, float]) -> Finding:
     -------
     Finding
     """
-    major, minor = semi_axes
-    if major > WEAK_AXIS_DEG:
-        return Finding("fold.axis-weak", major_deg=major, minor_deg=minor, limit_deg=WEAK_AXIS_DEG)
+    major_deg, minor_deg = semi_axes
+    if major_deg > MAX_USABLE_AXIS_ERROR_DEG:
+        return Finding(
+            "fold.axis-weak",
+            major_deg=major_deg,
+            minor_deg=minor_deg,
+            limit_deg=MAX_USABLE_AXIS_ERROR_DEG,
+        )
     return Finding(
         "fold.axis-known",
-        major_deg=major,
-        minor_deg=minor,
-        shortening_percent=100.0 * (1.0 - math.cos(math.radians(major))),
-        shift_percent=100.0 * math.sin(math.radians(major)),
+        major_deg=major_deg,
+        minor_deg=minor_deg,
+        shortening_percent=100.0 * (1.0 - math.cos(math.radians(major_deg))),
+        shift_percent=100.0 * math.sin(math.radians(major_deg)),
     )

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geology.folding.arcs import flip_into_arc, rms
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
-from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor
 
 MIN_SCATTER_DEG = 1e-3
 """Poles within this angle of the curve are exact, so their scatter cannot be tested."""
@@ -141,35 +141,35 @@ class Limbs:
             # The scatter of a few planes may be too small by chance.
             variances = np.maximum(variances, float(variances @ (counts - 1.0)) / dof)
         along_variances = variances / counts
-        welch = float(
+        welch_dof = float(
             along_variances.sum() ** 2 / max(np.sum(along_variances**2 / (counts - 1.0)), 1e-300)
         )
-        welch = min(max(welch, 1.0), dof)
+        welch_dof = min(max(welch_dof, 1.0), dof)
         if not are_equal:
-            dof = welch
+            dof = welch_dof
         n = float(counts.sum())
         across_variances = math.radians(self.across_deg) ** 2 * n / max(n - 2.0, 1.0) / counts
         first, second = self.up
-        halving = first - second
-        length = float(np.linalg.norm(halving))
-        halving /= length
+        axial_normal = first - second
+        length = float(np.linalg.norm(axial_normal))
+        axial_normal /= length
         covariance = np.zeros((3, 3))
-        for normal, variance_along, distance in zip(
+        for normal, variance_along, variance_across in zip(
             (first, second), along_variances, across_variances, strict=True
         ):
             cross_direction = np.cross(axis, normal)
             covariance += variance_along * np.outer(
                 cross_direction, cross_direction
-            ) + distance * np.outer(axis, axis)
-        projection = np.eye(3) - np.outer(halving, halving)
-        widest_value = (
+            ) + variance_across * np.outer(axis, axis)
+        projection = np.eye(3) - np.outer(axial_normal, axial_normal)
+        max_variance = (
             float(np.linalg.eigvalsh(projection @ covariance @ projection)[-1]) / length**2
         )
         # Limbs are recognised by a small scatter, which is often due to chance if there are few
         # planes.
-        widening = 1.0 + 1.0 / max(n - 2.0, 1.0)
-        angle = widening * t95(welch) * math.sqrt(float(along_variances.sum()))
-        region = math.atan(widening * math.sqrt(widest_value * 2.0 * f95(dof)))
+        widening_factor = 1.0 + 1.0 / max(n - 2.0, 1.0)
+        angle = widening_factor * t95(welch_dof) * math.sqrt(float(along_variances.sum()))
+        region = math.atan(widening_factor * math.sqrt(max_variance * 2.0 * f95(dof)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 
@@ -206,16 +206,16 @@ def find_limbs(
     left_sums = np.cumsum(angles)[:-1]
     right_sums, total_squares = angles.sum() - left_sums, float(np.sum(angles**2))
     within_squares = total_squares - left_sums**2 / n - right_sums**2 / (len(angles) - n)
-    cut = (
+    split_row = (
         int(np.argmin(within_squares[1:-1])) + 2
         if len(angles) > 4
         else int(np.argmin(within_squares)) + 1
     )
-    groups = order[:cut], order[cut:]
+    groups = order[:split_row], order[split_row:]
     if min(map(len, groups)) < 2:
         return None
     separation = float(projections[groups[1]].mean() - projections[groups[0]].mean())
-    scatter = math.sqrt(max(float(within_squares[cut - 1]), 0.0) / (len(angles) - 2))
+    scatter = math.sqrt(max(float(within_squares[split_row - 1]), 0.0) / (len(angles) - 2))
     if separation < math.radians(20.0) or separation < MIN_SEPARATION * scatter:
         return None
     means = [orientation_tensor(poles[group])[1][0] for group in groups]
@@ -223,7 +223,7 @@ def find_limbs(
     scatter_rad = rms(np.concatenate([heights[group] - heights[group].mean() for group in groups]))
     is_overturned, doubt_code = (
         (False, False),
-        _find_doubt([projections[group] for group in groups], separation, scatter_rad),
+        _doubt_code([projections[group] for group in groups], separation, scatter_rad),
     )
     if overturned is not None:
         shares = [float(np.mean(overturned[group])) for group in groups]
@@ -265,34 +265,34 @@ def find_lone_limb(poles: FloatArray) -> int | None:
     length = float(np.linalg.norm(direction))
     if separation < math.radians(20.0) or length == 0.0:
         return None
-    projections = np.arcsin(np.clip(flip_to(other_poles, mean) @ direction / length, -1.0, 1.0))
+    projections = np.arcsin(
+        np.clip(flip_to_hemisphere(other_poles, mean) @ direction / length, -1.0, 1.0)
+    )
     return row if separation >= MIN_SEPARATION * rms(projections) else None
 
 
-def _find_doubt(groups: list[FloatArray], separation: float, scatter_rad: float) -> str:
+def _doubt_code(groups: list[FloatArray], separation: float, scatter_rad: float) -> str:
     """Return the doubt about two groups of angles along the great circle. See `Limbs.doubt`.
 
     `separation` and the scatter `scatter_rad` are in radians.
     """
-    free_count = sum(map(len, groups)) - 2
+    dof = sum(map(len, groups)) - 2
     # Largest variance that the scatter of the planes can cause without a bend.
-    variance = max(
-        scatter_rad**2 * (free_count + 2) / free_count, math.radians(MIN_SCATTER_DEG) ** 2
-    )
+    variance = max(scatter_rad**2 * (dof + 2) / dof, math.radians(MIN_SCATTER_DEG) ** 2)
     variances = [float(np.var(group, ddof=1)) for group in groups]
     is_bent = [
-        f_tail(len(group) - 1, free_count, value / variance)
+        f_tail(len(group) - 1, dof, value / variance)
         < (SMALL_LIMB_BENT_SIGNIFICANCE if len(group) < MAX_SMALL_LIMB_POLES else BENT_SIGNIFICANCE)
         for group, value in zip(groups, variances, strict=True)
     ]
-    off_right_angle_deg = abs(math.degrees(separation) - 90.0)
-    smaller = 0 if len(groups[0]) <= len(groups[1]) else 1
-    if off_right_angle_deg <= MAX_HINGE_OFFSET_DEG and any(is_bent):
+    right_angle_offset_deg = abs(math.degrees(separation) - 90.0)
+    smaller_index = 0 if len(groups[0]) <= len(groups[1]) else 1
+    if right_angle_offset_deg <= MAX_HINGE_OFFSET_DEG and any(is_bent):
         return "hinge"
     if (
-        off_right_angle_deg <= MAX_ISOCLINAL_DEG
-        and len(groups[smaller]) <= MAX_HINGE_SHARE * (free_count + 2)
-        and not _is_narrow(variances[smaller], len(groups[smaller]), variance)
+        right_angle_offset_deg <= MAX_ISOCLINAL_DEG
+        and len(groups[smaller_index]) <= MAX_HINGE_SHARE * (dof + 2)
+        and not _is_narrow(variances[smaller_index], len(groups[smaller_index]), variance)
     ):
         return "hinge"
     max_scatter = math.sqrt(max(variances))
@@ -311,5 +311,5 @@ def _is_narrow(limb_variance: float, n: int, variance: float) -> bool:
     """
     if n < 3:
         return False
-    hinge = math.radians(MIN_HINGE_ARC_DEG) ** 2 / 12.0 + variance
-    return 1.0 - chi2_tail(n - 1, (n - 1) * limb_variance / hinge) < NARROW_SIGNIFICANCE
+    hinge_variance = math.radians(MIN_HINGE_ARC_DEG) ** 2 / 12.0 + variance
+    return 1.0 - chi2_tail(n - 1, (n - 1) * limb_variance / hinge_variance) < NARROW_SIGNIFICANCE

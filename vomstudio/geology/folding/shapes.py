@@ -20,9 +20,9 @@ from vomstudio.geology.folding.arcs import arc_deg, flip_into_arc, rms
 from vomstudio.geology.folding.limbs import MIN_SCATTER_DEG, Limbs, find_limbs
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import f_tail, t95
-from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor, vollmer
 
-MIN_POLES_AROUND, MIN_LIKELIHOOD_GAIN = 10, 5.0
+MIN_POLES_FOR_NEARER_ENDS, MIN_LIKELIHOOD_GAIN = 10, 5.0
 """Minimum number of poles and minimum gain in log likelihood for a circle through the nearer ends
 of poles. At this gain, simulated cylinders are classified as cones no more often than without it.
 """
@@ -259,28 +259,37 @@ def fit_small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
         return None
     axis, half_angle, residuals = _fit_circle(flip_into_arc(poles, axes))
     p, width = _test_cone(poles, axes, residuals)
-    axis_fit = _fit_around_axis(poles, axes) if n >= MIN_POLES_AROUND else None
-    likelihood = _log_likelihood(n, rms(residuals))
-    cone_by_nearer_ends = None
-    if axis_fit is not None and axis_fit.log_likelihood > likelihood + MIN_LIKELIHOOD_GAIN:
-        likelihood = axis_fit.log_likelihood
-        axis, half_angle, residuals = axis_fit.axis, axis_fit.half_angle, axis_fit.residuals
-        p, width = _test_mixture(poles, axes, axis_fit)
-    elif axis_fit is not None and rms(axis_fit.residuals) < rms(residuals) - 1e-6:
-        cone_by_nearer_ends = _circle(axis_fit.axis, axis_fit.half_angle, axis_fit.residuals)
-    circle = _circle(axis, half_angle, residuals)
+    nearer_ends_fit = _fit_nearer_ends(poles, axes) if n >= MIN_POLES_FOR_NEARER_ENDS else None
+    log_likelihood = _log_likelihood(n, rms(residuals))
+    nearer_ends_circle = None
+    if (
+        nearer_ends_fit is not None
+        and nearer_ends_fit.log_likelihood > log_likelihood + MIN_LIKELIHOOD_GAIN
+    ):
+        log_likelihood = nearer_ends_fit.log_likelihood
+        axis, half_angle, residuals = (
+            nearer_ends_fit.axis,
+            nearer_ends_fit.half_angle,
+            nearer_ends_fit.residuals,
+        )
+        p, width = _test_mixture(poles, axes, nearer_ends_fit)
+    elif nearer_ends_fit is not None and rms(nearer_ends_fit.residuals) < rms(residuals) - 1e-6:
+        nearer_ends_circle = _build_circle(
+            nearer_ends_fit.axis, nearer_ends_fit.half_angle, nearer_ends_fit.residuals
+        )
+    circle = _build_circle(axis, half_angle, residuals)
     return Cone(
         circle.axis,
         circle.half_angle_deg,
         circle.rms_deg,
         p,
         width,
-        likelihood,
-        cone_by_nearer_ends,
+        log_likelihood,
+        nearer_ends_circle,
     )
 
 
-def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> SmallCircle:
+def _build_circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> SmallCircle:
     half_angle_deg = math.degrees(half_angle)
     return SmallCircle(
         Line.from_vector(axis),
@@ -301,21 +310,21 @@ def _fit_circle(
     half_angle = math.acos(min(max(float(mean @ axis), -1.0), 1.0))
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
-        design, cross_axes = _design(x, axis)
+        design, cross_axes = _design_matrix(x, axis)
         # For many poles, the normal equations are much faster than lstsq (rcond is squared).
         step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
-        longest_value = float(np.abs(step).max())
-        step *= min(1.0, 0.3 / max(longest_value, 1e-300))
+        max_step = float(np.abs(step).max())
+        step *= min(1.0, 0.3 / max(max_step, 1e-300))
         half_angle += float(step[0])
         axis = axis + cross_axes.T @ step[1:]
         axis = axis / np.linalg.norm(axis)
-        if longest_value < 1e-9:
+        if max_step < 1e-9:
             break
     return axis, half_angle, np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
 
 
 @dataclass(frozen=True, eq=False)
-class _CircleAround:
+class _NearerEndsFit:
     """Small circle through the nearer ends of poles.
 
     Attributes
@@ -339,7 +348,7 @@ class _CircleAround:
     log_likelihood: float
 
 
-def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | None:
+def _fit_nearer_ends(poles: FloatArray, axes: FloatArray) -> _NearerEndsFit | None:
     """Find the least-squares small circle through the nearer ends of the poles.
 
     From each start, the selection of ends and the fit of a plane to them alternate; the angles are
@@ -360,11 +369,11 @@ def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _CircleAround | Non
     if len(sample) < len(poles):
         axis_estimate = _alternate_ends(sample, axis_estimate)[1]
     ends, axis, half_angle, residuals = _alternate_ends(poles, axis_estimate)
-    is_close = MIN_CONE_SEPARATION * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
-    if not is_close and _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
+    is_obvious_cone = MIN_CONE_SEPARATION * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
+    if not is_obvious_cone and _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
         return None
-    offset, sigma, likelihood = _fit_unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
-    return _CircleAround(axis, half_angle, residuals, ends, offset, sigma, likelihood)
+    offset, sigma, log_likelihood = _fit_unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
+    return _NearerEndsFit(axis, half_angle, residuals, ends, offset, sigma, log_likelihood)
 
 
 def _alternate_ends(
@@ -382,7 +391,7 @@ def _alternate_ends(
         In radians.
     """
     for _ in range(MAX_ITERATIONS):
-        ends = flip_to(poles, axis_estimate)
+        ends = flip_to_hemisphere(poles, axis_estimate)
         axis, half_angle, residuals = _fit_circle(ends, axis_estimate)
         if bool(((ends @ axis > 0) == (ends @ axis_estimate > 0)).all()):
             break
@@ -399,7 +408,7 @@ def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
     return float(np.sort(gaps)[-2])
 
 
-def _hemisphere(n: int) -> FloatArray:
+def _hemisphere_directions(n: int) -> FloatArray:
     """Return n directions distributed over a hemisphere."""
     index = np.arange(n) + 0.5
     z = index / n
@@ -408,7 +417,7 @@ def _hemisphere(n: int) -> FloatArray:
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
 
 
-START_DIRECTIONS = _hemisphere(24)
+START_DIRECTIONS = _hemisphere_directions(24)
 
 
 def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
@@ -421,18 +430,18 @@ def _fit_unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
     offset = float(np.mean(np.abs(elevations)))
     sigma = max(math.sqrt(max(square - offset**2, 0.0)), min_sigma)
     for _ in range(200):
-        balance = np.tanh(elevations * offset / sigma**2)
-        changed_value = float(np.mean(balance * elevations))
-        sigma = max(math.sqrt(max(square - changed_value**2, 0.0)), min_sigma)
-        if abs(changed_value - offset) < 1e-7:
+        expected_signs = np.tanh(elevations * offset / sigma**2)
+        updated_offset = float(np.mean(expected_signs * elevations))
+        sigma = max(math.sqrt(max(square - updated_offset**2, 0.0)), min_sigma)
+        if abs(updated_offset - offset) < 1e-7:
             break
-        offset = changed_value
-    first_log_likelihood = -0.5 * ((elevations - offset) / sigma) ** 2
-    second_log_likelihood = -0.5 * ((elevations + offset) / sigma) ** 2
-    likelihood = float(np.sum(np.logaddexp(first_log_likelihood, second_log_likelihood))) - len(
+        offset = updated_offset
+    first_log_terms = -0.5 * ((elevations - offset) / sigma) ** 2
+    second_log_terms = -0.5 * ((elevations + offset) / sigma) ** 2
+    log_likelihood = float(np.sum(np.logaddexp(first_log_terms, second_log_terms))) - len(
         elevations
     ) * math.log(2.0 * sigma)
-    return offset, sigma, likelihood
+    return offset, sigma, log_likelihood
 
 
 def _log_likelihood(n: int, sigma: float) -> float:
@@ -441,7 +450,7 @@ def _log_likelihood(n: int, sigma: float) -> float:
 
 
 def _test_mixture(
-    poles: FloatArray, axes: FloatArray, axis_fit: _CircleAround
+    poles: FloatArray, axes: FloatArray, nearer_ends_fit: _NearerEndsFit
 ) -> tuple[float, float]:
     """Test the great circle against the small circle with unknown ends.
 
@@ -453,19 +462,21 @@ def _test_mixture(
     """
     n = len(poles)
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    log_likelihood_gain = axis_fit.log_likelihood - _log_likelihood(n, rms(great_circle_angles))
+    log_likelihood_gain = nearer_ends_fit.log_likelihood - _log_likelihood(
+        n, rms(great_circle_angles)
+    )
     dof = n - 3
     # For normal residuals with known ends, this is the ratio of the sums of squares.
     p = f_tail(1, dof, max(math.expm1(min(2.0 * log_likelihood_gain / n, 700.0)), 0.0) * dof)
-    design, _ = _design(axis_fit.poles, axis_fit.axis)
-    singular = np.linalg.svd(design, compute_uv=False)
-    if singular[-1] <= 1e-6 * singular[0]:
+    design, _ = _design_matrix(nearer_ends_fit.poles, nearer_ends_fit.axis)
+    singular_values = np.linalg.svd(design, compute_uv=False)
+    if singular_values[-1] <= 1e-6 * singular_values[0]:
         return p, math.inf
     variance = float(np.linalg.inv(design.T @ design)[0, 0])
-    return p, math.degrees(t95(dof) * axis_fit.sigma * math.sqrt(n / dof * variance))
+    return p, math.degrees(t95(dof) * nearer_ends_fit.sigma * math.sqrt(n / dof * variance))
 
 
-def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _design_matrix(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives (n, 3) of the angles with respect to half-angle and axis tilts.
 
     The directions (2, 3) of the tilts are also returned.
@@ -482,9 +493,9 @@ def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tu
     The error assumes that the poles lie on the great circle.
     """
     n = len(poles)
-    design, _ = _design(flip_into_arc(poles, axes), axes[2])
-    singular = np.linalg.svd(design, compute_uv=False)
-    is_determined = bool(singular[-1] > 1e-6 * singular[0])
+    design, _ = _design_matrix(flip_into_arc(poles, axes), axes[2])
+    singular_values = np.linalg.svd(design, compute_uv=False)
+    is_determined = bool(singular_values[-1] > 1e-6 * singular_values[0])
     great_circle_angles = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
     cone_squares, cylinder_squares = (
         float(np.sum(residuals**2)),
@@ -505,7 +516,7 @@ def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tu
 # Two great circles ------------------------------------------------------------------------------
 
 N_STARTS = 40
-MIN_POLES_FOR_TWO = 12
+MIN_POLES_FOR_TWO_CIRCLES = 12
 
 
 def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) -> TwoCircles | None:
@@ -518,7 +529,7 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     """
     n = len(poles)
     single_residuals = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
-    if n < MIN_POLES_FOR_TWO or math.degrees(rms(single_residuals)) < MIN_SCATTER_DEG:
+    if n < MIN_POLES_FOR_TWO_CIRCLES or math.degrees(rms(single_residuals)) < MIN_SCATTER_DEG:
         return None
     rng = np.random.default_rng(1)
     # More poles do not improve the start values.
@@ -547,27 +558,29 @@ def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) ->
     for pair_index in np.argsort(cost)[:3]:
         start = np.array([normals[first_rows[pair_index]], normals[second_rows[pair_index]]])
         mixtures.append(_fit_mixture(sample, start, rms(single_residuals)))
-    normals, logs = max(mixtures, key=lambda mixture: mixture[1])
+    normals, log_likelihood = max(mixtures, key=lambda mixture: mixture[1])
     if len(sample) < n:
-        normals, logs = _fit_mixture(poles, normals, rms(single_residuals))
-    return _two_circles(poles, cone, normals, logs, single_residuals)
+        normals, log_likelihood = _fit_mixture(poles, normals, rms(single_residuals))
+    return _build_two_circles(poles, cone, normals, log_likelihood, single_residuals)
 
 
 def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
     """Return the normals (2, 3) of two circles, and the log likelihood."""
     n, fraction = len(poles), 0.5
-    likelihood = -math.inf
+    log_likelihood = -math.inf
     for _ in range(100):
         angles = np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0))
-        logs = -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([fraction, 1.0 - fraction])
-        top = logs.max(axis=1, keepdims=True)
-        membership = np.exp(logs - top)
+        log_terms = (
+            -0.5 * (angles / sigma) ** 2 - math.log(sigma) + np.log([fraction, 1.0 - fraction])
+        )
+        max_log_terms = log_terms.max(axis=1, keepdims=True)
+        membership = np.exp(log_terms - max_log_terms)
         totals = membership.sum(axis=1, keepdims=True)
-        updated_value = float(np.sum(top[:, 0] + np.log(totals[:, 0])))
+        updated_log_likelihood = float(np.sum(max_log_terms[:, 0] + np.log(totals[:, 0])))
         membership /= totals
-        if updated_value - likelihood < 1e-5 * n:
+        if updated_log_likelihood - log_likelihood < 1e-5 * n:
             break
-        likelihood = updated_value
+        log_likelihood = updated_log_likelihood
         fraction = float(np.clip(membership[:, 0].mean(), 1e-3, 1.0 - 1e-3))
         tensors = np.stack([(poles * membership[:, [k]]).T @ poles for k in (0, 1)])
         normals = np.linalg.eigh(tensors)[1][:, :, 0]
@@ -575,15 +588,15 @@ def _fit_mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[
         sigma = max(
             math.sqrt(float(np.sum(membership * angles**2)) / n), math.radians(MIN_SCATTER_DEG)
         )
-    return normals, likelihood
+    return normals, log_likelihood
 
 
-def _two_circles(
+def _build_two_circles(
     poles: FloatArray,
     cone: Cone | None,
     normals: FloatArray,
-    likelihood: float,
-    single_circle_normal: FloatArray,
+    log_likelihood: float,
+    single_residuals: FloatArray,
 ) -> TwoCircles:
     n = len(poles)
     angles = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
@@ -593,10 +606,10 @@ def _two_circles(
     for k in (0, 1):
         members = poles[nearest_circles == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
-    single_criterion = _schwarz_criterion(n, _log_likelihood(n, rms(single_circle_normal)), 2)
+    single_criterion = _schwarz_criterion(n, _log_likelihood(n, rms(single_residuals)), 2)
     if cone is not None:
         single_criterion = min(single_criterion, _schwarz_criterion(n, cone.log_likelihood, 3))
-    criterion = -2.0 * likelihood + 5.0 * math.log(n)
+    criterion = -2.0 * log_likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
         Line.from_vector(normals[0]),
@@ -609,6 +622,6 @@ def _two_circles(
     )
 
 
-def _schwarz_criterion(n: int, log_likelihood: float, parameters: int) -> float:
+def _schwarz_criterion(n: int, log_likelihood: float, n_parameters: int) -> float:
     """Return Schwarz's criterion of a curve, without terms common to all curves."""
-    return -2.0 * log_likelihood + parameters * math.log(n)
+    return -2.0 * log_likelihood + n_parameters * math.log(n)

@@ -17,10 +17,10 @@ from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, PoleShap
 MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
 """Angle from the great circle within which 90 % of the poles lie (Ramsay & Huber 1987)."""
 
-KNOWN_AXIS_DEG = 10.0
+MAX_VALID_AXIS_ERROR_DEG = 10.0
 """A 95 % error of beta up to this angle changes lengths by 1.5 % or less."""
 
-WEAK_AXIS_DEG = 20.0
+MAX_USABLE_AXIS_ERROR_DEG = 20.0
 """Semi-axis above which beta is too uncertain for projections. Its region, which is drawn for small
 angles, is then too narrow.
 """
@@ -31,10 +31,10 @@ MIN_ARC_DEG = 30.0
 MIN_PLANES = 5
 """Fewer planes determine an axis, but not the scatter or its shape."""
 
-MIN_PLANES_FOR_YES = 8
+MIN_PLANES_FOR_VALID_AXIS = 8
 """From this number on, regions of valid axes contain the axis in 93 % of cases (docs/folds.md)."""
 
-MAX_ONE_DIP_DEG = 20.0
+MAX_HOMOCLINAL_RMS_DEG = 20.0
 """Maximum RMS angle between poles of uniform dip and their mean."""
 
 CONE_SIGNIFICANCE, MIN_CONE_OFFSET_DEG, MIN_CONE_ANGLE_DEG = 0.01, 5.0, 15.0
@@ -57,7 +57,13 @@ MAX_CONE_DIFFERENCE_DEG = 30.0
 cylinder: of cones of 60 degrees with a dozen planes, one in seven was classified as a cylinder.
 """
 
-MIN_TWO_GAIN, MIN_TWO_ANGLE_DEG, MIN_TWO_ARC_DEG, MIN_TWO_SHARE, MIN_TWO_GAIN_DEG = (
+(
+    MIN_TWO_CIRCLES_GAIN,
+    MIN_TWO_CIRCLES_ANGLE_DEG,
+    MIN_TWO_CIRCLES_ARC_DEG,
+    MIN_TWO_CIRCLES_SHARE,
+    MIN_TWO_CIRCLES_RMS_GAIN_DEG,
+) = (
     10.0,
     15.0,
     20.0,
@@ -79,7 +85,7 @@ class FoldVerdict:
     valid : {"yes", "conditional", "no"}
         Whether the axis may be used.
     reasons : tuple of Finding
-    is_untested : bool
+    is_cone_untested : bool
         True if the name is "undetermined" only because a cone cannot be distinguished from a
         cylinder, although the axis is known.
     """
@@ -87,7 +93,7 @@ class FoldVerdict:
     name: str
     valid: str
     reasons: tuple[Finding, ...]
-    is_untested: bool = False
+    is_cone_untested: bool = False
 
 
 def assess_fold(
@@ -97,7 +103,7 @@ def assess_fold(
     waviness_deg: float | None,
     min_planes: int = MIN_PLANES,
     *,
-    tests_two_circles: bool = True,
+    test_two_circles: bool = True,
 ) -> FoldVerdict:
     """Assess the shape of the poles of planes of one kind.
 
@@ -112,14 +118,14 @@ def assess_fold(
         Natural waviness, the standard deviation of a pole from the curve, degrees.
     min_planes : int
         Number of planes below which the shape is undetermined.
-    tests_two_circles : bool
+    test_two_circles : bool
         Whether to search for two axes, which takes the longest.
 
     Returns
     -------
     FoldVerdict
     """
-    cylindrical_limit_deg, scatter_limit_deg = _limits(waviness_deg)
+    cylindrical_limit_deg, scatter_limit_deg = _scatter_limits(waviness_deg)
     cone = shape.cone
     if (
         cone is not None
@@ -127,7 +133,7 @@ def assess_fold(
         and _is_obvious_cone(shape, cone, scatter_limit_deg)
     ):
         return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
-    if _has_one_dip(shape, error95_deg):
+    if _is_homoclinal(shape, error95_deg):
         return FoldVerdict(
             "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
         )
@@ -138,16 +144,16 @@ def assess_fold(
         return _assess_cylinder(
             shape, error95_deg, cylindrical_limit_deg, scatter_limit_deg, min_planes
         )
-    if tests_two_circles and _has_two_axes(shape):
+    if test_two_circles and _has_two_axes(shape):
         assert shape.two_circles is not None
         return FoldVerdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
     if cone is not None and _is_conical(cone, scatter_limit_deg):
         return FoldVerdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if shape.within90_deg > scatter_limit_deg:
-        scattered = Finding(
+        scattered_finding = Finding(
             "fold.scattered", within_deg=shape.within90_deg, limit_deg=scatter_limit_deg
         )
-        return FoldVerdict("scattered", "no", (scattered,))
+        return FoldVerdict("scattered", "no", (scattered_finding,))
     return _assess_cylinder(
         shape, error95_deg, cylindrical_limit_deg, scatter_limit_deg, min_planes
     )
@@ -162,12 +168,12 @@ def _assess_cylinder(
 ) -> FoldVerdict:
     """Assess a shape that is compatible with a cylinder."""
     conditions: list[Finding] = []
-    is_untested = True
+    is_cone_untested = True
     if error95_deg is None or shape.n < min_planes:
-        is_untested = False
+        is_cone_untested = False
         conditions.append(Finding("fold.shape-unknown", n=shape.n, minimum=min_planes))
-    elif error95_deg > WEAK_AXIS_DEG:
-        return FoldVerdict("undetermined", "no", (too_uncertain_finding(error95_deg),))
+    elif error95_deg > MAX_USABLE_AXIS_ERROR_DEG:
+        return FoldVerdict("undetermined", "no", (too_uncertain_axis_finding(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.are_flat or width > MAX_CONE_WIDTH_DEG):
@@ -175,10 +181,10 @@ def _assess_cylinder(
     elif width > MAX_RESOLVABLE_CONE_WIDTH_DEG and not conditions:
         conditions.append(Finding("fold.cone-or-cylinder"))
     if shape.arc_deg < MIN_ARC_DEG:
-        is_untested = False
+        is_cone_untested = False
         conditions.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=MIN_ARC_DEG))
     if conditions:
-        return FoldVerdict("undetermined", "conditional", tuple(conditions), is_untested)
+        return FoldVerdict("undetermined", "conditional", tuple(conditions), is_cone_untested)
     return _cylindrical_verdict(shape, error95_deg or 0.0, width, cylindrical_limit_deg)
 
 
@@ -190,10 +196,10 @@ def _cylindrical_verdict(
 ) -> FoldVerdict:
     reasons: list[Finding] = []
     conditions: list[Finding] = []
-    is_nearly = shape.within90_deg > cylindrical_limit_deg
-    (conditions if is_nearly else reasons).append(
+    is_nearly_cylindrical = shape.within90_deg > cylindrical_limit_deg
+    (conditions if is_nearly_cylindrical else reasons).append(
         Finding(
-            "fold.nearly-cylindrical" if is_nearly else "fold.cylindrical",
+            "fold.nearly-cylindrical" if is_nearly_cylindrical else "fold.cylindrical",
             within_deg=shape.within90_deg,
             limit_deg=cylindrical_limit_deg,
         )
@@ -211,16 +217,18 @@ def _cylindrical_verdict(
             p=cone.p,
         )
     )
-    if error95_deg > KNOWN_AXIS_DEG:
-        conditions.append(uncertain_finding(error95_deg))
-    if shape.n < MIN_PLANES_FOR_YES:
-        conditions.append(Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES))
+    if error95_deg > MAX_VALID_AXIS_ERROR_DEG:
+        conditions.append(uncertain_axis_finding(error95_deg))
+    if shape.n < MIN_PLANES_FOR_VALID_AXIS:
+        conditions.append(
+            Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_VALID_AXIS)
+        )
     return FoldVerdict(
         "cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons)
     )
 
 
-def uncertain_finding(error95_deg: float) -> Finding:
+def uncertain_axis_finding(error95_deg: float) -> Finding:
     """Report an axis whose error makes it valid only under certain conditions.
 
     Parameters
@@ -231,10 +239,10 @@ def uncertain_finding(error95_deg: float) -> Finding:
     -------
     Finding
     """
-    return Finding("fold.axis-uncertain", error_deg=error95_deg, limit_deg=KNOWN_AXIS_DEG)
+    return Finding("fold.axis-uncertain", error_deg=error95_deg, limit_deg=MAX_VALID_AXIS_ERROR_DEG)
 
 
-def too_uncertain_finding(error95_deg: float) -> Finding:
+def too_uncertain_axis_finding(error95_deg: float) -> Finding:
     """Report an axis whose error makes it invalid.
 
     Parameters
@@ -245,10 +253,12 @@ def too_uncertain_finding(error95_deg: float) -> Finding:
     -------
     Finding
     """
-    return Finding("fold.axis-too-uncertain", error_deg=error95_deg, limit_deg=WEAK_AXIS_DEG)
+    return Finding(
+        "fold.axis-too-uncertain", error_deg=error95_deg, limit_deg=MAX_USABLE_AXIS_ERROR_DEG
+    )
 
 
-def _limits(waviness_deg: float | None) -> tuple[float, float]:
+def _scatter_limits(waviness_deg: float | None) -> tuple[float, float]:
     """Return the limits of the angle that contains 90 % of the poles, degrees.
 
     For normal scatter, this angle is 1.645 standard deviations.
@@ -258,12 +268,12 @@ def _limits(waviness_deg: float | None) -> tuple[float, float]:
     return 1.645 * 1.2 * waviness_deg, 2.0 * 1.645 * 1.2 * waviness_deg
 
 
-def _has_one_dip(shape: PoleShape, error95_deg: float | None) -> bool:
-    if not shape.is_cluster or shape.spread_deg > MAX_ONE_DIP_DEG or shape.n < 3:
+def _is_homoclinal(shape: PoleShape, error95_deg: float | None) -> bool:
+    if not shape.is_cluster or shape.spread_deg > MAX_HOMOCLINAL_RMS_DEG or shape.n < 3:
         return False
     if shape.spread_deg <= 5.0:
         return True
-    return shape.limbs is None and (error95_deg is None or error95_deg > KNOWN_AXIS_DEG)
+    return shape.limbs is None and (error95_deg is None or error95_deg > MAX_VALID_AXIS_ERROR_DEG)
 
 
 def _is_conical(cone: Cone, scatter_limit_deg: float) -> bool:
@@ -284,24 +294,24 @@ def _is_obvious_cone(shape: PoleShape, cone: Cone, scatter_limit_deg: float) -> 
     """
     if shape.limbs is not None and shape.limbs.are_flat and shape.within90_deg <= scatter_limit_deg:
         return False
-    is_close = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
-    is_separate = (
+    is_narrow = cone.rms_deg <= MAX_RING_SCATTER * min(cone.half_angle_deg, 50.0)
+    is_separated = (
         cone.half_angle_deg <= 60.0 or MIN_CONE_SEPARATION * cone.rms_deg <= cone.deviation_deg
     )
-    return shape.n >= 10 and is_separate and is_close
+    return shape.n >= 10 and is_separated and is_narrow
 
 
 def _has_two_axes(shape: PoleShape) -> bool:
-    if shape.rms_deg < MIN_TWO_GAIN_DEG:
+    if shape.rms_deg < MIN_TWO_CIRCLES_RMS_GAIN_DEG:
         return False
     circle_pair = shape.two_circles
     return (
         circle_pair is not None
-        and circle_pair.gain > MIN_TWO_GAIN
-        and circle_pair.angle_deg >= MIN_TWO_ANGLE_DEG
-        and min(circle_pair.arcs_deg) >= MIN_TWO_ARC_DEG
-        and min(circle_pair.counts) >= MIN_TWO_SHARE * shape.n
-        and shape.rms_deg - circle_pair.rms_deg >= MIN_TWO_GAIN_DEG
+        and circle_pair.gain > MIN_TWO_CIRCLES_GAIN
+        and circle_pair.angle_deg >= MIN_TWO_CIRCLES_ANGLE_DEG
+        and min(circle_pair.arcs_deg) >= MIN_TWO_CIRCLES_ARC_DEG
+        and min(circle_pair.counts) >= MIN_TWO_CIRCLES_SHARE * shape.n
+        and shape.rms_deg - circle_pair.rms_deg >= MIN_TWO_CIRCLES_RMS_GAIN_DEG
         and circle_pair.rms_deg < 0.6 * shape.rms_deg
     )
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
@@ -166,7 +166,7 @@ def facet_slopes(
             plane = _slope_plane(facet)
             slopes.append((facet, SlopeFace(plane, options)))
         except UsageError as error:
-            skipped_facets.append({"id": facet.id, "reason": cause_of(error)})
+            skipped_facets.append({"id": facet.id, "reason": cause_finding(error)})
     if not slopes:
         raise GeometryError(Finding("slope.no-facet"))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
@@ -178,18 +178,29 @@ def facet_slopes(
     facets = []
     for k, (facet, slope) in enumerate(slopes):
         facet_row = rows_by_id.get(facet.id)
-        n_facets = len(rows)
+        n_planes = len(rows)
         if facet_row is not None and _is_face(slope, normals[facet_row]):
             _exclude_own_plane(facet_row, slope, normals, sets, plane_counts[k], pair_counts[k])
-            n_facets -= 1
-        planar, flexural = (_critical_share(int(count), n_facets) for count in plane_counts[k])
-        pairs = int(pair_counts[k, 0])
-        wedge, topple = (_critical_share(int(count), pairs) for count in pair_counts[k, 1:])
+            n_planes -= 1
+        planar_share, flexural_share = (
+            _critical_share(int(count), n_planes) for count in plane_counts[k]
+        )
+        n_pairs = int(pair_counts[k, 0])
+        wedge_share, toppling_share = (
+            _critical_share(int(count), n_pairs) for count in pair_counts[k, 1:]
+        )
         plane = slope.plane
         face = SlopeAttitude(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
         facets.append(
             FacetSlope(
-                facet.id, face, facet.overhangs, facet.area_m2, planar, wedge, flexural, topple
+                facet.id,
+                face,
+                facet.overhangs,
+                facet.area_m2,
+                planar_share,
+                wedge_share,
+                flexural_share,
+                toppling_share,
             )
         )
     return FacetSlopes(
@@ -232,17 +243,17 @@ def _count_critical(
     pair_counts = np.zeros((len(slopes), 3), np.int64)
     progress.stage(tr("Analysing slopes"), max(count_pairs_between_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
-        rotated_face_frame = to_face_frame(slope, normals)
+        local_normals = to_face_frame(slope, normals)
         plane_counts[k] = (
-            planar_sliding(slope, rotated_face_frame).critical.sum(),
-            flexural_toppling(slope, rotated_face_frame).critical.sum(),
+            planar_sliding(slope, local_normals).critical.sum(),
+            flexural_toppling(slope, local_normals).critical.sum(),
         )
     # The intersections do not depend on the facet, so each is computed only once.
     done_count = 0
     for lines, is_valid, pairs in intersections(normals[None], sets):
-        crossing_lines = lines[0][is_valid[0]]
-        pair_counts[:, 0] += len(crossing_lines)
-        pair_counts[:, 1:] += count_critical_lines(slopes, crossing_lines)
+        intersection_lines = lines[0][is_valid[0]]
+        pair_counts[:, 0] += len(intersection_lines)
+        pair_counts[:, 1:] += count_critical_lines(slopes, intersection_lines)
         done_count += pairs.shape[1]
         progress.step(done_count)
     return plane_counts, pair_counts
@@ -265,17 +276,17 @@ def _exclude_own_plane(
 
     Nothing can slide out of a face along its own plane or along a line within it.
     """
-    rotated_face_frame = to_face_frame(slope, normals[facet_row][None])
+    local_normals = to_face_frame(slope, normals[facet_row][None])
     plane_counts -= np.array(
         [
-            planar_sliding(slope, rotated_face_frame).critical.sum(),
-            flexural_toppling(slope, rotated_face_frame).critical.sum(),
+            planar_sliding(slope, local_normals).critical.sum(),
+            flexural_toppling(slope, local_normals).critical.sum(),
         ]
     )
-    is_other_facet = np.arange(len(normals)) != facet_row
+    is_other_plane = np.arange(len(normals)) != facet_row
     if sets is not None and sets[facet_row] >= 0:
-        is_other_facet &= sets != sets[facet_row]
-    lines = np.cross(normals[facet_row], normals[is_other_facet])
+        is_other_plane &= sets != sets[facet_row]
+    lines = np.cross(normals[facet_row], normals[is_other_plane])
     length = np.linalg.norm(lines, axis=1)
     is_valid = length > math.radians(ANGLE_TOLERANCE_DEG)
     lines = lines[is_valid] / length[is_valid, None]
@@ -294,12 +305,12 @@ def _warnings(facets: Sequence[FacetFace], skipped_count: int) -> list[Finding]:
     warnings = []
     if skipped_count:
         warnings.append(Finding("slope.horizontal-facets", count=skipped_count))
-    unknown_count = sum(
+    n_undetermined = sum(
         facet.overhangs is None and facet.plane.dip_deg >= MIN_VERTICAL_DEG for facet in facets
     )
-    if unknown_count:
-        warnings.append(Finding("slope.vertical-facets", count=unknown_count))
-    overhanging = sum(bool(facet.overhangs) for facet in facets)
-    if overhanging:
-        warnings.append(Finding("slope.overhanging-facets", count=overhanging))
+    if n_undetermined:
+        warnings.append(Finding("slope.vertical-facets", count=n_undetermined))
+    n_overhanging = sum(bool(facet.overhangs) for facet in facets)
+    if n_overhanging:
+        warnings.append(Finding("slope.overhanging-facets", count=n_overhanging))
     return warnings

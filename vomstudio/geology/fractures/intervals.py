@@ -23,13 +23,13 @@ from vomstudio.core.arrays import FloatArray, IntArray
 Interval = tuple[float | None, float | None]
 UNKNOWN_INTERVAL: Interval = (None, None)
 
-CELLS_ACROSS = (2, 3)
+CELLS_PER_SIDE = (2, 3)
 """Numbers of cells along each side of the area for variance estimates, coarse and fine."""
 
-LINE_PARTS = (4, 8)
+PARTS_PER_LINE = (4, 8)
 """Numbers of parts of a scanline for variance estimates, coarse and fine."""
 
-MIN_DISPERSION_PARTS = 5
+MIN_DISPERSION_COUNT = 5
 """With fewer traces or gaps, clustering cannot be detected."""
 
 STUDENT_FACTOR = (2.306 / 1.960) ** 2
@@ -66,9 +66,9 @@ def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) 
     total_weight = float(positive_weights.sum())
     inflation = 1.0 + STUDENT_FACTOR * (dispersion - 1.0)
     variance = inflation * float(np.sum(positive_weights**2))
-    max_square_weight = inflation * float(positive_weights.max())
+    inflated_max_weight = inflation * float(positive_weights.max())
     low = variance / total_weight * float(gammaincinv(total_weight**2 / variance, TAIL_PROBABILITY))
-    upper_total, variance = total_weight + max_square_weight, variance + max_square_weight**2
+    upper_total, variance = total_weight + inflated_max_weight, variance + inflated_max_weight**2
     high = (
         variance
         / upper_total
@@ -111,11 +111,11 @@ def area_dispersion(positions: FloatArray, weights: FloatArray, area: Any) -> fl
     """
     import shapely
 
-    if len(positions) < MIN_DISPERSION_PARTS:
+    if len(positions) < MIN_DISPERSION_COUNT:
         return 1.0
     low_x, low_y, high_x, high_y = area.bounds
     dispersion = 1.0
-    for n_cells in CELLS_ACROSS:
+    for n_cells in CELLS_PER_SIDE:
         x, y = (np.linspace(a, b, n_cells + 1) for a, b in ((low_x, high_x), (low_y, high_y)))
         column, row = (
             np.clip(np.searchsorted(edges, values, side="right") - 1, 0, n_cells - 1)
@@ -132,14 +132,14 @@ def area_dispersion(positions: FloatArray, weights: FloatArray, area: Any) -> fl
     return dispersion
 
 
-def line_dispersion(along_m: FloatArray, length_m: float) -> float:
+def line_dispersion(positions_m: FloatArray, length_m: float) -> float:
     """Return the dispersion of the number of crossings along a scanline.
 
     See `area_dispersion` for the definition.
 
     Parameters
     ----------
-    along_m : (n,) ndarray
+    positions_m : (n,) ndarray
         Positions of the crossings along the line, m.
     length_m : float
 
@@ -147,13 +147,13 @@ def line_dispersion(along_m: FloatArray, length_m: float) -> float:
     -------
     float
     """
-    n = len(along_m)
-    if n < MIN_DISPERSION_PARTS:
+    n = len(positions_m)
+    if n < MIN_DISPERSION_COUNT:
         return 1.0
     dispersion = 1.0
-    for parts in LINE_PARTS:
-        part = np.clip((along_m / length_m * parts).astype(np.int64), 0, parts - 1)
-        sums = np.bincount(part, minlength=parts).astype(np.float64)
+    for parts in PARTS_PER_LINE:
+        part_indices = np.clip((positions_m / length_m * parts).astype(np.int64), 0, parts - 1)
+        sums = np.bincount(part_indices, minlength=parts).astype(np.float64)
         dispersion = max(dispersion, _dispersion(sums, np.ones(parts), float(n)))
     return dispersion
 
@@ -202,21 +202,21 @@ def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
     from scipy.special import gammainc
 
     n = len(gaps) / repeats
-    if n < MIN_DISPERSION_PARTS or not (gaps > 0).all():
+    if n < MIN_DISPERSION_COUNT or not (gaps > 0).all():
         return False
     unevenness = math.log(float(gaps.mean())) - float(np.log(gaps).mean())
     statistic = 2.0 * n * max(unevenness, 0.0) / (1.0 + (n + 1.0) / (6.0 * n))
     return float(gammainc((n - 1.0) / 2.0, statistic / 2.0)) < REGULAR_SIGNIFICANCE
 
 
-def regular_half_width(coefficient_of_variation: float, gaps: float) -> float:
+def regular_half_width(coefficient_of_variation: float, n_gaps: float) -> float:
     """Return half the 95 % interval of the logarithm of a mean gap, from Student's t.
 
     Parameters
     ----------
     coefficient_of_variation : float
         Coefficient of variation of the gaps.
-    gaps : float
+    n_gaps : float
         Number of gaps.
 
     Returns
@@ -226,7 +226,7 @@ def regular_half_width(coefficient_of_variation: float, gaps: float) -> float:
     from scipy.special import stdtrit
 
     return (
-        float(stdtrit(gaps - 1.0, 1.0 - TAIL_PROBABILITY))
+        float(stdtrit(n_gaps - 1.0, 1.0 - TAIL_PROBABILITY))
         * coefficient_of_variation
-        / math.sqrt(gaps)
+        / math.sqrt(n_gaps)
     )

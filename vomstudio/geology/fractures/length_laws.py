@@ -74,38 +74,38 @@ class LengthLaw:
 
     Attributes
     ----------
-    log_f, log_s, log_h : callable
+    log_density, log_survival, log_survival_integral : callable
         Logarithms of the density, of the survival S, and of the integral of S from x to infinity.
     log_mean : callable
         Logarithm of the mean; inf if the mean does not exist.
-    free : int
+    n_free : int
         Number of free parameters for AIC.
     """
 
     name: str
     parameters: tuple[str, ...]
     start: Callable[[FloatArray], FloatArray]
-    log_f: Callable[[FloatArray, FloatArray], FloatArray]
-    log_s: Callable[[FloatArray, FloatArray], FloatArray]
-    log_h: Callable[[FloatArray, FloatArray], FloatArray]
+    log_density: Callable[[FloatArray, FloatArray], FloatArray]
+    log_survival: Callable[[FloatArray, FloatArray], FloatArray]
+    log_survival_integral: Callable[[FloatArray, FloatArray], FloatArray]
     log_mean: Callable[[FloatArray], float]
-    free: int
+    n_free: int
     constants: Mapping[str, float]
 
 
 def _exponential() -> LengthLaw:
-    def log_s(x: FloatArray, u: FloatArray) -> FloatArray:
+    def log_survival(x: FloatArray, u: FloatArray) -> FloatArray:
         return -x * math.exp(-u[0])
 
     return LengthLaw(
         "exponential",
         ("mean_m",),
         start=lambda x: np.array([math.log(x.mean())]),
-        log_f=lambda x, u: log_s(x, u) - u[0],
-        log_s=log_s,
-        log_h=lambda x, u: log_s(x, u) + u[0],
+        log_density=lambda x, u: log_survival(x, u) - u[0],
+        log_survival=log_survival,
+        log_survival_integral=lambda x, u: log_survival(x, u) + u[0],
         log_mean=lambda u: float(u[0]),
-        free=1,
+        n_free=1,
         constants={},
     )
 
@@ -113,11 +113,11 @@ def _exponential() -> LengthLaw:
 def _lognormal() -> LengthLaw:
     from scipy.special import log_ndtr
 
-    def log_f(x: FloatArray, u: FloatArray) -> FloatArray:
+    def log_density(x: FloatArray, u: FloatArray) -> FloatArray:
         z = (np.log(x) - u[0]) * math.exp(-u[1])
         return np.asarray(-0.5 * z * z - 0.5 * math.log(2 * math.pi) - u[1] - np.log(x))
 
-    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
+    def log_survival_integral(x: FloatArray, u: FloatArray) -> FloatArray:
         s = math.exp(u[1])
         z = (u[0] - np.log(x)) / s
         log_total = u[0] + 0.5 * s * s + log_ndtr(z + s)
@@ -128,11 +128,11 @@ def _lognormal() -> LengthLaw:
         "lognormal",
         ("median_m", "sigma_log"),
         start=lambda x: np.array([np.log(x).mean(), math.log(max(float(np.log(x).std()), 0.05))]),
-        log_f=log_f,
-        log_s=lambda x, u: np.asarray(log_ndtr((u[0] - np.log(x)) * math.exp(-u[1]))),
-        log_h=log_h,
+        log_density=log_density,
+        log_survival=lambda x, u: np.asarray(log_ndtr((u[0] - np.log(x)) * math.exp(-u[1]))),
+        log_survival_integral=log_survival_integral,
         log_mean=lambda u: float(u[0] + 0.5 * math.exp(2 * u[1])),
-        free=2,
+        n_free=2,
         constants={},
     )
 
@@ -143,7 +143,7 @@ def _weibull() -> LengthLaw:
     def power(x: FloatArray, u: FloatArray) -> FloatArray:
         return np.asarray(np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -MIN_LOG)))
 
-    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
+    def log_survival_integral(x: FloatArray, u: FloatArray) -> FloatArray:
         a, z = math.exp(-u[1]), power(x, u)
         fraction = gammaincc(a, z)
         asymptote = (a - 1) * np.log(np.maximum(z, 1e-300)) - z - gammaln(a)
@@ -161,11 +161,13 @@ def _weibull() -> LengthLaw:
         "weibull",
         ("scale_m", "shape"),
         start=lambda x: np.array([math.log(x.mean()), 0.0]),
-        log_f=lambda x, u: u[1] - u[0] + (math.exp(u[1]) - 1) * (np.log(x) - u[0]) - power(x, u),
-        log_s=lambda x, u: -power(x, u),
-        log_h=log_h,
+        log_density=lambda x, u: (
+            u[1] - u[0] + (math.exp(u[1]) - 1) * (np.log(x) - u[0]) - power(x, u)
+        ),
+        log_survival=lambda x, u: -power(x, u),
+        log_survival_integral=log_survival_integral,
         log_mean=lambda u: float(u[0] + gammaln(1 + math.exp(-u[1]))),
-        free=2,
+        n_free=2,
         constants={},
     )
 
@@ -177,16 +179,16 @@ def _power_law(minimum: float) -> LengthLaw:
     """
     log_minimum = math.log(minimum)
 
-    def survival(x: FloatArray) -> FloatArray:
+    def log_ratio(x: FloatArray) -> FloatArray:
         return np.maximum(np.log(x) - log_minimum, 0.0)
 
-    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
+    def log_survival_integral(x: FloatArray, u: FloatArray) -> FloatArray:
         a = math.exp(u[0])
         if a <= 1:
             return np.full(len(x), np.inf)
-        shortfall = np.maximum(minimum - x, 0.0)
-        tail = np.exp((1 - a) * survival(x)) * minimum / (a - 1)
-        return np.asarray(np.log(tail + shortfall))
+        length_below_minimum = np.maximum(minimum - x, 0.0)
+        tail = np.exp((1 - a) * log_ratio(x)) * minimum / (a - 1)
+        return np.asarray(np.log(tail + length_below_minimum))
 
     def log_mean(u: FloatArray) -> float:
         a = math.exp(u[0])
@@ -195,31 +197,31 @@ def _power_law(minimum: float) -> LengthLaw:
     return LengthLaw(
         "power_law",
         ("exponent",),
-        start=lambda x: np.array([math.log(1.0 / max(float(survival(x).mean()), 1e-3))]),
-        log_f=lambda x, u: u[0] - np.log(x) - math.exp(u[0]) * survival(x),
-        log_s=lambda x, u: -math.exp(u[0]) * survival(x),
-        log_h=log_h,
+        start=lambda x: np.array([math.log(1.0 / max(float(log_ratio(x).mean()), 1e-3))]),
+        log_density=lambda x, u: u[0] - np.log(x) - math.exp(u[0]) * log_ratio(x),
+        log_survival=lambda x, u: -math.exp(u[0]) * log_ratio(x),
+        log_survival_integral=log_survival_integral,
         log_mean=log_mean,
-        free=2,
+        n_free=2,
         constants={"minimum_m": minimum},
     )
 
 
-def candidate_laws(lengths: FloatArray, cut_indices: IntArray) -> list[LengthLaw]:
+def candidate_laws(lengths: FloatArray, cut_counts: IntArray) -> list[LengthLaw]:
     """Return the four laws; the power law starts at the shortest complete length.
 
     Parameters
     ----------
     lengths : (n,) ndarray
         Lengths in metres.
-    cut_indices : (n,) ndarray of int
+    cut_counts : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
 
     Returns
     -------
     list of LengthLaw
     """
-    complete_lengths = lengths[cut_indices == 0]
+    complete_lengths = lengths[cut_counts == 0]
     return [_exponential(), _lognormal(), _weibull(), _power_law(float(complete_lengths.min()))]
 
 
@@ -244,7 +246,7 @@ def find_law(fit: LengthFit) -> tuple[LengthLaw, FloatArray]:
 
 
 def fit_laws(
-    lengths: FloatArray, cut_indices: IntArray, window: Window | None = None
+    lengths: FloatArray, cut_counts: IntArray, window: Window | None = None
 ) -> list[LengthFit]:
     """Fit all laws to trace lengths by maximum likelihood.
 
@@ -252,7 +254,7 @@ def fit_laws(
     ----------
     lengths : (n,) ndarray
         Positive lengths in metres.
-    cut_indices : (n,) ndarray of int
+    cut_counts : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
     window : Window, optional
         Sampling window of the traces. If None, lengths are assumed to be censored independently of
@@ -266,14 +268,14 @@ def fit_laws(
         parameters are derived from the curvature of the log-likelihood with respect to their
         logarithms.
     """
-    complete_lengths = lengths[cut_indices == 0]
+    complete_lengths = lengths[cut_counts == 0]
     if (
         len(complete_lengths) < MIN_COMPLETE_TRACES
         or np.ptp(complete_lengths) <= 1e-9 * complete_lengths.max()
     ):
         return []
     candidates = [
-        fit_law(law, lengths, cut_indices, window) for law in candidate_laws(lengths, cut_indices)
+        fit_law(law, lengths, cut_counts, window) for law in candidate_laws(lengths, cut_counts)
     ]
     fits = sorted((fit for fit in candidates if fit is not None), key=lambda fit: fit.aic)
     return [
@@ -290,7 +292,7 @@ def fit_laws(
 
 
 def fit_law(
-    law: LengthLaw, lengths: FloatArray, cut_indices: IntArray, window: Window | None = None
+    law: LengthLaw, lengths: FloatArray, cut_counts: IntArray, window: Window | None = None
 ) -> LengthFit | None:
     """Fit one law to trace lengths by maximum likelihood.
 
@@ -299,7 +301,7 @@ def fit_law(
     law : LengthLaw
     lengths : (n,) ndarray
         Lengths in metres.
-    cut_indices : (n,) ndarray of int
+    cut_counts : (n,) ndarray of int
         Number of censored ends of each trace, 0 to 2.
     window : Window, optional
         Window in which the traces were mapped.
@@ -312,54 +314,55 @@ def fit_law(
     """
     from scipy.optimize import minimize
 
-    complete_lengths_m, cut_at_one_end, cut_at_both_ends = (
-        lengths[cut_indices == k] for k in range(3)
+    complete_lengths_m, lengths_cut_once, lengths_cut_twice = (
+        lengths[cut_counts == k] for k in range(3)
     )
     if window is None:
-        cut_at_one_end, cut_at_both_ends = (
-            np.concatenate([cut_at_one_end, cut_at_both_ends]),
-            cut_at_both_ends[:0],
+        lengths_cut_once, lengths_cut_twice = (
+            np.concatenate([lengths_cut_once, lengths_cut_twice]),
+            lengths_cut_twice[:0],
         )
 
     def log_likelihood(u: FloatArray) -> float:
         if not (np.abs(u) < 50).all():
             return -math.inf
         with np.errstate(all="ignore"):
-            sum_ = float(
-                law.log_f(complete_lengths_m, u).sum() + law.log_s(cut_at_one_end, u).sum()
+            total = float(
+                law.log_density(complete_lengths_m, u).sum()
+                + law.log_survival(lengths_cut_once, u).sum()
             )
             if window is not None:
                 mean = law.log_mean(u)
                 if not mean < -MIN_LOG:
                     return -math.inf
                 effective_area = window.area_m2 + math.exp(mean) * window.width_m
-                sum_ += float(law.log_h(cut_at_both_ends, u).sum()) - len(lengths) * math.log(
-                    effective_area
-                )
-        return sum_ if math.isfinite(sum_) else -math.inf
+                total += float(law.log_survival_integral(lengths_cut_twice, u).sum()) - len(
+                    lengths
+                ) * math.log(effective_area)
+        return total if math.isfinite(total) else -math.inf
 
     start = law.start(complete_lengths_m)
     if window is not None and law.name == "power_law":
         start = np.maximum(start, math.log(1.2))
     steps = np.vstack([start, *(start + 0.3 * row for row in np.eye(len(start)))])
-    best_fit = minimize(
+    solution = minimize(
         lambda u: -log_likelihood(u),
         start,
         method="Nelder-Mead",
         options={"initial_simplex": steps, "xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
     )
-    max_log_likelihood = -float(best_fit.fun)
-    covariance = _covariance(log_likelihood, best_fit.x)
+    max_log_likelihood = -float(solution.fun)
+    covariance = _covariance(log_likelihood, solution.x)
     if not math.isfinite(max_log_likelihood) or covariance is None:
         return None
     parameters = {
-        name: _interval(float(best_fit.x[i]), math.sqrt(covariance[i, i]))
+        name: _interval(float(solution.x[i]), math.sqrt(covariance[i, i]))
         for i, name in enumerate(law.parameters)
     }
     parameters.update({name: Parameter(v, None, None) for name, v in law.constants.items()})
     mean = None
-    if (log_mean := law.log_mean(best_fit.x)) < -MIN_LOG:
-        slope = _gradient(law.log_mean, best_fit.x)
+    if (log_mean := law.log_mean(solution.x)) < -MIN_LOG:
+        slope = _gradient(law.log_mean, solution.x)
         error = float(slope @ covariance @ slope)
         mean = (
             _interval(log_mean, math.sqrt(error))
@@ -367,7 +370,7 @@ def fit_law(
             else Parameter(math.exp(log_mean), None, None)
         )
     return LengthFit(
-        law.name, parameters, mean, max_log_likelihood, 2.0 * law.free - 2.0 * max_log_likelihood
+        law.name, parameters, mean, max_log_likelihood, 2.0 * law.n_free - 2.0 * max_log_likelihood
     )
 
 

@@ -37,7 +37,7 @@ from vomstudio.geology.fractures.scanlines import (
 )
 from vomstudio.geology.fractures.trace_plane import TracePlane, trace_azimuths_deg
 from vomstudio.geology.fractures.windows import (
-    MAX_SHARE_BEYOND,
+    MAX_UNMAPPED_SHARE,
     CircleEstimates,
     IntensityAtSize,
     circle_estimates,
@@ -199,7 +199,7 @@ class MappedNetwork:
     region: SamplingRegion
     pieces: TracePieces
     sets: tuple[str, ...]
-    set_rows: IntArray
+    set_indices: IntArray
     y_axis: Literal["N", "y", "up"] = "N"
 
 
@@ -257,7 +257,7 @@ def fracture_network(
             findings.append(
                 Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
             )
-    names, set_rows = _set_rows(sets, len(lines))
+    names, set_indices = _set_indices(sets, len(lines))
     size = None if area is None else float(shapely.area(area))
     spacing = None
     if crossings is not None:
@@ -282,7 +282,7 @@ def fracture_network(
         mended=nodes.mended,
         snap_m=snap_m,
         length=describe_lengths(pieces, area),
-        sets=_sets(names, set_rows, pieces, area, crossings, terzaghi_cap, plane),
+        sets=_describe_sets(names, set_indices, pieces, area, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
         circle=None
         if sampling_region.circle is None
@@ -297,13 +297,13 @@ def fracture_network(
         ),
         plane=plane,
     )
-    return MappedNetwork(network, sampling_region, pieces, names, set_rows[pieces.trace])
+    return MappedNetwork(network, sampling_region, pieces, names, set_indices[pieces.trace])
 
 
 def _coverage_note(lines: ObjectArray, area: Any) -> list[Finding]:
     """Report that a large part of the area may not have been mapped."""
     outside_share = 0.0 if area is None else share_outside_hull(lines, area)
-    if outside_share <= MAX_SHARE_BEYOND:
+    if outside_share <= MAX_UNMAPPED_SHARE:
         return []
     return [Finding("fractures.area-beyond-traces", share_percent=100.0 * outside_share)]
 
@@ -322,16 +322,16 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
     -------
     TraceLengths
     """
-    lengths, cut = pieces.lengths(), pieces.is_cut.sum(axis=1)
+    lengths, cut_counts = pieces.lengths(), pieces.is_cut.sum(axis=1)
     n = len(lengths)
     if not n:
-        reason_empty = Finding("fractures.no-traces")
-        return TraceLengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason_empty)
-    window = None if area is None or not cut.any() else fit_window(pieces, area)
-    uncorrected = fit_laws(lengths, cut)
-    fits = uncorrected if window is None else fit_laws(lengths, cut, window)
-    mean = mean_length_from_ends(lengths, cut.astype(np.float64))
-    km_mean, km_median = kaplan_meier(lengths, cut > 0)
+        empty_reason = Finding("fractures.no-traces")
+        return TraceLengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), empty_reason)
+    window = None if area is None or not cut_counts.any() else fit_window(pieces, area)
+    uncorrected = fit_laws(lengths, cut_counts)
+    fits = uncorrected if window is None else fit_laws(lengths, cut_counts, window)
+    mean = mean_length_from_ends(lengths, cut_counts.astype(np.float64))
+    km_mean, km_median = kaplan_meier(lengths, cut_counts > 0)
     best_fit = fits[0] if fits else None
     reason = None
     if best_fit is None:
@@ -342,7 +342,7 @@ def describe_lengths(pieces: TracePieces, area: Any = None) -> TraceLengths:
         mean_95_m=_limits(mean) if mean else (None, None),
         naive_mean_m=float(lengths.mean()),
         longest_m=float(lengths.max()),
-        censored_share=float((cut > 0).mean()),
+        censored_share=float((cut_counts > 0).mean()),
         kaplan_meier_mean_m=km_mean,
         kaplan_meier_median_m=km_median,
         distribution=best_fit.distribution if best_fit else None,
@@ -414,13 +414,13 @@ def _warnings(
     warnings = []
     if not len(pieces):
         warnings.append(Finding("fractures.no-traces"))
-    self_crossing = np.flatnonzero(~shapely.is_simple(lines))
-    if len(self_crossing):
+    self_crossing_rows = np.flatnonzero(~shapely.is_simple(lines))
+    if len(self_crossing_rows):
         warnings.append(
             Finding(
                 "fractures.self-crossing",
-                count=len(self_crossing),
-                rows=(self_crossing + 1).tolist(),
+                count=len(self_crossing_rows),
+                rows=(self_crossing_rows + 1).tolist(),
             )
         )
     if overlaps:
@@ -430,13 +430,13 @@ def _warnings(
     return warnings
 
 
-def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densities:
+def trace_densities(pieces: TracePieces, is_member: BoolArray, area: Any) -> Densities:
     """Return the densities of the pieces of one set in an area.
 
     Parameters
     ----------
     pieces : TracePieces
-    members : (n,) ndarray of bool
+    is_member : (n,) ndarray of bool
         True for pieces of the set.
     area : shapely Polygon
 
@@ -449,13 +449,13 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
     if area is None:
         return Densities()
     size = float(shapely.area(area))
-    lengths = pieces.lengths()[members]
-    ends = 2.0 - pieces.is_cut[members].sum(axis=1)
+    lengths = pieces.lengths()[is_member]
+    ends = 2.0 - pieces.is_cut[is_member].sum(axis=1)
     if not len(lengths):
         empty = empty_interval(size)
         return Densities(0.0, empty, 0.0, empty, 0.0, (0.0, None), 1.0)
-    rows = np.unique(pieces.trace[members], return_inverse=True)[1]
-    centres = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
+    rows = np.unique(pieces.trace[is_member], return_inverse=True)[1]
+    centres = shapely.get_coordinates(shapely.centroid(pieces.lines[is_member]))
     # The pieces of a trace are counted once, at their mean position.
     positions = np.stack([np.bincount(rows, xy) for xy in centres.T], axis=-1).astype(np.float64)
     positions /= np.bincount(rows)[:, None]
@@ -466,15 +466,21 @@ def trace_densities(pieces: TracePieces, members: BoolArray, area: Any) -> Densi
         interval = density_interval(weights_by_trace, size, dispersion)
         return float(weights.sum()) / size, interval, dispersion
 
-    number, number_95, _ = density(np.ones(len(lengths)))
+    trace_density, trace_density_95, _ = density(np.ones(len(lengths)))
     node_density, node_density_95, _ = density(ends / 2.0)
     intensity, intensity_95, dispersion = density(lengths)
     return Densities(
-        number, number_95, node_density, node_density_95, intensity, intensity_95, dispersion
+        trace_density,
+        trace_density_95,
+        node_density,
+        node_density_95,
+        intensity,
+        intensity_95,
+        dispersion,
     )
 
 
-def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntArray]:
+def _set_indices(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntArray]:
     """Return the set names in order of appearance (unassigned last) and the set of each trace."""
     if sets is None:
         return ("all",), np.zeros(n, np.int64)
@@ -487,24 +493,24 @@ def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntA
     return tuple(names), np.array([row[name] for name in set_names], np.int64)
 
 
-def _sets(
+def _describe_sets(
     names: tuple[str, ...],
-    set_rows: IntArray,
+    set_indices: IntArray,
     pieces: TracePieces,
     area: Any,
     crossings: Crossings | None,
-    max_correction: float | None,
+    max_weight: float | None,
     plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
     azimuth, lengths = trace_azimuths_deg(trace_directions(pieces), plane), pieces.lengths()
-    set_of_piece = set_rows[pieces.trace]
+    piece_sets = set_indices[pieces.trace]
     figures = []
     for i, name in enumerate(names):
-        is_member = set_of_piece == i
+        is_member = piece_sets == i
         strike, resultant = axial_mean_deg(azimuth[is_member], lengths[is_member])
         spacing = None
         if crossings is not None:
-            spacing = measure_spacing(crossings, set_rows[crossings.trace] == i, max_correction)
+            spacing = measure_spacing(crossings, set_indices[crossings.trace] == i, max_weight)
         densities = trace_densities(pieces, is_member, area)
         figures.append(
             FractureSet(

@@ -115,11 +115,11 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
 
     tolerance = max(snap_m, pieces.rounding_m)
     ends = pieces.ends().reshape(-1, 2)
-    cut = pieces.is_cut.ravel().copy()
+    is_cut = pieces.is_cut.ravel().copy()
     piece = np.repeat(np.arange(len(pieces)), 2)
     is_closed = np.asarray(shapely.is_closed(pieces.lines))
     tree = shapely.STRtree(pieces.lines)
-    free_rows = np.flatnonzero(~cut & ~is_closed[piece])
+    free_rows = np.flatnonzero(~is_cut & ~is_closed[piece])
     touching_ends = _find_touching_ends(tree, pieces.lines, ends, piece, free_rows, tolerance)
     crossing, pair, overlaps = _find_crossings(tree, pieces.lines)
     group, node_count = _group_nodes(
@@ -132,22 +132,22 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
         piece,
         pair,
         touching_ends,
-        _crossings_at_cut_ends(crossing, ends[cut], tolerance),
+        _crossings_at_cut_ends(crossing, ends[is_cut], tolerance),
     )
-    positions = _node_places(group, node_count, ends[free_rows], crossing)
+    positions = _node_positions(group, node_count, ends[free_rows], crossing)
     is_inner = ~is_edge
     counts = NodeCounts(
         I=int(np.sum(degree[is_inner] == 1)),
         Y=int(np.sum(degree[is_inner] == 3)),
         X=int(np.sum(degree[is_inner] == 4)),
-        E=int(cut.sum()),
+        E=int(is_cut.sum()),
         L=int(np.sum(degree[is_inner] == 2)),
         other=int(np.sum(degree[is_inner] > 4)),
     )
-    snapped = _snapped_ends(pieces, ends, piece, touching_ends, pair) + _snapped_edges(
-        pieces, ends, piece, cut, area
+    snapped_ends = _snapped_ends(pieces, ends, piece, touching_ends, pair) + _ends_snapped_to_edge(
+        pieces, ends, piece, is_cut, area
     )
-    return Nodes(counts, tuple(snapped), positions[is_inner], degree[is_inner], overlaps)
+    return Nodes(counts, tuple(snapped_ends), positions[is_inner], degree[is_inner], overlaps)
 
 
 def _find_touching_ends(
@@ -175,18 +175,18 @@ def _find_crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntAr
     """Return the crossings of pieces: points (m, 2), piece rows (m, 2) and number of overlaps."""
     import shapely
 
-    first_lines, second_lines = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
-    is_ordered = first_lines < second_lines
-    first_lines, second_lines = first_lines[is_ordered], second_lines[is_ordered]
+    first_rows, second_rows = tree.query(lines, predicate="intersects")  # type: ignore[attr-defined]
+    is_ordered = first_rows < second_rows
+    first_rows, second_rows = first_rows[is_ordered], second_rows[is_ordered]
     parts, pair_row = shapely.get_parts(
-        shapely.intersection(lines[first_lines], lines[second_lines]), return_index=True
+        shapely.intersection(lines[first_rows], lines[second_rows]), return_index=True
     )
-    point = shapely.get_type_id(parts) == 0
-    n_overlaps = len(np.unique(pair_row[~point]))
-    positions = shapely.get_coordinates(parts[point]).reshape(-1, 2)
+    is_point = shapely.get_type_id(parts) == 0
+    n_overlaps = len(np.unique(pair_row[~is_point]))
+    positions = shapely.get_coordinates(parts[is_point]).reshape(-1, 2)
     return (
         positions,
-        np.stack([first_lines[pair_row[point]], second_lines[pair_row[point]]], axis=1).astype(
+        np.stack([first_rows[pair_row[is_point]], second_rows[pair_row[is_point]]], axis=1).astype(
             np.int64
         ),
         n_overlaps,
@@ -213,12 +213,12 @@ def _group_nodes(
     points = np.vstack([ends[free_indices], crossing])
     links = [cKDTree(points).query_pairs(tolerance, output_type="ndarray").reshape(-1, 2)]
     # An end that overshoots a trace belongs to their crossing.
-    place_of = np.full(len(ends), -1, np.int64)
-    place_of[free_indices] = np.arange(len(free_indices))
+    free_end_rows = np.full(len(ends), -1, np.int64)
+    free_end_rows[free_indices] = np.arange(len(free_indices))
     crossings_by_pair: dict[tuple[int, int], list[int]] = {}
     for row, (first_piece, second_piece) in enumerate(pair.tolist()):
         crossings_by_pair.setdefault((first_piece, second_piece), []).append(row)
-    added_nodes = []
+    added_links = []
     for end, touched_piece in zip(
         touching_ends.end.tolist(), touching_ends.other_piece.tolist(), strict=True
     ):
@@ -227,8 +227,8 @@ def _group_nodes(
             (min(end_piece, touched_piece), max(end_piece, touched_piece)), ()
         ):
             if np.hypot(*(crossing[row] - ends[end])) <= MAX_OFFSET_RATIO * tolerance:
-                added_nodes.append((place_of[end], len(free_indices) + row))
-    links.append(np.asarray(added_nodes, np.int64).reshape(-1, 2))
+                added_links.append((free_end_rows[end], len(free_indices) + row))
+    links.append(np.asarray(added_links, np.int64).reshape(-1, 2))
     edges = np.vstack(links)
     graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
     n_nodes, group = connected_components(graph, directed=False)
@@ -257,24 +257,26 @@ def _count_branches(
     edge_crossings: IntArray,
 ) -> tuple[IntArray, BoolArray]:
     """Return the number of branches (count,) at each node, and which nodes are on the edge."""
-    n_free = len(free_indices)
+    n_free_ends = len(free_indices)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
-    end_node[free_indices] = group[:n_free]
+    end_node[free_indices] = group[:n_free_ends]
     # Count each piece once at each of its nodes.
     nodes = np.concatenate(
-        [group[:n_free], np.repeat(group[n_free:], 2), end_node[touching_ends.end]]
+        [group[:n_free_ends], np.repeat(group[n_free_ends:], 2), end_node[touching_ends.end]]
     )
     involved_pieces = np.concatenate([piece[free_indices], pair.ravel(), touching_ends.other_piece])
     node_pieces = np.unique(np.stack([nodes, involved_pieces], axis=1), axis=0)
-    ends_here = np.unique(np.stack([group[:n_free], piece[free_indices]], axis=1), axis=0)
+    node_ends = np.unique(np.stack([group[:n_free_ends], piece[free_indices]], axis=1), axis=0)
     passing_counts = np.bincount(node_pieces[:, 0], minlength=count)
-    ending_counts = np.bincount(ends_here[:, 0], minlength=count)
+    ending_counts = np.bincount(node_ends[:, 0], minlength=count)
     is_edge = np.zeros(count, np.bool_)
-    is_edge[group[n_free:][edge_crossings]] = True
+    is_edge[group[n_free_ends:][edge_crossings]] = True
     return (2 * passing_counts - ending_counts).astype(np.int64), is_edge
 
 
-def _node_places(group: IntArray, count: int, ends: FloatArray, crossing: FloatArray) -> FloatArray:
+def _node_positions(
+    group: IntArray, count: int, ends: FloatArray, crossing: FloatArray
+) -> FloatArray:
     points = np.vstack([ends, crossing]) if count else np.zeros((0, 2))
     size = np.bincount(group, minlength=count)
     return np.stack([np.bincount(group, points[:, i], count) / size for i in (0, 1)], axis=1)
@@ -287,7 +289,7 @@ def _snapped_ends(
     touching_ends: _TouchingEnds,
     pair: IntArray,
 ) -> list[SnappedEnd]:
-    crossed = set(map(tuple, pair.tolist()))
+    crossing_pairs = set(map(tuple, pair.tolist()))
     nearest_ends: dict[int, tuple[float, int]] = {}
     for end, touched_piece, distance in zip(
         touching_ends.end.tolist(),
@@ -300,7 +302,10 @@ def _snapped_ends(
     snapped_ends = []
     for end, (distance, touched_piece) in sorted(nearest_ends.items()):
         end_piece = int(piece[end])
-        is_crossed = (min(end_piece, touched_piece), max(end_piece, touched_piece)) in crossed
+        is_crossed = (
+            min(end_piece, touched_piece),
+            max(end_piece, touched_piece),
+        ) in crossing_pairs
         snapped_ends.append(
             SnappedEnd(
                 "overshoot" if is_crossed else "gap",
@@ -314,7 +319,7 @@ def _snapped_ends(
     return snapped_ends
 
 
-def _snapped_edges(
+def _ends_snapped_to_edge(
     pieces: TracePieces, ends: FloatArray, piece: IntArray, is_cut: BoolArray, area: object
 ) -> list[SnappedEnd]:
     import shapely

@@ -109,7 +109,7 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     )
 
 
-def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> TracePieces:
+def clip_traces(lines: ObjectArray, area: Any = None, edge_tolerance_m: float = 0.0) -> TracePieces:
     """Clip traces to the area in which they are counted.
 
     A trace that leaves the area and re-enters it becomes two pieces.
@@ -120,7 +120,7 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
         Coordinates in metres.
     area : shapely polygon, optional
         If None, everything was mapped.
-    edge_m : float
+    edge_tolerance_m : float
         Maximum distance of an end from the edge for it to be treated as lying on the edge, m.
 
     Returns
@@ -134,11 +134,11 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     if area is None:
         return TracePieces(lines, rows, np.zeros((len(lines), 2), np.bool_), rounding)
     shapely.prepare(area)
-    inside = np.asarray(shapely.covered_by(lines, area))
-    crossing = np.flatnonzero(~inside & shapely.intersects(lines, area))
-    parts, part_rows = _clip_lines(lines[crossing], area)
-    clipped_lines = np.concatenate([lines[inside], parts])
-    trace = np.concatenate([rows[inside], crossing[part_rows]])
+    is_inside = np.asarray(shapely.covered_by(lines, area))
+    crossing_rows = np.flatnonzero(~is_inside & shapely.intersects(lines, area))
+    parts, part_rows = _clip_lines(lines[crossing_rows], area)
+    clipped_lines = np.concatenate([lines[is_inside], parts])
+    trace = np.concatenate([rows[is_inside], crossing_rows[part_rows]])
     order = np.argsort(trace, kind="stable")
     pieces = TracePieces(
         clipped_lines[order], trace[order], np.zeros((len(clipped_lines), 2), np.bool_), rounding
@@ -146,7 +146,7 @@ def clip_traces(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Tr
     edge = shapely.boundary(area)
     shapely.prepare(edge)
     positions = shapely.points(pieces.ends())
-    is_cut = np.asarray(shapely.dwithin(edge, positions, max(edge_m, rounding)), np.bool_)
+    is_cut = np.asarray(shapely.dwithin(edge, positions, max(edge_tolerance_m, rounding)), np.bool_)
     return replace(pieces, is_cut=is_cut.reshape(-1, 2))
 
 
@@ -176,18 +176,18 @@ def _clip_lines(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
     import shapely
 
     is_simple = np.asarray(shapely.is_simple(lines))
-    inside = shapely.intersection(lines[is_simple], area)
+    clipped_lines = shapely.intersection(lines[is_simple], area)
     # Join the two ends of a closed trace.
-    ring = np.asarray(shapely.is_ring(lines[is_simple]))
-    inside[ring] = shapely.line_merge(inside[ring])
-    parts, line_row = shapely.get_parts(inside, return_index=True)
+    is_ring = np.asarray(shapely.is_ring(lines[is_simple]))
+    clipped_lines[is_ring] = shapely.line_merge(clipped_lines[is_ring])
+    parts, line_row = shapely.get_parts(clipped_lines, return_index=True)
     is_line = (shapely.get_type_id(parts) == 1) & (shapely.length(parts) > 0)
-    parts_by_segment, line_by_segment = _clip_by_segments(lines[~is_simple], area)
+    rejoined_parts, rejoined_rows = _clip_by_segments(lines[~is_simple], area)
     rows = [
         np.flatnonzero(is_simple)[line_row[is_line]],
-        np.flatnonzero(~is_simple)[line_by_segment],
+        np.flatnonzero(~is_simple)[rejoined_rows],
     ]
-    return np.concatenate([parts[is_line], parts_by_segment]), np.concatenate(rows)
+    return np.concatenate([parts[is_line], rejoined_parts]), np.concatenate(rows)
 
 
 def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
@@ -209,18 +209,22 @@ def _clip_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntAr
     is_backward = position[:, 0] > position[:, 1]
     ends[is_backward] = ends[is_backward][:, ::-1]
     order = np.lexsort((position.min(axis=1), segment_row))
-    ends, owner = ends[order], line[segment_row[order]]
+    ends, line_indices = ends[order], line[segment_row[order]]
     joined_lines: list[Any] = []
-    joined_line: list[int] = []
+    joined_line_indices: list[int] = []
     begin = 0
     for i in range(1, len(ends) + 1):
-        if i < len(ends) and owner[i] == owner[i - 1] and (ends[i, 0] == ends[i - 1, 1]).all():
+        if (
+            i < len(ends)
+            and line_indices[i] == line_indices[i - 1]
+            and (ends[i, 0] == ends[i - 1, 1]).all()
+        ):
             continue
         run = ends[begin:i]
         if len(run):
             joined_lines.append(shapely.linestrings(np.vstack([run[0, :1], run[:, 1]])))
-            joined_line.append(int(owner[begin]))
+            joined_line_indices.append(int(line_indices[begin]))
         begin = i
     lines_inside = np.empty(len(joined_lines), np.object_)
     lines_inside[:] = joined_lines
-    return lines_inside, np.asarray(joined_line, np.int64)
+    return lines_inside, np.asarray(joined_line_indices, np.int64)

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.geology.fractures.intervals import (
-    MIN_DISPERSION_PARTS,
+    MIN_DISPERSION_COUNT,
     UNKNOWN_INTERVAL,
     Interval,
     are_regular,
@@ -31,7 +31,7 @@ class Crossings:
     ----------
     trace, scanline : (n,) ndarray of int
         Row indices.
-    along_m : (n,) ndarray
+    position_m : (n,) ndarray
         Distance from the start of the scanline, m.
     angle_deg : (n,) ndarray
         Acute angle between the trace and the scanline, degrees.
@@ -47,7 +47,7 @@ class Crossings:
 
     trace: IntArray
     scanline: IntArray
-    along_m: FloatArray
+    position_m: FloatArray
     angle_deg: FloatArray
     weight: FloatArray
     lengths_m: FloatArray
@@ -104,7 +104,7 @@ class Spacing:
 
 
 def find_crossings(
-    lines: ObjectArray, scanlines: ObjectArray, max_correction: float | None = None
+    lines: ObjectArray, scanlines: ObjectArray, max_weight: float | None = None
 ) -> Crossings:
     """Find the crossings of traces with scanlines.
 
@@ -116,7 +116,7 @@ def find_crossings(
         Traces, as shapely lines.
     scanlines : (k,) ndarray of object
         Shapely lines.
-    max_correction : float, optional
+    max_weight : float, optional
         Maximum weight. If None, weights are not limited.
 
     Returns
@@ -132,8 +132,8 @@ def find_crossings(
     distances_before = np.zeros(len(starts))
     steps = np.hypot(*(ends - starts).T)
     for k in range(len(scanlines)):
-        is_on_line = np.flatnonzero(line == k)
-        distances_before[is_on_line] = np.cumsum(steps[is_on_line]) - steps[is_on_line]
+        line_rows = np.flatnonzero(line == k)
+        distances_before[line_rows] = np.cumsum(steps[line_rows]) - steps[line_rows]
     part, segment = shapely.STRtree(traces).query(parts, predicate="intersects")
     intersection_points = shapely.intersection(parts[part], traces[segment])
     is_point = shapely.get_type_id(intersection_points) == 0
@@ -165,9 +165,9 @@ def find_crossings(
     )
     weight = 1.0 / np.maximum(sine, 1e-12)
     capped_count = 0
-    if max_correction is not None:
-        capped_count = int(np.sum(weight > max_correction))
-        weight = np.minimum(weight, max_correction)
+    if max_weight is not None:
+        capped_count = int(np.sum(weight > max_weight))
+        weight = np.minimum(weight, max_weight)
     return Crossings(
         trace,
         scanline,
@@ -181,24 +181,24 @@ def find_crossings(
 
 
 def measure_spacing(
-    crossings: Crossings, members: BoolArray, max_correction: float | None = None
+    crossings: Crossings, is_member: BoolArray, max_weight: float | None = None
 ) -> Spacing:
     """Measure the spacing of the crossings of one set.
 
     Parameters
     ----------
     crossings : Crossings
-    members : (n,) ndarray of bool
+    is_member : (n,) ndarray of bool
         True for crossings of the set.
-    max_correction : float, optional
+    max_weight : float, optional
         Maximum weight. If None, weights are not limited.
 
     Returns
     -------
     Spacing
     """
-    line, line_distances = crossings.scanline[members], crossings.along_m[members]
-    sine = np.sin(np.radians(crossings.angle_deg[members]))
+    line, line_distances = crossings.scanline[is_member], crossings.position_m[is_member]
+    sine = np.sin(np.radians(crossings.angle_deg[is_member]))
     is_same = line[1:] == line[:-1]
     gaps = (line_distances[1:] - line_distances[:-1])[is_same]
     true_gaps = gaps * ((sine[1:] + sine[:-1]) / 2)[is_same]
@@ -206,34 +206,34 @@ def measure_spacing(
     true_mean = float(true_gaps.mean()) if len(true_gaps) else None
     std = float(gaps.std(ddof=1)) if len(gaps) > 1 else None
     cv = std / mean if std is not None and mean else None
-    trace, weights = crossings.trace[members], crossings.weight[members]
+    trace, weights = crossings.trace[is_member], crossings.weight[is_member]
     size = crossings.length_m
-    frequency, mean_95, dispersion = _intervals(crossings, members, gaps, cv)
+    frequency_95, mean_95, dispersion = _intervals(crossings, is_member, gaps, cv)
     ratio = true_mean / mean if true_mean is not None and mean else None
     weights_by_trace = np.bincount(trace, weights).astype(np.float64)
     return Spacing(
         n=len(line_distances),
         gaps=len(gaps),
         P10_1_per_m=len(line_distances) / size,
-        P10_95_1_per_m=frequency,
+        P10_95_1_per_m=frequency_95,
         mean_m=mean,
         mean_95_m=mean_95,
         std_m=std,
         cv=cv,
         true_mean_m=true_mean,
-        true_mean_95_m=_scale(mean_95, ratio),
+        true_mean_95_m=_scale_interval(mean_95, ratio),
         P21_1_per_m=float(weights.sum()) / size,
         P21_95_1_per_m=density_interval(weights_by_trace, size, max(dispersion, 1.0)),
         dispersion=dispersion,
         capped=0
-        if max_correction is None
-        else int(np.sum(1.0 / np.maximum(sine, 1e-12) > max_correction * (1 + 1e-12))),
+        if max_weight is None
+        else int(np.sum(1.0 / np.maximum(sine, 1e-12) > max_weight * (1 + 1e-12))),
     )
 
 
 def _intervals(
     crossings: Crossings,
-    members: BoolArray,
+    is_member: BoolArray,
     gaps: FloatArray,
     coefficient_of_variation: float | None,
 ) -> tuple[Interval, Interval, float]:
@@ -244,14 +244,14 @@ def _intervals(
     1962, Renewal theory).
     """
     line, line_distances, size = (
-        crossings.scanline[members],
-        crossings.along_m[members],
+        crossings.scanline[is_member],
+        crossings.position_m[is_member],
         crossings.length_m,
     )
     n, lines = len(line_distances), len(crossings.lengths_m)
     if not n:
         return empty_interval(size), UNKNOWN_INTERVAL, 1.0
-    weights = crossings_per_trace(crossings.trace[members])
+    weights = crossings_per_trace(crossings.trace[is_member])
     # Parallel scanlines cross the same traces again, which does not add information.
     repeats = float(np.sum(weights**2)) / n
     if coefficient_of_variation is not None and are_regular(gaps, repeats):
@@ -261,11 +261,11 @@ def _intervals(
         # Each line starts and ends at a random position between two traces.
         dispersion = coefficient_of_variation**2 + lines / (6.0 * n)
         error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(dof), dof)
-        frequency = max(n - error, 0.0) / size, (n + error) / size
-        return frequency, (mean * math.exp(-half_width), mean * math.exp(half_width)), dispersion
+        frequency_95 = max(n - error, 0.0) / size, (n + error) / size
+        return frequency_95, (mean * math.exp(-half_width), mean * math.exp(half_width)), dispersion
     distances_before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
     dispersion = line_dispersion(distances_before[line] + line_distances, size)
-    if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_PARTS:
+    if coefficient_of_variation is not None and len(gaps) >= MIN_DISPERSION_COUNT:
         dispersion = max(dispersion, coefficient_of_variation**2)
     low, high = density_interval(weights, size, dispersion)
     if not len(gaps) or not low or not high:
@@ -273,7 +273,7 @@ def _intervals(
     return (low, high), (1.0 / high, 1.0 / low), dispersion
 
 
-def _scale(interval: Interval, factor: float | None) -> Interval:
+def _scale_interval(interval: Interval, factor: float | None) -> Interval:
     low, high = interval
     if low is None or high is None or factor is None:
         return UNKNOWN_INTERVAL

@@ -18,7 +18,7 @@ from vomstudio.geometry.view_frame import ViewFrame
 
 MIN_DIP_DEG = 20.0
 """Lines with a flatter best-fit plane are treated as a map, which shortens them by up to 6 %."""
-MIN_CLIMB = 0.2
+MIN_RELIEF_RATIO = 0.2
 """Minimum height difference along three-dimensional lines, as a fraction of their length."""
 MIN_STEP_RATIO = 2.0
 MIN_FLATNESS = 3.0
@@ -101,11 +101,11 @@ class TracePlane:
     azimuths_from: Literal["up", "north"]
 
     @classmethod
-    def through(cls, plane: Plane, lines: Sequence[FloatArray]) -> TracePlane:
+    def from_attitude(cls, plane: Plane, lines: Sequence[FloatArray]) -> TracePlane:
         """Return the plane of a given attitude through the centroid of World lines (k, 3)."""
         points = np.concatenate(lines)
         normal = plane.normal()
-        frame = ViewFrame.looking(0.0 - normal)
+        frame = ViewFrame.from_direction(0.0 - normal)
         up = 0.0 - frame.down
         centre = points.mean(axis=0)
         distance = (points - centre) @ normal
@@ -115,20 +115,20 @@ class TracePlane:
         elif plane.vertical:
             # On a vertical plane, y is the height.
             origin = np.array([centre[0], centre[1], 0.0])
-        length_in_space = sum(float(_lengths(line).sum()) for line in lines)
+        true_length = sum(float(_lengths(line).sum()) for line in lines)
         plane_axes = np.stack([frame.right, up])
-        length_on_plane = sum(float(_lengths(line @ plane_axes.T).sum()) for line in lines)
+        projected_length = sum(float(_lengths(line @ plane_axes.T).sum()) for line in lines)
         return cls(
             dip_direction_deg=plane.dip_direction_deg,
             dip_deg=plane.dip_deg,
-            origin=_triple(origin),
-            right=_triple(frame.right),
-            up=_triple(up),
+            origin=_to_triple(origin),
+            right=_to_triple(frame.right),
+            up=_to_triple(up),
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
             # Rounding must not make the value negative.
-            shortening_percent=max(100.0 * (1.0 - length_on_plane / length_in_space), 0.0)
-            if length_in_space > 0
+            shortening_percent=max(100.0 * (1.0 - projected_length / true_length), 0.0)
+            if true_length > 0
             else 0.0,
             azimuths_from="north" if plane.dip_deg < MAX_STRIKE_DIP_DEG else "up",
         )
@@ -221,7 +221,7 @@ class TracePlane:
 
         if self.is_horizontal:
             return _drop_heights(shapes)
-        placed_shapes = shapes.copy()
+        moved_shapes = shapes.copy()
         for i, shape in enumerate(shapes):
             if shape is None or shape.is_empty:
                 continue
@@ -229,13 +229,13 @@ class TracePlane:
             is_level = bool(np.ptp(z) == 0) if np.isfinite(z).all() else None
             is_within_heights = is_level is not None and heights[0] <= z[0] <= heights[1]
             if is_level is None or (is_level and (option == "area" or not is_within_heights)):
-                placed_shapes[i] = self._move_onto_plane(shape, option)
+                moved_shapes[i] = self._move_onto_plane(shape, option)
             else:
                 projected_shape = shapely.force_3d(self.project(shapes[i : i + 1])[0])
                 min_extent = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
                 if _extent(projected_shape, option) < min_extent:
-                    raise self._edge_on(option)
-        return self.project(placed_shapes)
+                    raise self._edge_on_error(option)
+        return self.project(moved_shapes)
 
     def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
         """Project a circle from the World frame onto the plane.
@@ -276,11 +276,11 @@ class TracePlane:
 
     def _heights(self, xy: FloatArray, option: str) -> FloatArray:
         if self.dip_deg > MAX_MAP_DIP_DEG:
-            raise self._edge_on(option)
+            raise self._edge_on_error(option)
         (a, b, c), (x, y, z) = self.normal, self.origin
         return np.asarray(z - (a * (xy[:, 0] - x) + b * (xy[:, 1] - y)) / c)
 
-    def _edge_on(self, option: str) -> GeometryError:
+    def _edge_on_error(self, option: str) -> GeometryError:
         finding = Finding("lines.edge-on", option=option, plane=self.name)
         return GeometryError(finding, field=f"--{option}")
 
@@ -336,20 +336,20 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     counts = np.array([len(line) for line in lines])
     first_rows = np.cumsum(counts) - counts
     offsets = points - np.repeat(points[first_rows], counts, axis=0)
-    rises = np.maximum.reduceat(np.abs(offsets[:, 2]), first_rows)
+    height_ranges = np.maximum.reduceat(np.abs(offsets[:, 2]), first_rows)
     lengths = np.maximum.reduceat(np.linalg.norm(offsets, axis=1), first_rows)
-    is_climbing = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
-    if not is_climbing and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first_rows)):
+    has_relief = bool(height_ranges.sum() >= MIN_RELIEF_RATIO * lengths.sum() > 0)
+    if not has_relief and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first_rows)):
         return None
     sizes, axes = _axes(points)
-    if is_climbing and _is_straight(sizes):
+    if has_relief and _is_straight(sizes):
         raise _no_plane_error()
     plane = Plane.from_normal(axes[2])
     if plane.dip_deg < MIN_DIP_DEG:
-        return TracePlane.through(Plane(0.0, 0.0), lines) if is_climbing else None
-    if not is_climbing and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
+        return TracePlane.from_attitude(Plane(0.0, 0.0), lines) if has_relief else None
+    if not has_relief and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
         return None
-    return TracePlane.through(plane, lines)
+    return TracePlane.from_attitude(plane, lines)
 
 
 def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolArray]:
@@ -364,7 +364,7 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     vertices : list of (k, 3) arrays
         One array for each part of an open line; closed lines are included only if all lines are
         closed.
-    lacks_heights : (n,) array of bool
+    has_missing_heights : (n,) array of bool
     """
     import shapely
 
@@ -372,29 +372,29 @@ def vertices_with_heights(shapes: ObjectArray) -> tuple[list[FloatArray], BoolAr
     points, row = shapely.get_coordinates(shapes[line_rows], include_z=True, return_index=True)
     is_finite = np.isfinite(points)
     is_usable = is_finite[:, :2].all(axis=1)
-    lacks_heights = np.zeros(len(shapes), np.bool_)
-    lacks_heights[line_rows[row[is_usable & ~is_finite[:, 2]]]] = True
+    has_missing_heights = np.zeros(len(shapes), np.bool_)
+    has_missing_heights[line_rows[row[is_usable & ~is_finite[:, 2]]]] = True
     if not is_finite[:, 2].any():
-        return [], lacks_heights
+        return [], has_missing_heights
     parts, part_rows = shapely.get_parts(shapes[line_rows], return_index=True)
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
-    is_invalid = _mask_of_rows(part, ~np.isfinite(points).all(axis=1), len(parts))
+    is_invalid = _mask_from_rows(part, ~np.isfinite(points).all(axis=1), len(parts))
     lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
     line_ids = np.unique(part)
     usable_lines = [
         line
         for line, number in zip(lines, line_ids, strict=True)
-        if not is_invalid[number] and not lacks_heights[line_rows[part_rows[number]]]
+        if not is_invalid[number] and not has_missing_heights[line_rows[part_rows[number]]]
     ]
     is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
     if any(is_open):
         usable_lines = [
             line for line, is_used in zip(usable_lines, is_open, strict=True) if is_used
         ]
-    return usable_lines, lacks_heights
+    return usable_lines, has_missing_heights
 
 
-def _mask_of_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
+def _mask_from_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
     has_flag = np.zeros(count, np.bool_)
     has_flag[row[flags]] = True
     return has_flag
@@ -430,19 +430,19 @@ def _extent(shape: Any, option: str) -> float:
     """Return the area within the rings of a shape with heights, or the length of its lines."""
     import shapely
 
-    total_length = 0.0
+    extent = 0.0
     for part in shapely.get_parts(shape):
         ring = part.exterior if part.geom_type == "Polygon" else part
         points = shapely.get_coordinates(ring, include_z=True)
         if option == "area":
             centred_points = points - points.mean(axis=0)
-            total_length += (
+            extent += (
                 float(np.linalg.norm(np.cross(centred_points[:-1], centred_points[1:]).sum(axis=0)))
                 / 2
             )
         else:
-            total_length += float(_lengths(points).sum())
-    return total_length
+            extent += float(_lengths(points).sum())
+    return extent
 
 
 def _drop_heights(shapes: Any) -> ObjectArray:
@@ -456,6 +456,6 @@ def _lengths(points: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def _triple(vector: FloatArray) -> tuple[float, float, float]:
+def _to_triple(vector: FloatArray) -> tuple[float, float, float]:
     x, y, z = (float(v) + 0.0 for v in vector)
     return x, y, z

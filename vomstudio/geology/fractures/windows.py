@@ -12,8 +12,8 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.fractures.length_laws import Parameter, Window
 from vomstudio.geology.fractures.pieces import TracePieces, line_segments
 
-N_SIZES, MAX_PLACES = 8, 64
-MAX_SHARE_BEYOND = 0.2
+N_SIZES, MAX_CIRCLES = 8, 64
+MAX_UNMAPPED_SHARE = 0.2
 """Maximum share of an area beyond the outermost traces that is not reported."""
 Z95 = 1.959963984540054
 
@@ -97,15 +97,18 @@ def mean_length_from_ends(lengths: FloatArray, cut_ends: FloatArray) -> Paramete
     Parameter or None
         None if no end is inside the window.
     """
-    traces = (2.0 - cut_ends) / 2.0
-    total_length = float(traces.sum())
-    if total_length <= 0:
+    trace_fractions = (2.0 - cut_ends) / 2.0
+    n_complete_traces = float(trace_fractions.sum())
+    if n_complete_traces <= 0:
         return None
-    mean = float(lengths.sum()) / total_length
+    mean = float(lengths.sum()) / n_complete_traces
     if len(lengths) < 2:
         return Parameter(mean, None, None)
     n = len(lengths)
-    error = math.sqrt(n / (n - 1) * float(np.sum((lengths - mean * traces) ** 2))) / total_length
+    error = (
+        math.sqrt(n / (n - 1) * float(np.sum((lengths - mean * trace_fractions) ** 2)))
+        / n_complete_traces
+    )
     factor = math.exp(min(Z95 * error / mean, 50.0))
     return Parameter(mean, mean / factor, mean * factor)
 
@@ -204,11 +207,9 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
 
     if not len(pieces):
         return ()
-    largest_length = shapely.length(
-        shapely.maximum_inscribed_circle(area, tolerance=_tolerance(area))
-    )
-    mean_gap = float(area.area) / max(float(pieces.lengths().sum()), 1e-300)
-    radii = np.geomspace(min(2 * mean_gap, 0.25 * largest_length), 0.95 * largest_length, N_SIZES)
+    max_radius = shapely.length(shapely.maximum_inscribed_circle(area, tolerance=_tolerance(area)))
+    mean_spacing = float(area.area) / max(float(pieces.lengths().sum()), 1e-300)
+    radii = np.geomspace(min(2 * mean_spacing, 0.25 * max_radius), 0.95 * max_radius, N_SIZES)
     start, end, _ = line_segments(pieces.lines)
     tree = shapely.STRtree(shapely.linestrings(np.stack([start, end], axis=1)))
     intensities = []
@@ -246,11 +247,11 @@ def _circle_centres(area: Any, radius: float) -> FloatArray:
     """Return the centres (k, 2) of up to 64 circles that fit into the area."""
     import shapely
 
-    feasible = area.buffer(-radius)
-    if feasible.is_empty:
+    centre_area = area.buffer(-radius)
+    if centre_area.is_empty:
         return np.zeros((0, 2))
-    low_x, low_y, high_x, high_y = feasible.bounds
-    spacing = max(math.sqrt(float(feasible.area) / MAX_PLACES), 1e-9)
+    low_x, low_y, high_x, high_y = centre_area.bounds
+    spacing = max(math.sqrt(float(centre_area.area) / MAX_CIRCLES), 1e-9)
     while True:
         x, y = (
             np.linspace(low, high, max(int((high - low) / spacing), 0) + 2)[1:-1]
@@ -259,14 +260,14 @@ def _circle_centres(area: Any, radius: float) -> FloatArray:
             for low, high in ((low_x, high_x), (low_y, high_y))
         )
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        shapely.prepare(feasible)
-        centres = grid[shapely.contains_xy(feasible, grid[:, 0], grid[:, 1])]
-        if len(centres) <= MAX_PLACES:
+        shapely.prepare(centre_area)
+        centres = grid[shapely.contains_xy(centre_area, grid[:, 0], grid[:, 1])]
+        if len(centres) <= MAX_CIRCLES:
             break
         spacing *= 1.1
     if len(centres):
         return np.asarray(centres)
-    point = shapely.point_on_surface(feasible)
+    point = shapely.point_on_surface(centre_area)
     return np.array([[point.x, point.y]])
 
 
@@ -277,11 +278,11 @@ def _length_in_circle(
     segments = end - start
     length = np.hypot(*segments.T)
     unit = segments / np.maximum(length, 1e-300)[:, None]
-    to_centre = centre - start
-    midpoint = np.einsum("ij,ij->i", to_centre, unit)
-    squared_distance = np.einsum("ij,ij->i", to_centre, to_centre) - midpoint**2
+    centre_offsets = centre - start
+    chord_midpoint = np.einsum("ij,ij->i", centre_offsets, unit)
+    squared_distance = np.einsum("ij,ij->i", centre_offsets, centre_offsets) - chord_midpoint**2
     half_chord = np.sqrt(np.maximum(radius**2 - squared_distance, 0.0))
-    lengths_inside = np.minimum(midpoint + half_chord, length) - np.maximum(
-        midpoint - half_chord, 0.0
+    lengths_inside = np.minimum(chord_midpoint + half_chord, length) - np.maximum(
+        chord_midpoint - half_chord, 0.0
     )
     return np.asarray(np.where(half_chord > 0, np.maximum(lengths_inside, 0.0), 0.0))

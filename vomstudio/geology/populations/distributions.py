@@ -54,7 +54,7 @@ ELONGATION_SIGNIFICANCE = 0.05
 
 
 @dataclass(frozen=True)
-class LineFigures:
+class LineAttitude:
     """Axis in degrees: trend in [0, 360) and plunge (positive downward)."""
 
     trend_deg: float
@@ -70,7 +70,7 @@ class AxisConfidence:
 
     max_deg: float
     min_deg: float
-    toward: LineFigures
+    toward: LineAttitude
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class KentFigures:
     plunge_deg: float
     kappa: float
     beta: float
-    major: LineFigures
+    major: LineAttitude
     max_confidence95_deg: float
     min_confidence95_deg: float
     elongated_p: float
@@ -125,7 +125,7 @@ class KentFigures:
 
 
 @dataclass(frozen=True)
-class UniformityFigures:
+class UniformityTest:
     """Result of a test of uniformity: "Bingham" for axes, "Rayleigh" for directions.
 
     For fewer than 5 vectors, p is undefined (None).
@@ -137,7 +137,7 @@ class UniformityFigures:
     p: float | None
 
 
-def line_figures(vector: FloatArray) -> LineFigures:
+def line_attitude(vector: FloatArray) -> LineAttitude:
     """Return the trend and plunge of a vector treated as an axis.
 
     Parameters
@@ -149,24 +149,24 @@ def line_figures(vector: FloatArray) -> LineFigures:
     LineFigures
     """
     line = Line.from_vector(vector)
-    return LineFigures(line.trend_deg, line.plunge_deg)
+    return LineAttitude(line.trend_deg, line.plunge_deg)
 
 
-def f95(denominator_freedom: float) -> float:
+def f95(denominator_dof: float) -> float:
     """Return the 95 % quantile of F(2, bottom) in closed form.
 
     Parameters
     ----------
-    denominator_freedom : float
+    denominator_dof : float
 
     Returns
     -------
     float
     """
-    return denominator_freedom / 2.0 * math.expm1(2.0 / denominator_freedom * math.log(20.0))
+    return denominator_dof / 2.0 * math.expm1(2.0 / denominator_dof * math.log(20.0))
 
 
-def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityFigures:
+def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityTest:
     """Test unit vectors for uniformity.
 
     Parameters
@@ -189,7 +189,7 @@ def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityFigures:
         statistic = 7.5 * n * (float(np.sum(tensor**2)) - 1.0 / 3.0)
         dof, name = 5, "Bingham"
     p = chi2_tail(dof, statistic) if n >= 5 else None
-    return UniformityFigures(name, statistic, dof, p)
+    return UniformityTest(name, statistic, dof, p)
 
 
 def axes_confidence(
@@ -216,7 +216,7 @@ def axes_confidence(
     w = np.ones(n) if weights is None else weights / weights.mean()
     projections = v @ axes.T
 
-    def confidence_of_axis(i: int) -> AxisConfidence | None:
+    def axis_confidence(i: int) -> AxisConfidence | None:
         j, k = (axis_index for axis_index in range(3) if axis_index != i)
         if n < 5 or not all(
             _are_distinct(values, projections, i, axis_index, w) for axis_index in (j, k)
@@ -231,32 +231,38 @@ def axes_confidence(
         )
         influence = influence / (1.0 - np.clip(leverage, -MAX_LEVERAGE, MAX_LEVERAGE))
         dof = max(effective_number(w) - (2.0 if i == 0 else 3.0), 1.0)
-        return _confidence(influence.T @ influence / n**2, axes[[j, k]], dof)
+        return _build_axis_confidence(influence.T @ influence / n**2, axes[[j, k]], dof)
 
-    return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
+    return axis_confidence(0), axis_confidence(1), axis_confidence(2)
 
 
 def _are_distinct(
     values: FloatArray, axis_cosines: FloatArray, i: int, j: int, weights: FloatArray
 ) -> bool:
     """Return whether eigenvalues i and j differ significantly."""
-    larger_value, smaller_value = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
-    if larger_value - smaller_value < 1e-12:
+    larger_eigenvalue, smaller_eigenvalue = (
+        max(values[i], values[j]),
+        max(min(values[i], values[j]), 0.0),
+    )
+    if larger_eigenvalue - smaller_eigenvalue < 1e-12:
         return False
     length = np.average((axis_cosines[:, i] ** 2 + axis_cosines[:, j] ** 2) ** 2, weights=weights)
     if (
-        math.exp(-effective_number(weights) * (larger_value - smaller_value) ** 2 / length)
+        math.exp(
+            -effective_number(weights) * (larger_eigenvalue - smaller_eigenvalue) ** 2 / length
+        )
         < DIFFERENCE_SIGNIFICANCE
     ):
         return True
     dof = len(axis_cosines) - 1.0
     return (
-        smaller_value == 0.0 or f_tail(dof, dof, larger_value / smaller_value) < RATIO_SIGNIFICANCE
+        smaller_eigenvalue == 0.0
+        or f_tail(dof, dof, larger_eigenvalue / smaller_eigenvalue) < RATIO_SIGNIFICANCE
     )
 
 
-def _confidence(
-    covariance: FloatArray, axis_direction: FloatArray, degrees_of_freedom: float
+def _build_axis_confidence(
+    covariance: FloatArray, basis: FloatArray, degrees_of_freedom: float
 ) -> AxisConfidence | None:
     """Return the region of a covariance (2, 2) along two axes (2, 3), radians squared."""
     squares, directions = np.linalg.eigh(covariance)
@@ -264,7 +270,7 @@ def _confidence(
     # The quadratic form applies to direction cosines (Anderson 1963), that is, to sines: if it
     # exceeds 1, the axis is undetermined in that direction.
     minor_deg, major_deg = np.degrees(np.arcsin(np.minimum(sines, 1.0))).tolist()
-    return AxisConfidence(major_deg, minor_deg, line_figures(directions[:, 1] @ axis_direction))
+    return AxisConfidence(major_deg, minor_deg, line_attitude(directions[:, 1] @ basis))
 
 
 def fit_bingham(
@@ -287,9 +293,9 @@ def fit_bingham(
     if weights is not None:
         # Bingham's regions assume equal scatter and do not apply to a weighted set.
         return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
-    fit = None if n < MIN_FIT_DIRECTIONS else bingham_p(model, v @ axes.T)
+    fit_p = None if n < MIN_FIT_DIRECTIONS else bingham_p(model, v @ axes.T)
     return BinghamFigures(
-        model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit
+        model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit_p
     ), None
 
 
@@ -300,16 +306,18 @@ def _bingham_confidence(
     n, projections = len(v), v @ axes.T
     weights = np.ones(n)
 
-    def confidence_of_axis(i: int) -> AxisConfidence | None:
+    def axis_confidence(i: int) -> AxisConfidence | None:
         other_axes = [j for j in range(3) if j != i]
         products = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in other_axes])
         if n < 5 or float(products.min()) < 1e-12:
             return None
         if not all(_are_distinct(values, projections, i, j, weights) for j in other_axes):
             return None
-        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[other_axes], n - 2.0)
+        return _build_axis_confidence(
+            np.diag(1.0 / (2.0 * (n - 2.0) * products)), axes[other_axes], n - 2.0
+        )
 
-    return confidence_of_axis(0), confidence_of_axis(1), confidence_of_axis(2)
+    return axis_confidence(0), axis_confidence(1), axis_confidence(2)
 
 
 def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
@@ -331,7 +339,7 @@ def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | No
     """
     if kappa is None or kappa < 5.0 or len(v) < MIN_FIT_DIRECTIONS:
         return None
-    return fisher_model_p(kappa, v @ _frame_about(mean).T)
+    return fisher_model_p(kappa, v @ _frame_around_mean(mean).T)
 
 
 def fit_kent(
@@ -364,7 +372,7 @@ def fit_kent(
     x = v @ model.axes.T
     squares = np.mean(x[:, 1:] ** 2, axis=0)
     resultant = float(x[:, 0].mean())
-    p = _elongated_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
+    p = _elongation_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
     if p >= ELONGATION_SIGNIFICANCE:
         return None, Finding("kent.round", p=p)
     # Kent's (1982) confidence region of the mean, in Hotelling's form.
@@ -376,7 +384,7 @@ def fit_kent(
         mean.plunge_deg,
         model.kappa,
         model.beta,
-        line_figures(model.axes[1]),
+        line_attitude(model.axes[1]),
         major_deg,
         minor_deg,
         p,
@@ -384,7 +392,7 @@ def fit_kent(
     ), None
 
 
-def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
+def _elongation_p(n: int, kappa: float, square_difference: float) -> float:
     """Return the p-value of Kent's (1982) test for a round cluster.
 
     n (kappa/2)^2 I(1/2) / I(5/2) (kappa) d^2 follows a chi-square distribution with 2 degrees of
@@ -395,7 +403,7 @@ def _elongated_p(n: int, kappa: float, square_difference: float) -> float:
     return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * square_difference**2)
 
 
-def _frame_about(mean: FloatArray) -> FloatArray:
+def _frame_around_mean(mean: FloatArray) -> FloatArray:
     """Return the mean and two directions perpendicular to it as the rows of a matrix (3, 3)."""
     first_axis = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
     first_axis /= np.linalg.norm(first_axis)

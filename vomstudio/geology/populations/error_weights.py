@@ -69,7 +69,7 @@ def read_errors(table: OrientationRows) -> OrientationErrors:
             cells = table.column(column)
         except UsageError:
             continue
-        values = np.array([_number(cell) for cell in cells])
+        values = np.array([_parse_error(cell) for cell in cells])
         if np.isfinite(values).any():
             return OrientationErrors(values, column)
     raise UsageError(
@@ -79,7 +79,7 @@ def read_errors(table: OrientationRows) -> OrientationErrors:
     )
 
 
-def _number(cell: str) -> float:
+def _parse_error(cell: str) -> float:
     try:
         value = float(cell)
     except ValueError:
@@ -112,13 +112,13 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
     natural_variance = 0.0
     weights = np.ones(len(v))
     for _ in range(50):
-        squares, degrees_of_freedom = _residuals(v, weights)
-        estimate = _natural_variance(squares, degrees_of_freedom, variance)
-        weights = 1.0 / np.maximum(variance + estimate, 1e-16)
+        squares, degrees_of_freedom = _squared_residuals(v, weights)
+        updated_variance = _natural_variance(squares, degrees_of_freedom, variance)
+        weights = 1.0 / np.maximum(variance + updated_variance, 1e-16)
         weights /= weights.mean()
-        if abs(estimate - natural_variance) <= 1e-9 * max(estimate, 1e-12):
+        if abs(updated_variance - natural_variance) <= 1e-9 * max(updated_variance, 1e-12):
             break
-        natural_variance = estimate
+        natural_variance = updated_variance
     scatter = float(np.degrees(np.sqrt(natural_variance)))
     figures = WeightFigures(
         "error", errors.column, scatter, effective_number(weights), int((~is_known).sum())
@@ -126,7 +126,7 @@ def weights_by_error(v: FloatArray, errors: OrientationErrors) -> tuple[FloatArr
     return weights, figures
 
 
-def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
+def _squared_residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
     """Return the squared angles from the mean of a cluster, or from the great circle.
 
     The second value is the number of degrees of freedom.

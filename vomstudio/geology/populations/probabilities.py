@@ -47,12 +47,12 @@ def chi2_tail(degrees_of_freedom: int, chi_square: float) -> float:
     return min(series_sum, 1.0)
 
 
-def f_tail(numerator_freedom: float, denominator_freedom: float, ratio: float) -> float:
+def f_tail(numerator_dof: float, denominator_dof: float, ratio: float) -> float:
     """Return the upper tail probability of an F value.
 
     Parameters
     ----------
-    numerator_freedom, denominator_freedom : float
+    numerator_dof, denominator_dof : float
         Degrees of freedom.
     ratio : float
         Value of F.
@@ -64,9 +64,9 @@ def f_tail(numerator_freedom: float, denominator_freedom: float, ratio: float) -
     if ratio <= 0.0:
         return 1.0
     return _incomplete_beta(
-        denominator_freedom / 2.0,
-        numerator_freedom / 2.0,
-        denominator_freedom / (denominator_freedom + numerator_freedom * ratio),
+        denominator_dof / 2.0,
+        numerator_dof / 2.0,
+        denominator_dof / (denominator_dof + numerator_dof * ratio),
     )
 
 
@@ -100,8 +100,8 @@ def _incomplete_beta(a: float, b: float, x: float) -> float:
         return 0.0 if x <= 0.0 else 1.0
     if x > (a + 1.0) / (a + b + 2.0):
         return 1.0 - _incomplete_beta(b, a, 1.0 - x)
-    front = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
-    front += a * math.log(x) + b * math.log1p(-x)
+    log_prefactor = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
+    log_prefactor += a * math.log(x) + b * math.log1p(-x)
     c, d = 1.0, 1.0 / _replace_zero(1.0 - (a + b) * x / (a + 1.0))
     fraction = d
     for m in range(1, MAX_STEPS):
@@ -114,7 +114,7 @@ def _incomplete_beta(a: float, b: float, x: float) -> float:
             fraction *= c * d
         if abs(fraction - previous_fraction) < 1e-15 * abs(fraction):
             break
-    return math.exp(front) * fraction / a
+    return math.exp(log_prefactor) * fraction / a
 
 
 def _replace_zero(value: float) -> float:

@@ -14,7 +14,7 @@ from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
     RotationErrors,
     cone,
-    move_vectors,
+    differentiate_vectors,
     region,
     resultant,
 )
@@ -22,14 +22,14 @@ from vomstudio.geology.populations.distributions import (
     AxisConfidence,
     BinghamFigures,
     KentFigures,
-    LineFigures,
-    UniformityFigures,
+    LineAttitude,
+    UniformityTest,
     assess_uniformity,
     axes_confidence,
     fisher_p,
     fit_bingham,
     fit_kent,
-    line_figures,
+    line_attitude,
 )
 from vomstudio.geology.populations.error_weights import (
     OrientationErrors,
@@ -40,7 +40,7 @@ from vomstudio.geology.statistics import (
     Fisher,
     effective_number,
     fisher,
-    flip_to,
+    flip_to_hemisphere,
     has_dominant_weights,
     no_fisher_reason,
     orientation_tensor,
@@ -83,7 +83,7 @@ class TensorFigures:
     """
 
     eigenvalues: tuple[float, float, float]
-    axes: tuple[LineFigures, LineFigures, LineFigures]
+    axes: tuple[LineAttitude, LineAttitude, LineAttitude]
     confidence95: tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]
 
 
@@ -96,7 +96,7 @@ class WoodcockFigures:
 
 
 @dataclass(frozen=True)
-class VollmerFigures:
+class VollmerIndices:
     """Vollmer's point, girdle and random indices, whose sum is 1."""
 
     P: float
@@ -131,12 +131,12 @@ class SetStatistics(PrintableResult):
     fisher_reason: Finding | None
     tensor: TensorFigures
     woodcock: WoodcockFigures
-    vollmer: VollmerFigures
+    vollmer: VollmerIndices
     bingham: BinghamFigures | None
     bingham_reason: Finding | None
     kent: KentFigures | None
     kent_reason: Finding | None
-    uniformity: UniformityFigures
+    uniformity: UniformityTest
     weights: WeightFigures | None
 
 
@@ -165,9 +165,9 @@ def mean_regions(
         alone.
     """
     mean = fisher_mean.mean.vector()
-    mean_cone = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
+    mean_region = None if fisher_mean.alpha95_deg is None else cone(mean, fisher_mean.alpha95_deg)
     if rotation_errors is None or not rotation_errors.has_known_errors:
-        return None, None if mean_cone is None else region(mean, None, mean_cone)
+        return None, None if mean_region is None else region(mean, None, mean_region)
     v = unit_vectors(vectors)
     signs = np.ones(len(v))
     if not is_directed:
@@ -175,9 +175,9 @@ def mean_regions(
         signs = np.where(v @ orientation_tensor(v, weights)[1][0] < 0.0, -1.0, 1.0)
     if weights is not None:
         signs = signs * weights
-    covariance = resultant(move_vectors(v, rotation_errors), signs).covariance()[0]
-    return region(mean, covariance), None if mean_cone is None else region(
-        mean, covariance, mean_cone
+    covariance = resultant(differentiate_vectors(v, rotation_errors), signs).covariance()[0]
+    return region(mean, covariance), None if mean_region is None else region(
+        mean, covariance, mean_region
     )
 
 
@@ -220,10 +220,10 @@ def set_statistics(
     bingham_figures, bingham_reason = fit_bingham(v, values, axes, weights)
     kent_figures, kent_reason = None, reason
     if fisher_figures is not None and fisher_figures.kappa is not None:
-        one_sided = v if is_directed else flip_to(v, axes[0])
-        kent_figures, kent_reason = fit_kent(one_sided, is_directed, weights)
+        aligned_vectors = v if is_directed else flip_to_hemisphere(v, axes[0])
+        kent_figures, kent_reason = fit_kent(aligned_vectors, is_directed, weights)
     s1, s2, s3 = (float(value) for value in values)
-    first_line, second_line, third_line = (line_figures(axis) for axis in axes)
+    first_line, second_line, third_line = (line_attitude(axis) for axis in axes)
     return SetStatistics(
         len(v),
         of,
@@ -236,7 +236,7 @@ def set_statistics(
             axes_confidence(v, values, axes, weights),
         ),
         WoodcockFigures(*woodcock(values)),
-        VollmerFigures(*vollmer(values)),
+        VollmerIndices(*vollmer(values)),
         bingham_figures,
         bingham_reason,
         kent_figures,
@@ -256,26 +256,26 @@ def _fisher_figures(
     reason = no_fisher_reason(v, is_directed)
     if reason is not None:
         return None, reason
-    mean_figures = fisher(v, is_directed, weights)
-    registration, total_region = mean_regions(
-        v, mean_figures, is_directed, rotation_errors, weights
+    fisher_mean = fisher(v, is_directed, weights)
+    registration_region, total_region = mean_regions(
+        v, fisher_mean, is_directed, rotation_errors, weights
     )
-    mean = mean_figures.mean.vector()
-    one_sided = v if is_directed else flip_to(v, mean)
+    mean = fisher_mean.mean.vector()
+    aligned_vectors = v if is_directed else flip_to_hemisphere(v, mean)
     figures = FisherFigures(
-        mean_figures.mean.trend_deg,
-        mean_figures.mean.plunge_deg,
-        mean_figures.kappa,
-        mean_figures.alpha95_deg,
-        mean_figures.R,
-        None if registration is None else registration.largest_deg,
+        fisher_mean.mean.trend_deg,
+        fisher_mean.mean.plunge_deg,
+        fisher_mean.kappa,
+        fisher_mean.alpha95_deg,
+        fisher_mean.R,
+        None if registration_region is None else registration_region.largest_deg,
         None if total_region is None else total_region.largest_deg,
-        fisher_p(one_sided, mean, mean_figures.kappa) if weights is None else None,
+        fisher_p(aligned_vectors, mean, fisher_mean.kappa) if weights is None else None,
     )
-    if mean_figures.kappa is None:
+    if fisher_mean.kappa is None:
         reason = Finding("fisher.identical")
     elif weights is not None and has_dominant_weights(weights):
         reason = Finding("fisher.few-decide", n=len(v), worth=effective_number(weights))
-    elif mean_figures.alpha95_deg is None:
+    elif fisher_mean.alpha95_deg is None:
         reason = Finding("fisher.too-scattered")
     return figures, reason

@@ -39,7 +39,7 @@ MIN_FIT_DIRECTIONS = 20
 class QuadratureNodes:
     """Points on the sphere (m, 3) in the frame of the model, and their probabilities."""
 
-    places: FloatArray
+    positions: FloatArray
     shares: FloatArray
     log_constant: float
 
@@ -80,8 +80,8 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
     QuadratureNodes
     """
     a, b = -k1, -k2
-    x, wx = _legendre(-1.0, 1.0, _width(a))
-    angle, wt = _legendre(-math.pi / 2, math.pi / 2, _width(b))
+    x, wx = _legendre_nodes(-1.0, 1.0, _standard_deviation(a))
+    angle, wt = _legendre_nodes(-math.pi / 2, math.pi / 2, _standard_deviation(b))
     sines = np.sqrt(np.maximum(1.0 - x**2, 0.0))
     positions = np.stack(
         [
@@ -92,7 +92,7 @@ def bingham_nodes(k1: float, k2: float) -> QuadratureNodes:
         axis=-1,
     )
     log_density = -a * positions[:, 2] ** 2 - b * positions[:, 1] ** 2
-    return _nodes(positions, log_density, (wx[:, None] * wt).ravel(), 2.0)
+    return _build_nodes(positions, log_density, (wx[:, None] * wt).ravel(), 2.0)
 
 
 def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
@@ -112,19 +112,19 @@ def estimate_bingham(eigenvalues: npt.ArrayLike) -> Bingham | None:
     _, s2, s3 = (float(s) for s in values / values.sum())
     if s3 < 1e-12:
         return None
-    target = np.array([s3, s2])
+    target_moments = np.array([s3, s2])
     # Solve for the logarithms of (a - b) and b, which remain positive; a and b are -k1 and -k2.
-    guess = 0.5 / np.maximum(target, 1e-12) - 1.5
-    a, b = max(float(guess[0]), 1e-3), max(float(guess[1]), 0.0)
+    initial_concentrations = 0.5 / np.maximum(target_moments, 1e-12) - 1.5
+    a, b = max(float(initial_concentrations[0]), 1e-3), max(float(initial_concentrations[1]), 0.0)
     for _ in range(200):
         nodes = bingham_nodes(-a, -b)
-        squares = np.stack([nodes.places[:, 2] ** 2, nodes.places[:, 1] ** 2], axis=-1)
+        squares = np.stack([nodes.positions[:, 2] ** 2, nodes.positions[:, 1] ** 2], axis=-1)
         mean = nodes.mean(squares)
         covariance = nodes.mean(squares[:, :, None] * squares[:, None, :]) - np.outer(mean, mean)
         # d mean / d(-a, -b) = spread: take a Newton step, limited to valid values.
-        step = np.linalg.solve(covariance + 1e-300 * np.eye(2), mean - target)
+        step = np.linalg.solve(covariance + 1e-300 * np.eye(2), mean - target_moments)
         if b <= 0.0 and b + step[1] <= 0.0:
-            step = np.array([(mean[0] - target[0]) / covariance[0, 0], 0.0])
+            step = np.array([(mean[0] - target_moments[0]) / covariance[0, 0], 0.0])
         new_a = a + float(step[0]) if a + step[0] > 0.2 * a else 0.2 * a
         new_b = b + float(step[1])
         new_b = max(new_b, 0.2 * b if b > 1e-9 else 0.0)
@@ -152,12 +152,12 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
     QuadratureNodes
         Nodes in the frame of the mean, major and minor axis.
     """
-    major = 1.0 / math.sqrt(kappa - 2.0 * beta)
+    major_width = 1.0 / math.sqrt(kappa - 2.0 * beta)
     minor_width = 1.0 / math.sqrt(kappa + 2.0 * beta)
     # A flat top along the major axis (2 beta near kappa) decays only with the fourth power.
-    major = min(major, 1.6 * kappa**-0.25)
-    p, wp = _legendre(-2.0, 2.0, major)
-    q, wq = _legendre(-2.0, 2.0, minor_width)
+    major_width = min(major_width, 1.6 * kappa**-0.25)
+    p, wp = _legendre_nodes(-2.0, 2.0, major_width)
+    q, wq = _legendre_nodes(-2.0, 2.0, minor_width)
     u, v = (grid.ravel() for grid in np.meshgrid(p, q, indexing="ij"))
     weights = (wp[:, None] * wq).ravel()
     square = u**2 + v**2
@@ -166,9 +166,9 @@ def kent_nodes(kappa: float, beta: float) -> QuadratureNodes:
     scale = np.sqrt(1.0 - square / 4.0)
     positions = np.stack([1.0 - square / 2.0, u * scale, v * scale], axis=-1)
     log_density = -kappa * square / 2.0 + beta * (positions[:, 1] ** 2 - positions[:, 2] ** 2)
-    unscaled_nodes = _nodes(positions, log_density, weights, 1.0)
+    unscaled_nodes = _build_nodes(positions, log_density, weights, 1.0)
     return QuadratureNodes(
-        unscaled_nodes.places, unscaled_nodes.shares, unscaled_nodes.log_constant + kappa
+        unscaled_nodes.positions, unscaled_nodes.shares, unscaled_nodes.log_constant + kappa
     )
 
 
@@ -194,12 +194,12 @@ def estimate_kent(directions: npt.ArrayLike) -> Kent | None:
     axis = mean / length
     first_axis = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first_axis /= np.linalg.norm(first_axis)
-    second = np.cross(axis, first_axis)
-    tangent_components = np.stack([x @ first_axis, x @ second], axis=-1)
+    second_axis = np.cross(axis, first_axis)
+    tangent_components = np.stack([x @ first_axis, x @ second_axis], axis=-1)
     squares, rotation_axes = np.linalg.eigh(tangent_components.T @ tangent_components / len(x))
     if squares[0] < 1e-14:
         return None
-    major = rotation_axes[0, 1] * first_axis + rotation_axes[1, 1] * second
+    major = rotation_axes[0, 1] * first_axis + rotation_axes[1, 1] * second_axis
     axes = np.array([axis, major, np.cross(axis, major)])
     shortfall = float(np.mean(0.5 * np.sum((x - axis) ** 2, axis=1)))
     concentrations = kent_concentrations(1.0 - shortfall, float(squares[1] - squares[0]))
@@ -219,19 +219,24 @@ def kent_concentrations(resultant: float, square_difference: float) -> tuple[flo
         Difference between the mean squares along the major and the minor axis.
     """
     shortfall = 1.0 - resultant
-    diffuse_values, concentrated_values = (
+    major_concentration, minor_concentration = (
         1.0 / (2 * shortfall + square_difference),
         1.0 / max(2 * shortfall - square_difference, 1e-300),
     )
-    kappa, beta = concentrated_values + diffuse_values, 0.5 * (concentrated_values - diffuse_values)
+    kappa, beta = (
+        minor_concentration + major_concentration,
+        0.5 * (minor_concentration - major_concentration),
+    )
     if kappa < 5.0:
         return None
     for _ in range(100):
         nodes = kent_nodes(kappa, beta)
-        p = nodes.places
-        sufficient = np.stack([-(1.0 - p[:, 0]), p[:, 1] ** 2 - p[:, 2] ** 2], axis=-1)
-        expected_moments = nodes.mean(sufficient)
-        covariance = nodes.mean(sufficient[:, :, None] * sufficient[:, None, :])
+        p = nodes.positions
+        sufficient_statistics = np.stack([-(1.0 - p[:, 0]), p[:, 1] ** 2 - p[:, 2] ** 2], axis=-1)
+        expected_moments = nodes.mean(sufficient_statistics)
+        covariance = nodes.mean(
+            sufficient_statistics[:, :, None] * sufficient_statistics[:, None, :]
+        )
         covariance -= np.outer(expected_moments, expected_moments)
         step = np.linalg.solve(
             covariance, np.array([-shortfall, square_difference]) - expected_moments
@@ -254,7 +259,7 @@ def _is_valid_kent(kappa: float, beta: float) -> bool:
     return kappa > 0.0 and -1e-9 * kappa <= beta < 0.4999 * kappa
 
 
-def _width(concentration: float) -> float:
+def _standard_deviation(concentration: float) -> float:
     """Return the standard deviation of exp(-concentration x^2); infinite if uniform."""
     return (
         1.0 / math.sqrt(2.0 * concentration)
@@ -264,26 +269,28 @@ def _width(concentration: float) -> float:
 
 
 @cache
-def _gauss() -> tuple[FloatArray, FloatArray]:
+def _gauss_legendre() -> tuple[FloatArray, FloatArray]:
     return np.polynomial.legendre.leggauss(N_NODES)
 
 
-def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatArray]:
+def _legendre_nodes(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatArray]:
     """Return nodes and weights over the range, limited to `RANGE_SIGMA` about 0."""
     if math.isfinite(sigma):
         low, high = max(low, -RANGE_SIGMA * sigma), min(high, RANGE_SIGMA * sigma)
-    nodes, weights = _gauss()
+    nodes, weights = _gauss_legendre()
     half_width = (high - low) / 2.0
     return nodes * half_width + (high + low) / 2.0, weights * half_width
 
 
-def _nodes(
-    positions: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float
+def _build_nodes(
+    positions: FloatArray, log_density: FloatArray, weights: FloatArray, multiplicity: float
 ) -> QuadratureNodes:
-    top = float(log_density.max())
-    mass = np.exp(log_density - top) * weights
+    max_log_density = float(log_density.max())
+    mass = np.exp(log_density - max_log_density) * weights
     total_mass = float(mass.sum())
-    return QuadratureNodes(positions, mass / total_mass, math.log(total_mass * fold) + top)
+    return QuadratureNodes(
+        positions, mass / total_mass, math.log(total_mass * multiplicity) + max_log_density
+    )
 
 
 # Goodness of fit -------------------------------------------------------------------------------
@@ -320,15 +327,15 @@ def smooth_test(
     score_mean = fractions @ score_nodes
     mean = fractions @ nodes
     scores = score_nodes - score_mean
-    further = nodes - mean
+    centred_nodes = nodes - mean
     information = scores.T @ (scores * fractions[:, None])
-    cross_products = scores.T @ (further * fractions[:, None])
-    regress = np.linalg.lstsq(
-        _normalise_scale(information), _rows(cross_products, information), rcond=1e-12
+    cross_products = scores.T @ (centred_nodes * fractions[:, None])
+    regression_coefficients = np.linalg.lstsq(
+        _to_correlation(information), _scale_rows(cross_products, information), rcond=1e-12
     )[0]
-    regress = regress / np.sqrt(np.diag(information))[:, None]
-    residual_nodes = further - scores @ regress
-    residual_data = (data - mean) - (score_data - score_mean) @ regress
+    regression_coefficients = regression_coefficients / np.sqrt(np.diag(information))[:, None]
+    residual_nodes = centred_nodes - scores @ regression_coefficients
+    residual_data = (data - mean) - (score_data - score_mean) @ regression_coefficients
     covariance = residual_nodes.T @ (residual_nodes * fractions[:, None])
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
@@ -338,12 +345,12 @@ def smooth_test(
     return chi2_tail(int(is_used.sum()), statistic)
 
 
-def _normalise_scale(matrix: FloatArray) -> FloatArray:
+def _to_correlation(matrix: FloatArray) -> FloatArray:
     root = np.sqrt(np.diag(matrix))
     return np.asarray(matrix / np.outer(root, root))
 
 
-def _rows(cross_products: FloatArray, matrix: FloatArray) -> FloatArray:
+def _scale_rows(cross_products: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(cross_products / np.sqrt(np.diag(matrix))[:, None])
 
 
@@ -360,9 +367,13 @@ def bingham_p(model: Bingham, x: FloatArray) -> float:
     -------
     float
     """
-    positions = model.nodes.places
+    positions = model.nodes.positions
     return smooth_test(
-        _quartic(x), _products(x), _quartic(positions), _products(positions), model.nodes.shares
+        _quartic_products(x),
+        _quadratic_products(x),
+        _quartic_products(positions),
+        _quadratic_products(positions),
+        model.nodes.shares,
     )
 
 
@@ -379,11 +390,11 @@ def kent_p(model: Kent, x: FloatArray) -> float:
     -------
     float
     """
-    positions = model.nodes.places
+    positions = model.nodes.positions
     return smooth_test(
-        _tangent(x, 2),
+        _tangent_products(x, 2),
         _kent_scores(x),
-        _tangent(positions, 2),
+        _tangent_products(positions, 2),
         _kent_scores(positions),
         model.nodes.shares,
     )
@@ -405,16 +416,18 @@ def fisher_model_p(kappa: float, x: FloatArray) -> float:
     float
     """
     nodes = kent_nodes(kappa, 0.0)
-    positions = nodes.places
-    return smooth_test(_tangent(x, 1), x, _tangent(positions, 1), positions, nodes.shares)
+    positions = nodes.positions
+    return smooth_test(
+        _tangent_products(x, 1), x, _tangent_products(positions, 1), positions, nodes.shares
+    )
 
 
-def _products(x: FloatArray) -> FloatArray:
+def _quadratic_products(x: FloatArray) -> FloatArray:
     a, b, c = x[:, 0], x[:, 1], x[:, 2]
     return np.stack([b * b, c * c, a * b, a * c, b * c], axis=-1)
 
 
-def _quartic(x: FloatArray) -> FloatArray:
+def _quartic_products(x: FloatArray) -> FloatArray:
     a, b, c = x[:, 0], x[:, 1], x[:, 2]
     return np.stack(
         [
@@ -437,7 +450,7 @@ def _kent_scores(x: FloatArray) -> FloatArray:
     return np.stack([a, b, c, b * b - c * c, b * c, a * b, a * c], axis=-1)[:, :5]
 
 
-def _tangent(x: FloatArray, n_fitted_moments: int) -> FloatArray:
+def _tangent_products(x: FloatArray, n_fitted_moments: int) -> FloatArray:
     """Return functions of the coordinates across the mean that are not part of the fit.
 
     They are of degree two if one moment was fitted, otherwise of degrees three and four.

@@ -79,16 +79,16 @@ def _sets(
         rows.setdefault(name, []).append(i)
     result: dict[str, IntArray] = {}
     for name, members in rows.items():
-        rows_of_set = np.asarray(members, dtype=np.int64)
-        is_plane = table.is_plane[rows_of_set]
+        set_rows = np.asarray(members, dtype=np.int64)
+        is_plane = table.is_plane[set_rows]
         kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
         if len(kinds) > 1:
             kind_names = [kind or "no kind" for kind in kinds]
             warnings.append(Finding("stats.several-kinds", set=name, kinds=kind_names))
         if is_plane.all() or not is_plane.any():
-            result[name] = rows_of_set
+            result[name] = set_rows
             continue
         warnings.append(Finding("stats.planes-and-lines", set=name))
-        result[f"{name} (poles)"] = rows_of_set[is_plane]
-        result[f"{name} (lines)"] = rows_of_set[~is_plane]
+        result[f"{name} (poles)"] = set_rows[is_plane]
+        result[f"{name} (lines)"] = set_rows[~is_plane]
     return result

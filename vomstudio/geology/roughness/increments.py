@@ -26,7 +26,7 @@ MAX_LAG_DIVISOR = 10.0
 """Ratio of the surface size to the longest lag, at which both differences are in the same part of
 the surface, or nearly so.
 """
-MIN_RANGE = 3.0
+MIN_LAG_RATIO = 3.0
 """Minimum ratio of the longest to the shortest lag for fitting an exponent."""
 N_LAGS = 8
 MIN_COUNT = 50
@@ -134,9 +134,7 @@ class SmoothestDirection:
         return self.p < SIGNIFICANCE
 
 
-def measure_variations(
-    heights: FloatArray, cell: float, shortest_value: float
-) -> Variations | None:
+def measure_variations(heights: FloatArray, cell: float, shortest_lag: float) -> Variations | None:
     """Measure the second differences of a height raster in DIRECTIONS directions.
 
     Parameters
@@ -145,7 +143,7 @@ def measure_variations(
         Heights in metres; NaN if unknown.
     cell : float
         Side length of a cell, m.
-    shortest_value : float
+    shortest_lag : float
         Shortest distance, m.
 
     Returns
@@ -153,14 +151,14 @@ def measure_variations(
     Variations or None
         None if the surface is too small for a range of MIN_RANGE.
     """
-    rows, columns = _span(heights)
-    longest = min(rows, columns) * cell / MAX_LAG_DIVISOR
-    shortest_value = max(shortest_value, 2.0 * cell)
-    if longest < MIN_RANGE * shortest_value:
+    rows, columns = _known_extent(heights)
+    longest_lag = min(rows, columns) * cell / MAX_LAG_DIVISOR
+    shortest_lag = max(shortest_lag, 2.0 * cell)
+    if longest_lag < MIN_LAG_RATIO * shortest_lag:
         return None
-    lags = np.geomspace(shortest_value, longest, N_LAGS)
+    lags = np.geomspace(shortest_lag, longest_lag, N_LAGS)
     angles = np.arange(N_DIRECTIONS) * 180.0 / N_DIRECTIONS
-    part = _parts(heights.shape)
+    part = _part_indices(heights.shape)
     shape = (len(angles), len(lags))
     sums = np.zeros((*shape, PARTS_PER_SIDE**2))
     counts = np.zeros_like(sums)
@@ -171,9 +169,9 @@ def measure_variations(
             row_step = round(float(lag * np.sin(angle)) / cell)
             lengths[i, j] = cell * float(np.hypot(column_step, row_step))
             directions_deg[i, j] = float(np.degrees(np.arctan2(row_step, column_step)))
-            squares, part_of_square = _second_differences(heights, part, column_step, row_step)
-            sums[i, j] = np.bincount(part_of_square, squares, PARTS_PER_SIDE**2)
-            counts[i, j] = np.bincount(part_of_square, minlength=PARTS_PER_SIDE**2)
+            squares, part_indices = _second_differences(heights, part, column_step, row_step)
+            sums[i, j] = np.bincount(part_indices, squares, PARTS_PER_SIDE**2)
+            counts[i, j] = np.bincount(part_indices, minlength=PARTS_PER_SIDE**2)
     return Variations(angles, lags, sums, counts, lengths, directions_deg)
 
 
@@ -319,14 +317,14 @@ def _mean_exponent(variations: Variations, lag_rows: IntArray) -> float:
     )
 
 
-def _roughness_ratio(variations: Variations, is_resolved: BoolArray, rough_deg: float) -> float:
+def _roughness_ratio(variations: Variations, is_resolved: BoolArray, roughest_deg: float) -> float:
     """Return the root of the ratio of mean squares across and along the smoothest direction.
 
     The ratio is derived from the second harmonic of their logarithms.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(variations.mean_squares()[:, is_resolved])
-    doubled_angles = 2.0 * np.radians(variations.directions_deg[:, is_resolved] - rough_deg)
+    doubled_angles = 2.0 * np.radians(variations.directions_deg[:, is_resolved] - roughest_deg)
     return float(np.exp(np.nanmean(2.0 * np.nanmean(np.cos(doubled_angles) * logs, axis=0))))
 
 
@@ -340,7 +338,7 @@ def _fit_exponent(
     lengths = variations.lengths[directions][:, is_resolved].mean(axis=0)
     is_sufficient = counts.sum(axis=1) >= MIN_COUNT
     sums, counts, lengths = sums[is_sufficient], counts[is_sufficient], lengths[is_sufficient]
-    if len(lengths) < 3 or lengths[-1] < MIN_RANGE * lengths[0]:
+    if len(lengths) < 3 or lengths[-1] < MIN_LAG_RATIO * lengths[0]:
         return None
     has_data = counts.sum(axis=0) > 0
     n = int(has_data.sum())
@@ -354,8 +352,10 @@ def _fit_exponent(
     if (other_parts[1] <= 0).any():
         return None
     squares = sums.sum(axis=1) / counts.sum(axis=1)
-    overall, short_exponent, long_exponent = _split_exponents(lengths, squares + missing_variance)
-    correction = abs(_split_exponents(lengths, squares)[0] - overall)
+    overall_exponent, short_exponent, long_exponent = _split_exponents(
+        lengths, squares + missing_variance
+    )
+    correction = abs(_split_exponents(lengths, squares)[0] - overall_exponent)
     jackknife = np.array(
         [
             _split_exponents(
@@ -368,7 +368,13 @@ def _fit_exponent(
     bend = max(abs(short_exponent - long_exponent) - difference_error, 0.0)
     error = float(np.linalg.norm([_error95(jackknife[:, 0]), bend / 2.0, correction / 2.0]))
     return Exponent(
-        overall, error, float(lengths[0]), float(lengths[-1]), short_exponent, long_exponent, bend
+        overall_exponent,
+        error,
+        float(lengths[0]),
+        float(lengths[-1]),
+        short_exponent,
+        long_exponent,
+        bend,
     )
 
 
@@ -380,8 +386,8 @@ def _split_exponents(lengths: FloatArray, squares: FloatArray) -> tuple[float, f
         (lengths[: half_count + 1], squares[: half_count + 1]),
         (lengths[half_count:], squares[half_count:]),
     )
-    overall, short_exponent, long_exponent = (_slope(*part) / 2.0 for part in parts)
-    return overall, short_exponent, long_exponent
+    overall_exponent, short_exponent, long_exponent = (_slope(*part) / 2.0 for part in parts)
+    return overall_exponent, short_exponent, long_exponent
 
 
 def _error95(jackknife: FloatArray) -> float:
@@ -408,10 +414,10 @@ def _is_resolved(variations: Variations, noise: float) -> BoolArray:
     """Return for each distance (k,) whether its mean square exceeds that of noise."""
     with np.errstate(invalid="ignore"):
         squares = np.nanmean(variations.mean_squares(), axis=0)
-        is_above = np.asarray(squares > MIN_NOISE_RATIO * NOISE_FACTOR * noise**2)
+        is_above_noise = np.asarray(squares > MIN_NOISE_RATIO * NOISE_FACTOR * noise**2)
     # All distances longer than the last noisy one are resolved.
-    noisy_rows = np.flatnonzero(~is_above)
-    return np.arange(len(is_above)) > (noisy_rows[-1] if len(noisy_rows) else -1)
+    noisy_rows = np.flatnonzero(~is_above_noise)
+    return np.arange(len(is_above_noise)) > (noisy_rows[-1] if len(noisy_rows) else -1)
 
 
 def _second_differences(
@@ -429,19 +435,19 @@ def _second_differences(
     heights_before = heights[
         : rows - 2 * row_step, column_margin - column_step : columns - column_margin - column_step
     ]
-    variations = heights_after - 2.0 * middle + heights_before
-    is_known = np.isfinite(variations)
-    part_of_middle = part[row_step : rows - row_step, column_margin : columns - column_margin]
-    return variations[is_known] ** 2, part_of_middle[is_known]
+    second_differences = heights_after - 2.0 * middle + heights_before
+    is_known = np.isfinite(second_differences)
+    part_indices = part[row_step : rows - row_step, column_margin : columns - column_margin]
+    return second_differences[is_known] ** 2, part_indices[is_known]
 
 
-def _parts(shape: tuple[int, ...]) -> IntArray:
+def _part_indices(shape: tuple[int, ...]) -> IntArray:
     """Return the index of the part of the surface (rows, columns) for each cell."""
     row, column = (np.arange(size) * PARTS_PER_SIDE // size for size in shape)
     return np.asarray(row[:, None] * PARTS_PER_SIDE + column[None, :])
 
 
-def _span(heights: FloatArray) -> tuple[int, int]:
+def _known_extent(heights: FloatArray) -> tuple[int, int]:
     """Return the numbers of rows and columns of the bounding rectangle of known heights."""
     is_known = np.isfinite(heights)
     rows, columns = np.flatnonzero(is_known.any(axis=1)), np.flatnonzero(is_known.any(axis=0))

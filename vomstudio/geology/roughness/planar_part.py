@@ -45,7 +45,7 @@ class PlanarPart:
     ----------
     is_planar : (rows, columns) ndarray of bool
         True for cells that lie in the plane.
-    departs : float
+    deviating_share : float
         Share of the known cells that deviate from the plane.
     limit : float
         Maximum deviation, m.
@@ -58,7 +58,7 @@ class PlanarPart:
     """
 
     is_planar: BoolArray
-    departs: float
+    deviating_share: float
     limit: float
     plane: FloatArray
     remaining_plane: FloatArray | None = None
@@ -67,7 +67,7 @@ class PlanarPart:
     @property
     def is_trimmed(self) -> bool:
         """Whether the deviating share is large enough for the surface to be trimmed."""
-        return self.departs >= MIN_TRIM_SHARE
+        return self.deviating_share >= MIN_TRIM_SHARE
 
 
 def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
@@ -107,10 +107,12 @@ def find_planar_part(heights: FloatArray, noise: float) -> PlanarPart:
     if count > 1:
         sizes = np.bincount(pieces.ravel())[1:]
         # Islands beyond a data gap belong to the plane; islands beyond a deviation do not.
-        near_deviation = ndimage.binary_dilation(is_deviating, np.ones((3, 3), bool), iterations=2)
+        is_near_deviation = ndimage.binary_dilation(
+            is_deviating, np.ones((3, 3), bool), iterations=2
+        )
         for label in range(1, count + 1):
             is_piece = pieces == label
-            if label != int(np.argmax(sizes)) + 1 and (is_piece & near_deviation).any():
+            if label != int(np.argmax(sizes)) + 1 and (is_piece & is_near_deviation).any():
                 is_planar &= ~is_piece
     n = int(is_known.sum())
     deviating_share = float(1.0 - is_planar.sum() / n) if n else 0.0
@@ -171,23 +173,23 @@ def _planar_parts(
 
 
 def _grow_plane(
-    columns: FloatArray, z: FloatArray, is_start: BoolArray, noise: float
+    columns: FloatArray, z: FloatArray, is_member: BoolArray, noise: float
 ) -> tuple[FloatArray, float, BoolArray] | None:
     """Extend the plane of some cells to all cells within its scatter."""
     plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(MAX_ITERATIONS // 2):
-        if is_start.sum() < 30:
+        if is_member.sum() < 30:
             return None
-        plane = np.asarray(np.linalg.lstsq(columns[is_start], z[is_start], rcond=None)[0])
+        plane = np.asarray(np.linalg.lstsq(columns[is_member], z[is_member], rcond=None)[0])
         residuals = z - columns @ plane
         # Exact values scatter due to rounding.
-        scatter = max(_scatter(residuals[is_start]), noise, 1e-9 * float(np.abs(z).max()))
+        scatter = max(_scatter(residuals[is_member]), noise, 1e-9 * float(np.abs(z).max()))
         is_inside = np.abs(residuals) <= MAX_DEVIATION_SIGMA * scatter
-        if np.array_equal(is_inside, is_start):
+        if np.array_equal(is_inside, is_member):
             break
-        is_start = is_inside
-    return plane, scatter, is_start
+        is_member = is_inside
+    return plane, scatter, is_member
 
 
 def _scatter(residuals: FloatArray) -> float:

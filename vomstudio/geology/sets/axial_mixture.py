@@ -79,7 +79,7 @@ class Mixture:
     def k(self) -> int:
         return len(self.axes)
 
-    def component_of_poles(self) -> IntArray:
+    def most_probable_clusters(self) -> IntArray:
         """Return the most probable cluster (n,) of each pole; -1 for the background."""
         best_cluster = np.argmax(self.posterior, axis=1)
         return np.where(best_cluster == self.k, -1, best_cluster)
@@ -129,7 +129,7 @@ def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
 
 
 def propose_clusters(
-    poles: FloatArray, max_clusters: int, *, exactly: bool = False
+    poles: FloatArray, max_clusters: int, *, is_exact_count: bool = False
 ) -> tuple[Mixture, list[float]]:
     """Fit the best mixture with up to `max_clusters` clusters.
 
@@ -138,7 +138,7 @@ def propose_clusters(
     poles : (n, 3) ndarray
         Unit vectors.
     max_clusters : int
-    exactly : bool
+    is_exact_count : bool
         If True, fit exactly `max_clusters` clusters, or fewer if fewer are distinct.
 
     Returns
@@ -163,7 +163,9 @@ def propose_clusters(
             break
         candidate = min(valid_mixtures, key=lambda mixture: mixture.icl)
         criteria.append(candidate.icl)
-        if exactly or (candidate.icl < best_mixture.icl and _is_significant(sample, candidate)):
+        if is_exact_count or (
+            candidate.icl < best_mixture.icl and _is_significant(sample, candidate)
+        ):
             best_mixture, n_worse = candidate, 0
         else:
             n_worse += 1
@@ -209,17 +211,17 @@ def _starts_with_added_cluster(
 ) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
     """Yield start values with one more cluster, from the background or from a wide cluster."""
     half_weight = 0.5 * mixture.weights[-1]
-    for axis in _dense_places(poles, mixture.posterior):
+    for axis in _densest_poles(poles, mixture.posterior):
         yield (
             np.concatenate([mixture.axes, _frame(axis)[None]]),
             np.concatenate([mixture.concentrations, [[SEED_CONCENTRATION, SEED_CONCENTRATION]]]),
             np.concatenate([mixture.weights[:-1], [half_weight, half_weight]]),
         )
     for j in np.argsort(mixture.concentrations[:, 0], kind="stable")[:N_STARTS]:
-        mean, widening, _ = mixture.axes[j]
+        mean, major_axis, _ = mixture.axes[j]
         spread = 1.0 / math.sqrt(2.0 * mixture.concentrations[j, 0])
         first_frame, second_frame = (
-            _frame(mean + sign * spread * widening) for sign in (1.0, -1.0)
+            _frame(mean + sign * spread * major_axis) for sign in (1.0, -1.0)
         )
         axes, weights = mixture.axes.copy(), mixture.weights.copy()
         concentrations = mixture.concentrations.copy()
@@ -237,7 +239,7 @@ def _starts_with_added_cluster(
         )
 
 
-def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
+def _densest_poles(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     """Return up to three separate poles where the density of unassigned poles is highest."""
     step = max(1, -(-len(poles) // MAX_COMPARED_POLES))
     sample, unassigned = poles[::step], posterior[::step, -1]
@@ -259,10 +261,10 @@ def _maximize(
     """Maximize the likelihood; clusters without significant elongation are made round."""
     is_round_start = np.zeros(len(axes), np.bool_)
     mixture = _run_em(poles, axes, concentrations, weights, is_round_start)
-    round_ = _is_round(poles, mixture)
-    if not round_.any():
+    is_round = _is_round(poles, mixture)
+    if not is_round.any():
         return mixture
-    return _run_em(poles, mixture.axes, mixture.concentrations, mixture.weights, round_)
+    return _run_em(poles, mixture.axes, mixture.concentrations, mixture.weights, is_round)
 
 
 def _is_round(poles: FloatArray, mixture: Mixture) -> BoolArray:
@@ -291,21 +293,21 @@ def _run_em(
     is_round: BoolArray,
 ) -> Mixture:
     """Run expectation maximisation until convergence; `is_round` (k,) marks round clusters."""
-    n, previous = len(poles), -math.inf
+    n, previous_log_likelihood = len(poles), -math.inf
     axes, concentrations = axes.copy(), concentrations.copy()
     for _ in range(MAX_ITERATIONS):
-        logs = np.zeros((n, len(axes) + 1))
+        log_densities = np.zeros((n, len(axes) + 1))
         for j in range(len(axes)):
-            logs[:, j] = _log_density(poles @ axes[j, 1:].T, concentrations[j])
-        logs += np.log(weights)
-        max_log = logs.max(axis=1, keepdims=True)
-        posterior = np.exp(logs - max_log)
+            log_densities[:, j] = _log_density(poles @ axes[j, 1:].T, concentrations[j])
+        log_densities += np.log(weights)
+        max_log = log_densities.max(axis=1, keepdims=True)
+        posterior = np.exp(log_densities - max_log)
         totals = posterior.sum(axis=1, keepdims=True)
         posterior /= totals
-        likelihood = float(np.sum(max_log + np.log(totals)))
-        if likelihood - previous < LIKELIHOOD_TOLERANCE * n:
+        log_likelihood = float(np.sum(max_log + np.log(totals)))
+        if log_likelihood - previous_log_likelihood < LIKELIHOOD_TOLERANCE * n:
             break
-        previous = likelihood
+        previous_log_likelihood = log_likelihood
         size = posterior.sum(axis=0)
         # Preserve the background for outliers.
         size[-1] = max(float(size[-1]), 0.5)
@@ -323,8 +325,8 @@ def _run_em(
     shares = memberships / np.maximum(memberships.sum(axis=1, keepdims=True), 1e-300)
     overlap = -float(np.sum(memberships * np.log(np.maximum(shares, 1e-300))))
     dof = PARAMETERS_PER_CLUSTER * len(axes) + ELONGATION_PARAMETERS * int((~is_round).sum())
-    icl = dof * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * OVERLAP_WEIGHT * overlap
-    return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
+    icl = dof * math.log(max(n, 2)) - 2.0 * log_likelihood + 2.0 * OVERLAP_WEIGHT * overlap
+    return Mixture(axes, concentrations, weights, posterior, log_likelihood, icl)
 
 
 def _log_density(axis_cosines: FloatArray, concentrations: FloatArray) -> FloatArray:
@@ -342,7 +344,7 @@ def _log_density(axis_cosines: FloatArray, concentrations: FloatArray) -> FloatA
 
 
 @functools.cache
-def _spreads() -> tuple[FloatArray, FloatArray]:
+def _concentration_table() -> tuple[FloatArray, FloatArray]:
     """Tabulate the one-dimensional variances and log concentrations of Watson's distribution.
 
     The variances are in ascending order.
@@ -358,7 +360,7 @@ def _spreads() -> tuple[FloatArray, FloatArray]:
 
 def _concentration(variance: FloatArray) -> FloatArray:
     """Return the maximum-likelihood concentrations of Watson's distribution for variances."""
-    return np.asarray(np.exp(np.interp(variance, *_spreads())))
+    return np.asarray(np.exp(np.interp(variance, *_concentration_table())))
 
 
 def expected_random_groups(n: int, members: FloatArray) -> float:
@@ -385,9 +387,9 @@ def expected_random_groups(n: int, members: FloatArray) -> float:
 
 def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
     """Return whether the small clusters together are closer than random poles."""
-    assigned = mixture.component_of_poles()
-    sizes = np.bincount(assigned[assigned >= 0], minlength=mixture.k)
-    small_clusters = [poles[assigned == j] for j in np.flatnonzero(sizes < MIN_CERTAIN_MEMBERS)]
+    labels = mixture.most_probable_clusters()
+    sizes = np.bincount(labels[labels >= 0], minlength=mixture.k)
+    small_clusters = [poles[labels == j] for j in np.flatnonzero(sizes < MIN_CERTAIN_MEMBERS)]
     return (
         not small_clusters
         or math.prod(
@@ -399,8 +401,8 @@ def _is_significant(poles: FloatArray, mixture: Mixture) -> bool:
 
 def _is_valid(mixture: Mixture) -> bool:
     """Return whether all clusters have enough members and distinct axes."""
-    assigned = mixture.component_of_poles()
-    if (np.bincount(assigned[assigned >= 0], minlength=mixture.k) < MIN_MEMBERS).any():
+    labels = mixture.most_probable_clusters()
+    if (np.bincount(labels[labels >= 0], minlength=mixture.k) < MIN_MEMBERS).any():
         return False
     mean = mixture.axes[:, 0]
     is_near = np.abs(mean @ mean.T) > math.cos(math.radians(3.0))

@@ -26,7 +26,7 @@ of their scatters (Riquelme et al. 2014).
 """
 MAX_FACE_THICKNESS = 0.2
 """Maximum ratio of the third to the second spread of all positions for a single outcrop face."""
-MIN_PLACES = 4
+MIN_POSITIONS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Pieces:
     rings: tuple[FloatArray, ...]
 
     @property
-    def are_more_than_places(self) -> bool:
+    def has_extents(self) -> bool:
         """Whether any scatter or boundary is known, so that pieces can be joined."""
         return bool(np.isfinite(self.scatters).any()) or any(len(ring) for ring in self.rings)
 
@@ -217,20 +217,20 @@ def arrange_planes(
     number : (m,) ndarray of int
         Discontinuity of each plane; -1 if its position is unknown.
     """
-    upward = normal if normal[2] >= 0 else -normal
+    upward_normal = normal if normal[2] >= 0 else -normal
     located_rows = np.flatnonzero(np.isfinite(pieces.places).all(axis=1))
     labels = np.full(len(poles), -1, np.int64)
     if not len(located_rows):
         return Arrangement(rests_on=faces), (), labels
     members = pieces.rows(located_rows)
     centre = members.places.mean(axis=0)
-    offsets = (members.places - centre) @ upward
-    projections = np.einsum("i,mij,j->m", upward, members.scatters, upward)
+    offsets = (members.places - centre) @ upward_normal
+    projections = np.einsum("i,mij,j->m", upward_normal, members.scatters, upward_normal)
     labels[located_rows] = split_by_position(
         offsets, np.sqrt(np.maximum(np.nan_to_num(projections), 0.0))
     )
     n_separate = int(split_by_position(offsets, _thickness(members.scatters)).max()) + 1
-    axes = np.concatenate(_strike_and_dip(upward))
+    axes = np.concatenate(_strike_and_dip(upward_normal))
     groups = [np.flatnonzero(labels[located_rows] == k) for k in range(int(labels.max()) + 1)]
     group_offsets = [
         float(np.average(offsets[rows], weights=_weights(members.areas[rows]))) for rows in groups
@@ -239,14 +239,14 @@ def arrange_planes(
     # The mean position of several pieces can lie beyond that of a neighbour.
     for k, group in enumerate(np.argsort(group_offsets, kind="stable").tolist()):
         labels[located_rows[groups[group]]] = k
-        discontinuity, shape = _discontinuity(
+        discontinuity, shape = _build_discontinuity(
             f"{name}-{k + 1}", name, group_offsets[group], members.rows(groups[group]), axes, centre
         )
         discontinuities.append(discontinuity)
         shapes.append(shape)
-    arrangement = _summarize(discontinuities, shapes, poles @ upward, faces, n_separate)
-    if not members.are_more_than_places and _may_share_planes(
-        offsets, members.places, upward, poles[located_rows]
+    arrangement = _summarize(discontinuities, shapes, poles @ upward_normal, faces, n_separate)
+    if not members.has_extents and _may_share_planes(
+        offsets, members.places, upward_normal, poles[located_rows]
     ):
         arrangement = replace(arrangement, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
     return arrangement, tuple(discontinuities), labels
@@ -288,11 +288,11 @@ def describe_faces(pieces: Pieces) -> str | None:
     str or None
     """
     located_positions = pieces.places[np.isfinite(pieces.places).all(axis=1)]
-    if len(located_positions) < MIN_PLACES:
+    if len(located_positions) < MIN_POSITIONS:
         return None
     rings = [ring for ring in pieces.rings if len(ring)]
-    all_ = np.concatenate([located_positions, *rings])
-    singular_values = np.linalg.svd(all_ - all_.mean(axis=0), compute_uv=False)
+    points = np.concatenate([located_positions, *rings])
+    singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return (
         "one face"
         if singular_values[2] <= MAX_FACE_THICKNESS * singular_values[1]
@@ -342,7 +342,7 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     return strike_and_dip_lines(direction, dip)
 
 
-def _discontinuity(
+def _build_discontinuity(
     id_: str, set_name: str, offset: float, members: Pieces, axes: FloatArray, centre: FloatArray
 ) -> tuple[Discontinuity, Any]:
     """Return a discontinuity and its pieces in the plane of the set; None without boundaries.
@@ -410,23 +410,23 @@ def _summarize(
     if mean is not None and len(gaps) > 1:
         cv = float(gaps.std(ddof=1)) / mean
     area = _total([discontinuity.area_m2 for discontinuity in discontinuities])
-    p32 = low = high = exposed = ending_share = None
+    p32 = low = high = exposed_p32 = ending_spacing = None
     if mean is not None:
-        leaning = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
-        p32 = leaning / mean
-        low = leaning * _rate95(len(gaps), float(gaps.sum()))[0]
+        obliquity_factor = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
+        p32 = obliquity_factor / mean
+        low = obliquity_factor * _rate95(len(gaps), float(gaps.sum()))[0]
         # Inclined pieces overlap others along the normal, although they may be separate planes.
-        high = leaning * _rate95(max(len(gaps), n_separate - 1), float(gaps.sum()))[1]
+        high = obliquity_factor * _rate95(max(len(gaps), n_separate - 1), float(gaps.sum()))[1]
         if area is not None and all(shape is not None for shape in shapes):
-            ending_share = _ending_gap(offsets, shapes)
+            ending_spacing = _ending_gap(offsets, shapes)
             region = float(shapely.convex_hull(shapely.geometrycollections(shapes)).area)
             if region > 0.0:
-                exposed = area / (region * mean * len(discontinuities))
+                exposed_p32 = area / (region * mean * len(discontinuities))
     return Arrangement(
         len(discontinuities),
         mean,
         cv,
-        ending_share,
+        ending_spacing,
         _mean([discontinuity.persistence_dip_m for discontinuity in discontinuities]),
         _mean([discontinuity.persistence_strike_m for discontinuity in discontinuities]),
         _mean([discontinuity.persistence_max_m for discontinuity in discontinuities]),
@@ -434,7 +434,7 @@ def _summarize(
         p32,
         low,
         high,
-        exposed,
+        exposed_p32,
         faces,
     )
 
@@ -474,10 +474,10 @@ def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
 
 
 def _total(values: list[float | None]) -> float | None:
-    values_known = [value for value in values if value is not None]
-    return float(sum(values_known)) if len(values_known) == len(values) else None
+    known_values = [value for value in values if value is not None]
+    return float(sum(known_values)) if len(known_values) == len(values) else None
 
 
 def _mean(values: list[float | None]) -> float | None:
-    values_known = [value for value in values if value is not None]
-    return float(np.mean(values_known)) if values_known else None
+    known_values = [value for value in values if value is not None]
+    return float(np.mean(known_values)) if known_values else None

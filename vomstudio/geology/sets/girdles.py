@@ -54,9 +54,9 @@ def find_pairs_without_gap(
             values, _ = orientation_tensor(members)
             if values[1] < MIN_ELONGATION**2 * values[2]:
                 continue
-            projections = second_mean - (first_mean @ second_mean) * first_mean
-            projections /= np.linalg.norm(projections)
-            positions = np.arctan2(members @ projections, members @ first_mean)
+            cross_axis = second_mean - (first_mean @ second_mean) * first_mean
+            cross_axis /= np.linalg.norm(cross_axis)
+            positions = np.arctan2(members @ cross_axis, members @ first_mean)
             positions = (positions + math.pi / 2.0) % math.pi - math.pi / 2.0
             thirds = np.floor(positions / angle * 3.0)
             is_between = (thirds >= 0) & (thirds <= 2)

@@ -213,10 +213,10 @@ def sets_from_means(
         Kappa and the confidence cone are computed from the planes.
     """
     groups = np.asarray(group, np.int64)
-    all_ = np.asarray(poles, np.float64).reshape(-1, 3)
+    pole_array = np.asarray(poles, np.float64).reshape(-1, 3)
     sets = []
     for j, mean in enumerate(means):
-        members = all_[groups == j]
+        members = pole_array[groups == j]
         if not len(members):
             continue
         plane = Plane.from_normal(mean)
@@ -225,7 +225,7 @@ def sets_from_means(
             replace(proposed_set, dip_direction_deg=plane.dip_direction_deg, dip_deg=plane.dip_deg)
         )
     return SetProposal(
-        n=len(all_),
+        n=len(pole_array),
         sets=tuple(sets),
         unassigned=int(np.sum(groups < 0)),
         criteria=(),
@@ -233,8 +233,8 @@ def sets_from_means(
         dropped_lines=(),
         warnings=(),
         assignment=tuple(f"S{group + 1}" if group >= 0 else "" for group in groups.tolist()),
-        probability=(1.0,) * len(all_),
-        rows=tuple(range(len(all_))),
+        probability=(1.0,) * len(pole_array),
+        rows=tuple(range(len(pole_array))),
     )
 
 
@@ -267,37 +267,42 @@ def describe_proposal(
     ids = np.full(len(poles), "", dtype=object)
     progress = progress or SilentProgress()
     progress.stage(tr("Describing the sets"), len(proposal.sets))
-    for index, proposed in enumerate(proposal.sets):
+    for index, proposed_set in enumerate(proposal.sets):
         progress.step(index)
-        rows = np.flatnonzero(assignment == proposed.name)
-        normal = Plane(proposed.dip_direction_deg, proposed.dip_deg).normal()
-        arrangement, line = Arrangement(), None
+        rows = np.flatnonzero(assignment == proposed_set.name)
+        normal = Plane(proposed_set.dip_direction_deg, proposed_set.dip_deg).normal()
+        arrangement, scanline_spacing = Arrangement(), None
         if pieces is not None:
             members = pieces.rows(rows)
             arrangement, planes, labels = arrange_planes(
-                proposed.name, normal, poles[rows], members, face
+                proposed_set.name, normal, poles[rows], members, face
             )
             discontinuities += planes
             ids[rows] = ["" if k < 0 else planes[k].id for k in labels.tolist()]
             if scanline is not None:
-                line = measure_scanline_spacing(normal, poles[rows], members.places, scanline)
+                scanline_spacing = measure_scanline_spacing(
+                    normal, poles[rows], members.places, scanline
+                )
         sets.append(
             DescribedSet(
-                **{**vars(proposed), **vars(arrangement)}, fit=fit_set(poles[rows]), scanline=line
+                **{**vars(proposed_set), **vars(arrangement)},
+                fit=fit_set(poles[rows]),
+                scanline=scanline_spacing,
             )
         )
-    warnings, row_ids = list(proposal.warnings), []
-    if pieces is not None and pieces.are_more_than_places:
-        row_ids = ids.tolist()
+    warnings, discontinuity_ids = list(proposal.warnings), []
+    if pieces is not None and pieces.has_extents:
+        discontinuity_ids = ids.tolist()
     elif any(
-        proposed.p32_1_per_m is not None and proposed.p32_low95_1_per_m is None for proposed in sets
+        proposed_set.p32_1_per_m is not None and proposed_set.p32_low95_1_per_m is None
+        for proposed_set in sets
     ):
         warnings.append(Finding("sets.each-pick-counts"))
     return replace(
         proposal,
         sets=tuple(sets),
         discontinuities=tuple(discontinuities),
-        discontinuity=tuple(row_ids),
+        discontinuity=tuple(discontinuity_ids),
         warnings=tuple(warnings),
     )
 
@@ -359,7 +364,7 @@ def propose_sets_of_poles(
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
     warnings: list[Finding] = []
     mixture, criteria = _fit_mixture(poles, options.max_sets, exactly, seeds)
-    group = mixture.component_of_poles()
+    group = mixture.most_probable_clusters()
     cones = cones95_deg(poles, mixture)
     order = list(range(mixture.k))
     if not seeds:
@@ -373,8 +378,8 @@ def propose_sets_of_poles(
             if seeds:
                 warnings.append(Finding("sets.empty-seed", number=number))
             continue
-        member_places = None if positions is None else positions[members]
-        sets.append(_describe_set(names[j], poles[members], member_places, float(cones[j])))
+        member_positions = None if positions is None else positions[members]
+        sets.append(_describe_set(names[j], poles[members], member_positions, float(cones[j])))
     if exactly is not None and not seeds and len(sets) < exactly:
         warnings.append(Finding("sets.fewer", count=len(sets), minimum=MIN_MEMBERS, wanted=exactly))
     if not seeds:
@@ -397,16 +402,16 @@ def propose_sets_of_poles(
 def _girdle_findings(
     poles: FloatArray, group: IntArray, order: Sequence[int], names: dict[int, str]
 ) -> list[Finding]:
-    filled_order = [j for j in order if np.any(group == j)]
-    if len(filled_order) < 2:
+    nonempty_order = [j for j in order if np.any(group == j)]
+    if len(nonempty_order) < 2:
         return []
     means = np.array(
-        [fisher(poles[group == j], is_directed=False).mean.vector() for j in filled_order]
+        [fisher(poles[group == j], is_directed=False).mean.vector() for j in nonempty_order]
     )
     groups = np.full(len(poles), -1)
-    for index, j in enumerate(filled_order):
+    for index, j in enumerate(nonempty_order):
         groups[group == j] = index
-    joined_girdles = {i: i for i in range(len(filled_order))}
+    joined_girdles = {i: i for i in range(len(nonempty_order))}
     for i, j in find_pairs_without_gap(poles, groups, means):
         old_girdle, new_girdle = joined_girdles[j], joined_girdles[i]
         joined_girdles = {
@@ -418,7 +423,7 @@ def _girdle_findings(
         for girdle_id in dict.fromkeys(joined_girdles.values())
     ]
     return [
-        Finding("sets.girdle", sets=[names[filled_order[k]] for k in girdle])
+        Finding("sets.girdle", sets=[names[nonempty_order[k]] for k in girdle])
         for girdle in girdles
         if len(girdle) > 1
     ]
@@ -457,7 +462,7 @@ def _fit_mixture(
         raise UsageError(Finding("sets.too-many", sets=exactly, n=len(poles)), field="--exactly")
     if not seeds:
         if exactly is not None:
-            return propose_clusters(poles, exactly, exactly=True)
+            return propose_clusters(poles, exactly, is_exact_count=True)
         return propose_clusters(poles, DEFAULT_MAX_SETS if max_sets is None else max_sets)
     if max_sets is not None and len(seeds) > max_sets:
         raise UsageError(

@@ -16,7 +16,7 @@ from vomstudio.geometry.patches import equal_cells
 MAX_POINTS = 6_000
 CELLS_PER_SIDE, MIN_CELLS, POINTS_PER_CELL = 6, 4, 4
 SIGNIFICANCE = 0.01
-MIN_EXPLAINED = 0.4
+MIN_EXPLAINED_SHARE = 0.4
 """Minimum share of the scatter of the cell means about the plane that the quadratic surface
 explains.
 """
@@ -59,16 +59,19 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
         return None
     a, b = a / sigma_u, b / sigma_v
     plane = np.column_stack([np.ones_like(a), a, b])
-    quadric_columns = np.column_stack([plane, a * a, a * b, b * b])
-    coefficients = np.linalg.lstsq(quadric_columns, mean, rcond=None)[0]
+    quadratic_columns = np.column_stack([plane, a * a, a * b, b * b])
+    coefficients = np.linalg.lstsq(quadratic_columns, mean, rcond=None)[0]
     plane_residuals = mean - plane @ np.linalg.lstsq(plane, mean, rcond=None)[0]
-    quadratic_residuals = mean - quadric_columns @ coefficients
+    quadratic_residuals = mean - quadratic_columns @ coefficients
     plane_squares, quadratic_squares = (
         float(plane_residuals @ plane_residuals),
         float(quadratic_residuals @ quadratic_residuals),
     )
-    dof = len(mean) - quadric_columns.shape[1]
-    if plane_squares - quadratic_squares < MIN_EXPLAINED * plane_squares or not plane_squares > 0.0:
+    dof = len(mean) - quadratic_columns.shape[1]
+    if (
+        plane_squares - quadratic_squares < MIN_EXPLAINED_SHARE * plane_squares
+        or not plane_squares > 0.0
+    ):
         return None
     if (
         quadratic_squares > 0.0
@@ -76,11 +79,11 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
         > SIGNIFICANCE
     ):
         return None
-    second = np.array(
+    hessian = np.array(
         [
             [2.0 * coefficients[3] / sigma_u**2, coefficients[4] / sigma_u / sigma_v],
             [coefficients[4] / sigma_u / sigma_v, 2.0 * coefficients[5] / sigma_v**2],
         ]
     )
     extent = DISC_WIDTH_SIGMA * np.diag([float(u.std()), float(v.std())])
-    return float(2.0 * np.degrees(np.arctan(0.5 * np.linalg.norm(second @ extent, 2))))
+    return float(2.0 * np.degrees(np.arctan(0.5 * np.linalg.norm(hessian @ extent, 2))))

@@ -29,13 +29,13 @@ MIN_STEP_NOISE, MIN_STEP_ERRORS, MIN_STEP_GRIDS = 1.5, 4.5, 1.5
 # Minimum share of the cells on a level; maximum number of cells between two levels relative to the
 # smaller level (0.7 for a sine wave, 1 for a uniform distribution). Without a step, the means
 # scatter only by their error.
-MIN_LEVEL_SHARE, MAX_SHARE_BETWEEN, BAND_HALF_WIDTH_SHARE = 0.07, 0.3, 0.2
+MIN_LEVEL_SHARE, MAX_BETWEEN_SHARE, BAND_HALF_WIDTH_SHARE = 0.07, 0.3, 0.2
 MAX_FLAT_SCATTER = 1.6
 MAX_ITERATIONS, MAX_LEVELS = 12, 4
 # Kernel width in standard deviations of the heights; maximum depth ratio of the valley to the
 # smaller peak, within cells and overall (because waves also have peaks); minimum significance of
 # the peaks.
-KERNEL_WIDTH, MAX_VALLEY, MAX_VALLEY_OVERALL, MIN_PEAK_SIGMA = 0.35, 0.9, 0.6, 4.0
+KERNEL_WIDTH, MAX_VALLEY_RATIO, MAX_OVERALL_VALLEY_RATIO, MIN_PEAK_SIGMA = 0.35, 0.9, 0.6, 4.0
 N_BINS = 256
 MIN_RELATIVE_SCATTER = 1e-9
 MAX_STEPS = 32_000
@@ -74,8 +74,8 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     slopes = _median_slopes(u, v, h)
     cells_per_side = int(np.sqrt(len(u) / POINTS_PER_CELL))
     if cells_per_side < MIN_CELLS_PER_SIDE:
-        return _gap_between_layers(h, MAX_VALLEY, grid)
-    cell = equal_cells(_round_places(u), _round_places(v), cells_per_side)
+        return _gap_between_layers(h, MAX_VALLEY_RATIO, grid)
+    cell = equal_cells(_round_positions(u), _round_positions(v), cells_per_side)
     count = np.bincount(cell, minlength=cells_per_side * cells_per_side).astype(np.float64)
     a, b, mean = (np.bincount(cell, x, cells_per_side * cells_per_side) / count for x in (u, v, h))
     cell_residuals = h - mean[cell] - slopes[0] * (u - a[cell]) - slopes[1] * (v - b[cell])
@@ -87,8 +87,8 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     gap = _gap_between_cells(a, b, mean, slopes, MAX_FLAT_SCATTER * error)
     if gap is not None and gap >= min_gap:
         return gap
-    gap = _gap_between_layers(h, MAX_VALLEY_OVERALL, grid)
-    return _gap_between_layers(cell_residuals, MAX_VALLEY, grid) if gap is None else gap
+    gap = _gap_between_layers(h, MAX_OVERALL_VALLEY_RATIO, grid)
+    return _gap_between_layers(cell_residuals, MAX_VALLEY_RATIO, grid) if gap is None else gap
 
 
 def level_findings(gap_m: float | None) -> list[Finding]:
@@ -201,14 +201,14 @@ def _fit_levels(
         n_on_level = min(
             int((np.abs(position - end) < BAND_HALF_WIDTH_SHARE).sum()) for end in (0.0, 1.0)
         )
-        if n_between > MAX_SHARE_BETWEEN * n_on_level:
+        if n_between > MAX_BETWEEN_SHARE * n_on_level:
             return None
     return float(gaps.min())
 
 
 def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
     """Return the median slope of wide cells, few of which contain a step."""
-    cell = equal_cells(_round_places(u), _round_places(v), WIDE_CELLS_PER_SIDE)
+    cell = equal_cells(_round_positions(u), _round_positions(v), WIDE_CELLS_PER_SIDE)
     count = np.bincount(cell)
     a, b, c = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, h))
     aa, ab, bb, ac, bc = (np.bincount(cell, x) for x in (a * a, a * b, b * b, a * c, b * c))
@@ -220,7 +220,7 @@ def _median_slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
     return np.asarray(np.median(slopes, axis=1))
 
 
-def _round_places(x: FloatArray) -> Int16Array:
+def _round_positions(x: FloatArray) -> Int16Array:
     """Round positions so that the points of a lattice row fall into one cell.
 
     The result does not depend on the tilt of the plane. Short integers sort ten times faster.
@@ -230,7 +230,7 @@ def _round_places(x: FloatArray) -> Int16Array:
 
 
 # --- layers -----------------------------------------------------------------------------------
-def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float | None:
+def _gap_between_layers(h: FloatArray, max_valley_ratio: float, grid: float) -> float | None:
     """Return the distance between the two largest peaks if the valley between them suffices."""
     low, high = np.quantile(h, [0.002, 0.998])
     inner_heights = h[(h >= low) & (h <= high)]
@@ -253,7 +253,7 @@ def _gap_between_layers(h: FloatArray, max_valley: float, grid: float) -> float 
     min_depth = MIN_PEAK_SIGMA * float(np.sqrt(np.convolve(count, kernel**2, mode="same").max()))
     gap = float(edges[second_peak] - edges[first_peak])
     if (
-        valley > max_valley * smaller_peak
+        valley > max_valley_ratio * smaller_peak
         or smaller_peak - valley < min_depth
         or smaller_peak < 0.1 * density.max()
     ):

@@ -15,7 +15,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
-def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore[no-untyped-def]
+def find_neighbouring_cells(keys, row, layer, position, starts, near_points):  # type: ignore[no-untyped-def]
     """Find the up to 26 neighbours of each cell and return their total number.
 
     Parameters
@@ -34,12 +34,12 @@ def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore
     count = 0
     for c in range(len(keys)):
         starts[c] = count
-        for turn in range(9):
-            first_key = keys[c] + (turn // 3 - 1) * layer + (turn % 3 - 1) * row - 1
-            p = position[turn]
+        for offset_index in range(9):
+            first_key = keys[c] + (offset_index // 3 - 1) * layer + (offset_index % 3 - 1) * row - 1
+            p = position[offset_index]
             while p < len(keys) and keys[p] < first_key:
                 p += 1
-            position[turn] = p
+            position[offset_index] = p
             while p < len(keys) and keys[p] <= first_key + 2:
                 if p != c:
                     near_points[count] = p
@@ -50,7 +50,7 @@ def near_cells(keys, row, layer, position, starts, near_points):  # type: ignore
 
 
 @kernel("b1(f8[:,::1], i8[::1])")
-def has_twins(points, cell_starts):  # type: ignore[no-untyped-def]
+def has_coincident_points(points, cell_starts):  # type: ignore[no-untyped-def]
     """Return whether two points of a cell have the same coordinates."""
     for c in range(len(cell_starts) - 1):
         for a in range(cell_starts[c], cell_starts[c + 1]):
@@ -70,7 +70,7 @@ def find_bounds(points, low, high):  # type: ignore[no-untyped-def]
 
     `low` and `high` are inf and -inf on entry and contain the bounds on return.
     """
-    non_finite = 0
+    n_non_finite = 0
     ax, ay, az = low[0], low[1], low[2]
     bx, by, bz = high[0], high[1], high[2]
     for p in range(len(points)):
@@ -78,13 +78,13 @@ def find_bounds(points, low, high):  # type: ignore[no-untyped-def]
         if not math.isfinite(x + y + z) and not (
             math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
         ):
-            non_finite += 1
+            n_non_finite += 1
             continue
         ax, ay, az = min(ax, x), min(ay, y), min(az, z)
         bx, by, bz = max(bx, x), max(by, y), max(bz, z)
     low[0], low[1], low[2] = ax, ay, az
     high[0], high[1], high[2] = bx, by, bz
-    return non_finite
+    return n_non_finite
 
 
 @part
@@ -124,7 +124,7 @@ def number_points_in_cells(points, cells_per_unit, row, layer, keys):  # type: i
 
 
 @kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
-def sort_upper(values, first, last, buffer, counts):  # type: ignore[no-untyped-def]
+def radix_sort(values, first, last, buffer, counts):  # type: ignore[no-untyped-def]
     """Sort values by the bits `first` to `last`, preserving the order of equal values.
 
     This is a radix sort from the lowest bits upwards (Knuth, The Art of Computer Programming 3,
@@ -168,7 +168,7 @@ def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, positions,
     keys, cell_starts : ndarray
         Output: number of each cell and its first sorted point.
     """
-    cells, last_cell = 0, -1
+    n_cells, last_cell = 0, -1
     low = (1 << bits) - 1
     for k in range(len(packed_keys)):
         key, row = packed_keys[k] >> bits, packed_keys[k] & low
@@ -179,10 +179,10 @@ def sort_points_by_cell(packed_keys, bits, points, rows, sorted_rows, positions,
             points[row, 2],
         )
         if key != last_cell:
-            keys[cells], cell_starts[cells] = key, k
-            cells, last_cell = cells + 1, key
-    cell_starts[cells] = len(packed_keys)
-    return cells
+            keys[n_cells], cell_starts[n_cells] = key, k
+            n_cells, last_cell = n_cells + 1, key
+    cell_starts[n_cells] = len(packed_keys)
+    return n_cells
 
 
 @kernel(
@@ -209,7 +209,8 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
     Parameters
     ----------
     points, cell_starts, starts, neighbouring_cells, keys
-        Sorted points and their cells, as returned by `sort_points_by_cell` and `near_cells`.
+        Sorted points and their cells, as returned by `sort_points_by_cell` and
+        `find_neighbouring_cells`.
     row, layer, side
         Increments of the cell number, and side length of a cell.
     rows, cells : (k,) ndarray
@@ -224,8 +225,8 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
         x, y, z = points[rows[i], 0], points[rows[i], 1], points[rows[i], 2]
         c = cells[i]
         count, worst_square = 0, math.inf
-        for turn in range(starts[c] - 1, starts[c + 1]):
-            o = c if turn < starts[c] else neighbouring_cells[turn]
+        for neighbour_index in range(starts[c] - 1, starts[c + 1]):
+            o = c if neighbour_index < starts[c] else neighbouring_cells[neighbour_index]
             for p in range(cell_starts[o], cell_starts[o + 1]):
                 dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
                 square = dx * dx + dy * dy + dz * dz

@@ -21,7 +21,7 @@ def find_slot(names, name):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i8[:,::1])")
-def tabulate(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
+def fill_row_table(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
     """Fill the table of rows of cells that contain points.
 
     Parameters
@@ -42,7 +42,7 @@ def tabulate(rows, cell_starts, names, ends):  # type: ignore[no-untyped-def]
 
 
 @part
-def find_first_not_below(keys, bound, low, high):  # type: ignore[no-untyped-def]
+def lower_bound(keys, bound, low, high):  # type: ignore[no-untyped-def]
     """Return the first position in a range of sorted keys whose key is not below `bound`."""
     while low < high:
         centre = (low + high) // 2
@@ -60,7 +60,7 @@ def cell_of(value, size, count):  # type: ignore[no-untyped-def]
 
 
 @part
-def _rotation(p, q, m):  # type: ignore[no-untyped-def]
+def _jacobi_rotation(p, q, m):  # type: ignore[no-untyped-def]
     """Return the tangent, cosine and sine of the rotation that eliminates an element.
 
     The element m is the off-diagonal element of the diagonal elements p and q.
@@ -91,39 +91,39 @@ def smallest_eigenvector(a, b, c, d, e, f):  # type: ignore[no-untyped-def]
     for _ in range(30):
         if d * d + e * e + f * f <= 1e-32 * (a * a + b * b + c * c):
             break
-        t, k, s = _rotation(a, b, d)
+        t, k, s = _jacobi_rotation(a, b, d)
         a, b, d = a - t * d, b + t * d, 0.0
         e, f = _rotate_pair(k, s, e, f)
         v00, v01 = _rotate_pair(k, s, v00, v01)
         v10, v11 = _rotate_pair(k, s, v10, v11)
         v20, v21 = _rotate_pair(k, s, v20, v21)
-        t, k, s = _rotation(a, c, e)
+        t, k, s = _jacobi_rotation(a, c, e)
         a, c, e = a - t * e, c + t * e, 0.0
         d, f = _rotate_pair(k, s, d, f)
         v00, v02 = _rotate_pair(k, s, v00, v02)
         v10, v12 = _rotate_pair(k, s, v10, v12)
         v20, v22 = _rotate_pair(k, s, v20, v22)
-        t, k, s = _rotation(b, c, f)
+        t, k, s = _jacobi_rotation(b, c, f)
         b, c, f = b - t * f, c + t * f, 0.0
         d, e = _rotate_pair(k, s, d, e)
         v01, v02 = _rotate_pair(k, s, v01, v02)
         v11, v12 = _rotate_pair(k, s, v11, v12)
         v21, v22 = _rotate_pair(k, s, v21, v22)
     trace = a + b + c
-    smallest_diagonal, maximum = min(a, b, c), max(a, b, c)
+    smallest_eigenvalue, maximum = min(a, b, c), max(a, b, c)
     x, y, z = v00, v10, v20
-    if smallest_diagonal == b:
+    if smallest_eigenvalue == b:
         x, y, z = v01, v11, v21
-    elif smallest_diagonal == c:
+    elif smallest_eigenvalue == c:
         x, y, z = v02, v12, v22
-    return x, y, z, smallest_diagonal, trace - smallest_diagonal - maximum, maximum
+    return x, y, z, smallest_eigenvalue, trace - smallest_eigenvalue - maximum, maximum
 
 
 @kernel(
     "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8, i8[::1],"
     "f8[:,::1], f8[:,::1], f8[:,::1])"
 )
-def fit_planes_near(  # type: ignore[no-untyped-def]
+def fit_local_planes(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, positions, radius, count, means, normals, spreads
 ):
     """Fit a plane to the points in a ball around each position.
@@ -147,7 +147,7 @@ def fit_planes_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                position = lower_bound(cells, i0, ends[slot, 0], stop)
                 while position < stop and cells[position] <= i1:
                     dx, dy, dz = (
                         points[position, 0] - x,
@@ -184,7 +184,7 @@ def fit_planes_near(  # type: ignore[no-untyped-def]
     "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8[:,::1], f8, f8,"
     "i8[::1], f8[::1], f8[::1])"
 )
-def along_axes(  # type: ignore[no-untyped-def]
+def measure_along_axes(  # type: ignore[no-untyped-def]
     points,
     cells,
     names,
@@ -196,31 +196,32 @@ def along_axes(  # type: ignore[no-untyped-def]
     positions,
     axes,
     radius,
-    reach,
+    max_distance,
     count,
     means,
     spreads,
 ):
     """Measure the points in a cylinder around each position along a unit axis.
 
-    The cylinder extends by `reach` in both directions. The outputs are the number of points, and
+    The cylinder extends by `max_distance` in both directions. The outputs are the number of points,
+    and
     the mean and the standard deviation (divisor n - 1) of their positions along the axis. Points
     and positions are relative to the corner of the grid.
     """
-    pieces = max(1, math.ceil(reach / size))
-    half = reach / pieces
+    pieces = max(1, math.ceil(max_distance / size))
+    half_length = max_distance / pieces
     for row in range(len(positions)):
         x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         ux, uy, uz = axes[row, 0], axes[row, 1], axes[row, 2]
         if not math.isfinite(ux + uy + uz):
             continue
         # Half the sides of the bounding box of a piece of the cylinder.
-        wx = abs(ux) * half + radius * math.sqrt(max(1.0 - ux * ux, 0.0))
-        wy = abs(uy) * half + radius * math.sqrt(max(1.0 - uy * uy, 0.0))
-        wz = abs(uz) * half + radius * math.sqrt(max(1.0 - uz * uz, 0.0))
+        wx = abs(ux) * half_length + radius * math.sqrt(max(1.0 - ux * ux, 0.0))
+        wy = abs(uy) * half_length + radius * math.sqrt(max(1.0 - uy * uy, 0.0))
+        wz = abs(uz) * half_length + radius * math.sqrt(max(1.0 - uz * uz, 0.0))
         n, mean, squares = 0, 0.0, 0.0
         for piece in range(pieces):
-            t = (2 * piece + 1 - pieces) * half
+            t = (2 * piece + 1 - pieces) * half_length
             cx, cy, cz = x + t * ux, y + t * uy, z + t * uz
             if (
                 cx + wx < 0.0
@@ -241,7 +242,7 @@ def along_axes(  # type: ignore[no-untyped-def]
                     if names[slot] == -1:
                         continue
                     stop = ends[slot, 1]
-                    position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                    position = lower_bound(cells, i0, ends[slot, 0], stop)
                     while position < stop and cells[position] <= i1:
                         dx, dy, dz = (
                             points[position, 0] - x,
@@ -252,9 +253,9 @@ def along_axes(  # type: ignore[no-untyped-def]
                         axis_component = dx * ux + dy * uy + dz * uz
                         # Count each point in one piece only.
                         if (
-                            axis_component < t - half
-                            or axis_component > t + half
-                            or (axis_component == t + half and not is_last)
+                            axis_component < t - half_length
+                            or axis_component > t + half_length
+                            or (axis_component == t + half_length and not is_last)
                         ):
                             continue
                         offset = dx * dx + dy * dy + dz * dz - axis_component * axis_component

@@ -13,24 +13,24 @@ import os
 import platform
 from pathlib import Path
 
-from vomstudio.geometry.kernels.machine_code import compiler, load_code, store_code
+from vomstudio.geometry.kernels.machine_code import describe_compiler, load_code, store_code
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
 def is_compilation_recorded() -> bool:
     """Return whether this version of the program has compiled all kernels on this machine."""
-    return load_code(_name()) is not None
+    return load_code(_record_name()) is not None
 
 
 def record_compilation() -> None:
     """Record that all kernels are compiled."""
-    store_code(_name(), b"")
+    store_code(_record_name(), b"")
 
 
-def _name() -> str:
+def _record_name() -> str:
     digest = hashlib.blake2b(digest_size=16)
-    for word in (*compiler(), platform.platform(), platform.node()):
+    for word in (*describe_compiler(), platform.platform(), platform.node()):
         digest.update(f"{word}\n".encode())
     for folder, folder_names, names in os.walk(_PACKAGE):
         folder_names[:] = sorted(name for name in folder_names if name != "__pycache__")

@@ -47,8 +47,8 @@ class Kernel:
         with COMPILATION_LOCK:
             if self._run is None:
                 self._run = (
-                    machine_code.entry(self.source, self.compile_by_numba)
-                    or self.compile_by_numba()
+                    machine_code.entry(self.source, self.compile_with_numba)
+                    or self.compile_with_numba()
                 )
             return self._run
 
@@ -58,9 +58,9 @@ class Kernel:
 
         with COMPILATION_LOCK:
             if not machine_code.compile_for_this_processor(self.source):
-                self.compile_by_numba()
+                self.compile_with_numba()
 
-    def compile_by_numba(self) -> Callable[..., Any]:
+    def compile_with_numba(self) -> Callable[..., Any]:
         """Compile by numba, or load from numba's cache.
 
         If no cache folder can be written, the kernel is compiled anew in each process.
@@ -227,7 +227,7 @@ def to_read_only_array(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     -------
     ndarray
     """
-    required_array = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
-    if required_array.flags.writeable or not required_array.size:
-        return to_kernel_array(required_array, dtype)
-    return np.asarray(_BorrowedMemory(required_array))
+    aligned_array = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    if aligned_array.flags.writeable or not aligned_array.size:
+        return to_kernel_array(aligned_array, dtype)
+    return np.asarray(_BorrowedMemory(aligned_array))

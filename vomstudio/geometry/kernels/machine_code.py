@@ -38,13 +38,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_small_text, read_whole
+from vomstudio.core.files.regular import read_small_text, read_whole_file
 from vomstudio.core.files.user_folders import state_folder
 from vomstudio.core.paths import resource, user_cache
 from vomstudio.geometry.kernels.signatures import Signature
-from vomstudio.geometry.kernels.sources import KernelPart, KernelSource, all_code, link_parts
+from vomstudio.geometry.kernels.sources import (
+    KernelPart,
+    KernelSource,
+    all_code_objects,
+    link_parts,
+)
 
-_FORMAT = b"vomstudio kernel 1\n"
+_FILE_SIGNATURE = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
 MAX_VERSIONS = 8
 NUMBA_SYMBOLS = ("NRT_", "numba_", "Py", "_Py")
@@ -80,14 +85,14 @@ class _UncacheableKernelError(Exception):
 
 
 def entry(
-    source: KernelSource, compile_by_numba: Callable[[], Callable[..., Any]]
+    source: KernelSource, compile_with_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any] | None:
     """Return the kernel as machine code, compiled if no code for this processor is stored.
 
     Parameters
     ----------
     source : KernelSource
-    compile_by_numba : callable
+    compile_with_numba : callable
         Returns the kernel compiled by numba, which reports errors raised inside the code.
 
     Returns
@@ -104,7 +109,7 @@ def entry(
             code = _included_code(source)
         if code is None:
             code = _compile_and_store(source)
-        return _link(signature, code, compile_by_numba)
+        return _link_code(signature, code, compile_with_numba)
     except (_UncacheableKernelError, ValueError):
         return None
 
@@ -140,8 +145,8 @@ def _compile_and_store(source: KernelSource) -> bytes:
     return code
 
 
-def _link(
-    signature: Signature, code: bytes, compile_by_numba: Callable[[], Callable[..., Any]]
+def _link_code(
+    signature: Signature, code: bytes, compile_with_numba: Callable[[], Callable[..., Any]]
 ) -> Callable[..., Any]:
     if not code:
         raise _UncacheableKernelError
@@ -154,7 +159,7 @@ def _link(
     def run(*args: Any) -> Any:
         is_done, result = signature.call(function, args)
         # The code raised an exception. Run the kernel with numba, which reports the exception.
-        return result if is_done else compile_by_numba()(*args)
+        return result if is_done else compile_with_numba()(*args)
 
     return run
 
@@ -194,11 +199,11 @@ def _missing_symbols(code: bytes) -> list[str]:
     for _, kind, _, _, position, length, link, _ in sections:
         if kind != 2:  # the symbol table
             continue
-        words_at = sections[link][4]
+        string_table_offset = sections[link][4]
         for offset in range(position, position + length, 24):
             word, _, _, section = struct.unpack_from("<IBBH", code, offset)
             if word and section == 0:
-                start = words_at + word
+                start = string_table_offset + word
                 names.append(code[start : code.index(b"\0", start)].decode())
     return names
 
@@ -262,7 +267,7 @@ def baseline_code(source: KernelSource) -> tuple[str, bytes]:
         numba.
     """
     code = _compile_kernel(source, Signature(source.signature))
-    return _included_name(source), _add_checksum(code)
+    return _included_file_name(source), _add_checksum(code)
 
 
 def _included_code(source: KernelSource) -> bytes | None:
@@ -280,10 +285,10 @@ def _included_code(source: KernelSource) -> bytes | None:
     except InputError:
         # A checkout does not contain the code.
         return None
-    return _read_code(folder / _included_name(source)) or None
+    return _read_code(folder / _included_file_name(source)) or None
 
 
-def _included_name(source: KernelSource) -> str:
+def _included_file_name(source: KernelSource) -> str:
     return _name(source, (BASELINES[platform.machine()].cpu,))
 
 
@@ -354,15 +359,15 @@ def load_code(name: str) -> bytes | None:
 
 def _read_code(path: Path) -> bytes | None:
     with contextlib.suppress(OSError, InputError):
-        content = read_whole(path)
-        code = content[len(_FORMAT) + _DIGEST_BYTES :]
+        content = read_whole_file(path)
+        code = content[len(_FILE_SIGNATURE) + _DIGEST_BYTES :]
         if content == _add_checksum(code):
             return code
     return None
 
 
 def _add_checksum(code: bytes) -> bytes:
-    return _FORMAT + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
+    return _FILE_SIGNATURE + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
 
 
 def store_code(name: str, code: bytes) -> None:
@@ -375,16 +380,16 @@ def store_code(name: str, code: bytes) -> None:
     code : bytes
     """
     for folder in cache_folders():
-        draft = folder / f"{name}.{os.getpid()}.part"
+        temporary_path = folder / f"{name}.{os.getpid()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            draft.write_bytes(_add_checksum(code))
-            draft.replace(folder / name)
+            temporary_path.write_bytes(_add_checksum(code))
+            temporary_path.replace(folder / name)
             _remove_outdated_code(folder, name.rpartition("-")[0], "code")
             return
         except OSError:
             with contextlib.suppress(OSError):
-                draft.unlink(missing_ok=True)
+                temporary_path.unlink(missing_ok=True)
 
 
 def _remove_outdated_code(folder: Path, kernel: str, suffix: str) -> None:
@@ -405,7 +410,7 @@ def _name(source: KernelSource, environment: tuple[str, ...]) -> str:
     digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for word in (*environment, source.signature, str(source.fastmath)):
         digest.update(f"{word}\n".encode())
-    for word in _meaning(source.function):
+    for word in _code_dependencies(source.function):
         digest.update(f"{len(word)} {word}\n".encode())
     qualified_name = f"{source.function.__module__}.{source.function.__name__}"
     return f"{re.sub(r'[^A-Za-z0-9_.]', '_', qualified_name)}-{digest.hexdigest()}.code"
@@ -417,11 +422,11 @@ def _environment() -> tuple[str, ...]:
     import llvmlite
     import llvmlite.binding as llvm
 
-    compiler_facts = compiler()
-    if not compiler_facts[0]:
+    compiler_settings = describe_compiler()
+    if not compiler_settings[0]:
         raise _UncacheableKernelError
     return (
-        *compiler_facts,
+        *compiler_settings,
         llvmlite.__version__,
         llvm.get_process_triple(),
         llvm.get_host_cpu_name(),
@@ -429,7 +434,7 @@ def _environment() -> tuple[str, ...]:
     )
 
 
-def compiler() -> tuple[str, ...]:
+def describe_compiler() -> tuple[str, ...]:
     """Return the version and the settings of the compiler without importing it.
 
     The first item is the version of numba, or "" if numba is not installed.
@@ -444,14 +449,14 @@ def compiler() -> tuple[str, ...]:
     )
 
 
-def _meaning(function: Callable[..., Any]) -> Iterator[str]:
+def _code_dependencies(function: Callable[..., Any]) -> Iterator[str]:
     """Yield everything that the machine code of a function depends on.
 
     These are the instructions, the constants and the values of the names that the function and the
     functions it calls use.
     """
     assert isinstance(function, FunctionType)
-    codes = all_code(function)
+    codes = all_code_objects(function)
     for code in codes:
         yield code.co_code.hex()
         yield code.co_exceptiontable.hex()
@@ -469,10 +474,10 @@ def _meaning(function: Callable[..., Any]) -> Iterator[str]:
     }
     for name in sorted(used_globals):
         yield name
-        yield from _value(function.__globals__[name])
+        yield from _value_dependencies(function.__globals__[name])
     values = [cell.cell_contents for cell in function.__closure__ or ()]
     for value in [*values, *(function.__defaults__ or ())]:
-        yield from _value(value)
+        yield from _value_dependencies(value)
 
 
 def _order_sets(constant: Any) -> Any:
@@ -480,10 +485,10 @@ def _order_sets(constant: Any) -> Any:
     return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
 
 
-def _value(value: Any) -> Iterator[str]:
+def _value_dependencies(value: Any) -> Iterator[str]:
     if isinstance(value, KernelPart):
         yield repr(sorted(value.options.items()))
-        yield from _meaning(value.function)
+        yield from _code_dependencies(value.function)
     elif isinstance(value, np.ndarray):
         yield f"{value.dtype.str} {value.shape} {value.strides} {value.tobytes().hex()}"
     elif isinstance(value, ModuleType):
@@ -495,6 +500,6 @@ def _value(value: Any) -> Iterator[str]:
     elif isinstance(value, tuple):
         yield str(len(value))
         for item in value:
-            yield from _value(item)
+            yield from _value_dependencies(item)
     else:
         raise _UncacheableKernelError

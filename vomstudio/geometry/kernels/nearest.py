@@ -9,7 +9,7 @@ from vomstudio.geometry.kernels.raytree import LEAF_SIZE_ITEMS
 
 
 @part
-def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
+def _squared_box_distance(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
     """Return the squared distance from a position to a box; infinite for an empty box."""
     if low[node, 0] > high[node, 0]:
         return np.inf
@@ -20,7 +20,7 @@ def _box_square(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @part
-def _edge(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
+def _nearest_edge_fraction(px, py, pz, ex, ey, ez):  # type: ignore[no-untyped-def]
     """Return the nearest point of an edge as a fraction 0 to 1.
 
     The position and the edge are relative to the first end of the edge.
@@ -50,16 +50,16 @@ def _nearest_weights(ax, ay, az, ex, ey, ez, fx, fy, fz, x, y, z):  # type: igno
         if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
             return u, v
     # Outside, or a triangle without area: on the nearest of the edges.
-    u, v = _edge(px, py, pz, ex, ey, ez), 0.0
+    u, v = _nearest_edge_fraction(px, py, pz, ex, ey, ez), 0.0
     dx, dy, dz = px - u * ex, py - u * ey, pz - u * ez
     nearest_square = dx * dx + dy * dy + dz * dz
-    t = _edge(px, py, pz, fx, fy, fz)
+    t = _nearest_edge_fraction(px, py, pz, fx, fy, fz)
     dx, dy, dz = px - t * fx, py - t * fy, pz - t * fz
     square = dx * dx + dy * dy + dz * dz
     if square < nearest_square:
         nearest_square, u, v = square, 0.0, t
     gx, gy, gz = fx - ex, fy - ey, fz - ez
-    t = _edge(px - ex, py - ey, pz - ez, gx, gy, gz)
+    t = _nearest_edge_fraction(px - ex, py - ey, pz - ez, gx, gy, gz)
     dx, dy, dz = px - ex - t * gx, py - ey - t * gy, pz - ez - t * gz
     square = dx * dx + dy * dy + dz * dz
     if square < nearest_square:
@@ -78,22 +78,25 @@ def nearest_faces(  # type: ignore[no-untyped-def]
 
     `index` is -1 and `weights` NaN on entry.
     """
-    leaves = (len(low) + 1) // 2
+    n_leaves = (len(low) + 1) // 2
     for row in range(len(positions)):
         x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
         if not (np.isfinite(x) and np.isfinite(y) and np.isfinite(z)):
             continue
         nearest_square = np.inf
         top = 0
-        stack[0], entry[0] = 0, _box_square(low, high, 0, x, y, z)
+        stack[0], entry[0] = 0, _squared_box_distance(low, high, 0, x, y, z)
         while top >= 0:
             node, position = stack[top], entry[top]
             top -= 1
             if position >= nearest_square:
                 continue
-            if node < leaves - 1:
+            if node < n_leaves - 1:
                 a, b = 2 * node + 1, 2 * node + 2
-                da, db = _box_square(low, high, a, x, y, z), _box_square(low, high, b, x, y, z)
+                da, db = (
+                    _squared_box_distance(low, high, a, x, y, z),
+                    _squared_box_distance(low, high, b, x, y, z),
+                )
                 if da > db:
                     a, b, da, db = b, a, db, da
                 if db < nearest_square:
@@ -103,7 +106,7 @@ def nearest_faces(  # type: ignore[no-untyped-def]
                     top += 1
                     stack[top], entry[top] = a, da
                 continue
-            first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+            first_item = (node - (n_leaves - 1)) * LEAF_SIZE_ITEMS
             for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                 f = order[k]
                 i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]

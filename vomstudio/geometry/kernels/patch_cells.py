@@ -15,14 +15,14 @@ def _count_not_above(bounds, value):  # type: ignore[no-untyped-def]
 
 
 @kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[:,::1])")
-def cell_sums(across_component, along_component, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
+def cell_sums(across_component, along_component, slab_bounds, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
     """Count the points of each cell, and sum their u, v, r, uu, uv, vv, ur and vr.
 
     Parameters
     ----------
     across_component, along_component : (n,) ndarray
         Coordinates that determine the cell of a point.
-    slabs : (k - 1,) ndarray
+    slab_bounds : (k - 1,) ndarray
         Sorted bounds of `across_component`.
     parts : (k, k - 1) ndarray
         Sorted bounds of `along_component` in each slab.
@@ -34,7 +34,7 @@ def cell_sums(across_component, along_component, slabs, parts, u, v, r, count, s
     """
     cells_per_side = len(parts)
     for i in range(len(u)):
-        slab = _count_not_above(slabs, across_component[i])
+        slab = _count_not_above(slab_bounds, across_component[i])
         position = slab * cells_per_side + _count_not_above(parts[slab], along_component[i])
         a, b, h = u[i], v[i], r[i]
         count[position] += 1
@@ -63,18 +63,18 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
         Output, zeros on entry.
     """
     x, y, z = centre[0], centre[1], centre[2]
-    for turn in range(2):
+    for pass_index in range(2):
         w, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(len(points)):
-            unit_weight = weights[i] if len(weights) > 1 else weights[0]
+            weight = weights[i] if len(weights) > 1 else weights[0]
             dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
-            ax, ay, az = unit_weight * dx, unit_weight * dy, unit_weight * dz
-            w, sx, sy, sz = w + unit_weight, sx + ax, sy + ay, sz + az
-            if turn == 1:
+            ax, ay, az = weight * dx, weight * dy, weight * dz
+            w, sx, sy, sz = w + weight, sx + ax, sy + ay, sz + az
+            if pass_index == 1:
                 xx, yy, zz = xx + ax * dx, yy + ay * dy, zz + az * dz
                 xy, xz, yz = xy + ax * dy, xz + ax * dz, yz + ay * dz
-        if turn == 0:
+        if pass_index == 0:
             x, y, z = x + sx / w, y + sy / w, z + sz / w
             continue
         centre[0], centre[1], centre[2] = x, y, z

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from vomstudio.core.threads import PROCESSORS, thread_pool
+from vomstudio.core.threads import PROCESSOR_COUNT, thread_pool
 
 MIN_PIECE_SIZE = 50_000
 """Minimum number of elements per piece; passing one to a thread takes some tens of microseconds."""
@@ -26,7 +26,7 @@ def split_work(count: int) -> Iterator[Run]:
     count : int
         Number of elements.
     """
-    pieces = min(PROCESSORS, count // MIN_PIECE_SIZE)
+    pieces = min(PROCESSOR_COUNT, count // MIN_PIECE_SIZE)
     if pieces < 2:
         yield partial(_run_in_one_piece, count)
         return

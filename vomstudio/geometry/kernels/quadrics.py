@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import cell_of, find_first_not_below, find_slot
+from vomstudio.geometry.kernels.cells import cell_of, find_slot, lower_bound
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _MIN_POINTS = 10
@@ -15,7 +15,7 @@ _MIN_POINTS = 10
 
 
 @part
-def _solve(rows):  # type: ignore[no-untyped-def]
+def _solve_linear_system(rows):  # type: ignore[no-untyped-def]
     """Solve rows (6, 7) in place by Gaussian elimination with pivots.
 
     Returns whether there is a solution, which is then the last column.
@@ -35,10 +35,10 @@ def _solve(rows):  # type: ignore[no-untyped-def]
             for j in range(k, 7):
                 rows[i, j] -= factor * rows[k, j]
     for k in range(5, -1, -1):
-        pivot_row = rows[k, 6]
+        value = rows[k, 6]
         for j in range(k + 1, 6):
-            pivot_row -= rows[k, j] * rows[j, 6]
-        rows[k, 6] = pivot_row / rows[k, k]
+            value -= rows[k, j] * rows[j, 6]
+        rows[k, 6] = value / rows[k, k]
     return True
 
 
@@ -55,7 +55,7 @@ def _perpendicular_directions(x, y, z):  # type: ignore[no-untyped-def]
     "void(f8[:,::1], i4[::1], i8[::1], i8[:,::1], f8, i8, i8, i8, f8[:,::1], f8[:,::1], f8,"
     "f8[:,::1], f8[::1])"
 )
-def curvatures_near(  # type: ignore[no-untyped-def]
+def fit_local_curvatures(  # type: ignore[no-untyped-def]
     points, cells, names, ends, size, nx, ny, nz, positions, normals, radius, rows, curvature
 ):
     """Compute the mean curvature of a quadric fitted to the points around each position.
@@ -85,7 +85,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                 if names[slot] == -1:
                     continue
                 stop = ends[slot, 1]
-                position = find_first_not_below(cells, i0, ends[slot, 0], stop)
+                position = lower_bound(cells, i0, ends[slot, 0], stop)
                 while position < stop and cells[position] <= i1:
                     dx, dy, dz = (
                         points[position, 0] - x,
@@ -131,7 +131,7 @@ def curvatures_near(  # type: ignore[no-untyped-def]
                 rows[i, j] /= n
             for j in range(i):
                 rows[i, j] = rows[j, i]
-        if not _solve(rows):
+        if not _solve_linear_system(rows):
             continue
         fu, fv = rows[1, 6], rows[2, 6]
         fuu, fuv, fvv = 2.0 * rows[3, 6], rows[4, 6], 2.0 * rows[5, 6]

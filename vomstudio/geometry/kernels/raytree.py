@@ -11,7 +11,7 @@ LEAF_SIZE_ITEMS = 4
 INSIDE_TOLERANCE = -1e-12
 
 
-def stack_space() -> tuple[IntArray, FloatArray]:
+def allocate_stack() -> tuple[IntArray, FloatArray]:
     """Allocate the working space of a traversal.
 
     A kernel that allocates none can be loaded without numba.
@@ -51,7 +51,7 @@ def _entry_distance(low, high, node, start, direction, max_distance):  # type: i
 
 
 @part
-def _descend(low, high, node, start, direction, max_distance, stack, entry, top):  # type: ignore[no-untyped-def]
+def _push_children(low, high, node, start, direction, max_distance, stack, entry, top):  # type: ignore[no-untyped-def]
     """Push the children of a node that a ray enters onto the stack, nearer child on top."""
     a, b = 2 * node + 1, 2 * node + 2
     ta, tb = (
@@ -73,7 +73,7 @@ def _descend(low, high, node, start, direction, max_distance, stack, entry, top)
     "void(f8[:,::1], i4[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1],"
     "i8[::1], f8[::1], f8[:,::1], i8[::1], f8[::1])"
 )
-def first_faces(  # type: ignore[no-untyped-def]
+def find_first_faces(  # type: ignore[no-untyped-def]
     points,
     faces,
     order,
@@ -89,7 +89,7 @@ def first_faces(  # type: ignore[no-untyped-def]
     entry,
 ):
     """Find the first face that each ray hits, up to its end."""
-    leaves = (len(low) + 1) // 2
+    n_leaves = (len(low) + 1) // 2
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]
         best_distance = ends[ray]
@@ -102,10 +102,10 @@ def first_faces(  # type: ignore[no-untyped-def]
             top -= 1
             if position == np.inf or position > best_distance:
                 continue
-            if node < leaves - 1:
-                top = _descend(low, high, node, s, w, best_distance, stack, entry, top)
+            if node < n_leaves - 1:
+                top = _push_children(low, high, node, s, w, best_distance, stack, entry, top)
                 continue
-            first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+            first_item = (node - (n_leaves - 1)) * LEAF_SIZE_ITEMS
             for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                 f = order[k]
                 i, j, m = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -141,7 +141,7 @@ def first_faces(  # type: ignore[no-untyped-def]
     "void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
     "i8[::1], f8[::1], i8[::1], f8[::1])"
 )
-def first_points(  # type: ignore[no-untyped-def]
+def find_first_points(  # type: ignore[no-untyped-def]
     points,
     order,
     low,
@@ -149,7 +149,7 @@ def first_points(  # type: ignore[no-untyped-def]
     starts,
     directions,
     ends,
-    reach,
+    max_offset,
     point_radius,
     index,
     distance,
@@ -157,7 +157,7 @@ def first_points(  # type: ignore[no-untyped-def]
     entry,
 ):
     """Find the first surface of points that each ray hits, up to its end."""
-    leaves = (len(low) + 1) // 2
+    n_leaves = (len(low) + 1) // 2
     for ray in range(len(directions)):
         s, w = starts[ray], directions[ray]
         if not (_is_finite(s) and _is_finite(w)):
@@ -166,9 +166,13 @@ def first_points(  # type: ignore[no-untyped-def]
         if length == 0.0:
             continue
         # The first walk finds how far the first surface is, the second its best point.
-        front, closest_distance = ends[ray], np.inf
-        for turn in range(2):
-            limit = front if turn == 0 else min(front + point_radius / length, ends[ray])
+        first_distance, closest_distance = ends[ray], np.inf
+        for pass_index in range(2):
+            limit = (
+                first_distance
+                if pass_index == 0
+                else min(first_distance + point_radius / length, ends[ray])
+            )
             top = 0
             stack[0], entry[0] = 0, _entry_distance(low, high, 0, s, w, limit)
             is_hit = False
@@ -177,10 +181,10 @@ def first_points(  # type: ignore[no-untyped-def]
                 top -= 1
                 if position == np.inf or position > limit:
                     continue
-                if node < leaves - 1:
-                    top = _descend(low, high, node, s, w, limit, stack, entry, top)
+                if node < n_leaves - 1:
+                    top = _push_children(low, high, node, s, w, limit, stack, entry, top)
                     continue
-                first_item = (node - (leaves - 1)) * LEAF_SIZE_ITEMS
+                first_item = (node - (n_leaves - 1)) * LEAF_SIZE_ITEMS
                 for k in range(first_item, min(first_item + LEAF_SIZE_ITEMS, len(order))):
                     p = order[k]
                     gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
@@ -189,16 +193,16 @@ def first_points(  # type: ignore[no-untyped-def]
                         continue
                     dx, dy, dz = gx - t * w[0], gy - t * w[1], gz - t * w[2]
                     offset = np.sqrt(dx * dx + dy * dy + dz * dz)
-                    if offset > reach:
+                    if offset > max_offset:
                         continue
-                    if turn == 0:
+                    if pass_index == 0:
                         is_hit = True
                         limit = t
                     elif offset < closest_distance:
                         closest_distance = offset
                         index[ray] = p
                         distance[ray] = t
-            if turn == 0:
+            if pass_index == 0:
                 if not is_hit:
                     break
-                front = limit
+                first_distance = limit

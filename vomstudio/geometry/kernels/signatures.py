@@ -62,10 +62,10 @@ class _KernelParameter:
     def _number(self, value: Any) -> Any:
         if self.kind != "i8":
             return bool(value) if self.kind == "b1" else float(value)
-        whole_index = operator.index(value)
-        if not -(2**63) <= whole_index < 2**63:
+        integer = operator.index(value)
+        if not -(2**63) <= integer < 2**63:
             raise OverflowError("A number is too large for a kernel.")
-        return whole_index
+        return integer
 
     def c_types(self) -> list[Any]:
         if self.dimensions == 0:
@@ -93,7 +93,7 @@ class Signature:
         if match is None:
             raise ValueError(f"'{text}' is not a signature of arrays and numbers.")
         result_type, argument_types = match.groups()
-        self._single = not result_type.startswith("Tuple")
+        self._has_single_result = not result_type.startswith("Tuple")
         names = (
             []
             if result_type == "void"
@@ -103,13 +103,13 @@ class Signature:
         if len(kinds) > 1 or not kinds <= set(RESULT_TYPES):
             raise ValueError(f"'{text}' gives something else than numbers of one kind.")
         kind = kinds.pop() if kinds else None
-        self._results = len(names)
+        self._result_count = len(names)
         # There is always a place to write to, even where nothing comes back.
-        self._result_buffers: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(
+        self._result_array_type: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(
             1, len(names)
         )
         self._parameters = [
-            _parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", argument_types)
+            _parse_parameter(word) for word in re.findall(r"\w+(?:\[[^\]]*\])?", argument_types)
         ]
 
     def c_function(self) -> Any:
@@ -135,7 +135,7 @@ class Signature:
         flat_arguments: list[Any] = []
         for position, (parameter, value) in enumerate(zip(self._parameters, args, strict=True)):
             flat_arguments += parameter.to_flat_arguments(position, value)
-        results_buffer, error_pointer = self._result_buffers(), ctypes.c_void_p()
+        results_buffer, error_pointer = self._result_array_type(), ctypes.c_void_p()
         if (
             entry(
                 ctypes.addressof(results_buffer), ctypes.addressof(error_pointer), *flat_arguments
@@ -143,11 +143,13 @@ class Signature:
             != 0
         ):
             return False, None
-        results = tuple(results_buffer)[: self._results]
-        return True, (results[0] if self._results else None) if self._single else results
+        results = tuple(results_buffer)[: self._result_count]
+        return True, (
+            results[0] if self._result_count else None
+        ) if self._has_single_result else results
 
 
-def _parameter(word: str) -> _KernelParameter:
+def _parse_parameter(word: str) -> _KernelParameter:
     name, _, layout = word.partition("[")
     kind = _FULL_TYPE_NAMES.get(name, name)
     if kind not in (_SCALAR_TYPES if not layout else _FULL_TYPE_NAMES.values()):

@@ -32,7 +32,7 @@ class KernelPart:
         self.options = {"nogil": True, **options}
         self._compiled: Any = None
 
-    def compiled(self) -> Any:
+    def compiled_function(self) -> Any:
         """Return the function compiled by numba."""
         import numba
 
@@ -42,10 +42,10 @@ class KernelPart:
             return self._compiled
 
     def __call__(self, *args: Any) -> Any:
-        return self.compiled()(*args)
+        return self.compiled_function()(*args)
 
 
-def all_code(function: FunctionType) -> list[CodeType]:
+def all_code_objects(function: FunctionType) -> list[CodeType]:
     """Return the code of a function and of the functions inside it.
 
     Parameters
@@ -77,10 +77,10 @@ def link_parts(function: Callable[..., Any]) -> Callable[..., Any]:
     assert isinstance(function, FunctionType)
 
     def resolve_parts(value: Any) -> Any:
-        return value.compiled() if isinstance(value, KernelPart) else value
+        return value.compiled_function() if isinstance(value, KernelPart) else value
 
-    used_code = {co_name for code in all_code(function) for co_name in code.co_names}
-    names = {n: resolve_parts(v) if n in used_code else v for n, v in function.__globals__.items()}
+    used_names = {co_name for code in all_code_objects(function) for co_name in code.co_names}
+    names = {n: resolve_parts(v) if n in used_names else v for n, v in function.__globals__.items()}
     cells = tuple(
         CellType(resolve_parts(cell.cell_contents)) for cell in function.__closure__ or ()
     )

@@ -12,11 +12,11 @@ from vomstudio.geometry.coincident_points import weld_points
 from vomstudio.geometry.kernels.cell_lists import (
     cell_numbers,
     find_bounds,
-    has_twins,
-    near_cells,
+    find_neighbouring_cells,
+    has_coincident_points,
     number_points_in_cells,
+    radix_sort,
     sort_points_by_cell,
-    sort_upper,
 )
 from vomstudio.geometry.kernels.jit import to_kernel_array
 
@@ -26,7 +26,7 @@ MAX_COUNTED_POINTS = 10_000
 """Maximum number of points that are all used to determine the cell size; of more points, a
 sixteenth is used.
 """
-MAX_POINTS_FOR_TWINS = 200
+MAX_PAIRWISE_POINTS = 200
 """Maximum number of points of a cell in which all pairs are compared."""
 
 
@@ -44,7 +44,7 @@ class CellGrid:
         First point of each cell.
     keys : (cells,) ndarray of int
         Sorted numbers of the cells, i + row j + layer k, counted from 1.
-    row_of : ndarray of int
+    inverse_rows : ndarray of int
         Index in `places` of each input point.
     cell_size : float
         Side length of a cell.
@@ -56,25 +56,25 @@ class CellGrid:
     keys: IntArray
     row: int
     layer: int
-    row_of: IntArray
+    inverse_rows: IntArray
     cell_size: float
 
     @cached_property
-    def _around(self) -> tuple[IntArray, Int32Array]:
+    def _neighbouring_cells(self) -> tuple[IntArray, Int32Array]:
         starts = np.empty(len(self.keys) + 1, np.int64)
         neighbours = np.empty(26 * len(self.keys), np.int32)
-        neighbour_count = near_cells(
+        neighbour_count = find_neighbouring_cells(
             self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, neighbours
         )
         return starts, neighbours[:neighbour_count].copy()
 
-    def around(self) -> tuple[IntArray, Int32Array]:
+    def neighbouring_cells(self) -> tuple[IntArray, Int32Array]:
         """Return the up to 26 neighbouring cells of each cell, as starts and list."""
-        return self._around
+        return self._neighbouring_cells
 
-    def count_around(self) -> IntArray:
+    def count_neighbourhood_points(self) -> IntArray:
         """Return the number of points in each cell and its neighbours (cells,)."""
-        starts, neighbours = self._around
+        starts, neighbours = self._neighbouring_cells
         count = np.diff(self.starts)
         return np.asarray(np.diff(np.append(0, np.cumsum(count[neighbours]))[starts]) + count)
 
@@ -104,25 +104,25 @@ def create_cell_grid(local_points: FloatArray, points_per_cell: float) -> CellGr
     find_bounds(local_points, np.full(3, np.inf), high)
     cell_size = _cell_size(local_points, high, points_per_cell)
     grid = _sort_into_cells(local_points, high, cell_size)
-    is_crowded = int(np.diff(grid.starts).max()) > MAX_POINTS_FOR_TWINS
-    if not is_crowded and not has_twins(grid.places, grid.starts):
+    is_crowded = int(np.diff(grid.starts).max()) > MAX_PAIRWISE_POINTS
+    if not is_crowded and not has_coincident_points(grid.places, grid.starts):
         return grid
-    place_of_point = weld_points(local_points)
-    first_point = np.full(int(place_of_point.max()) + 1, -1, np.int64)
-    first_point[place_of_point[::-1]] = np.arange(len(place_of_point))[::-1]
+    position_ids = weld_points(local_points)
+    first_point = np.full(int(position_ids.max()) + 1, -1, np.int64)
+    first_point[position_ids[::-1]] = np.arange(len(position_ids))[::-1]
     if len(first_point) == len(local_points):
         return grid
-    grid_of_distinct = _sort_into_cells(
+    distinct_grid = _sort_into_cells(
         to_kernel_array(local_points[first_point], np.float64), high, cell_size
     )
     return CellGrid(
-        first_point[grid_of_distinct.rows],
-        grid_of_distinct.places,
-        grid_of_distinct.starts,
-        grid_of_distinct.keys,
-        grid_of_distinct.row,
-        grid_of_distinct.layer,
-        grid_of_distinct.row_of[place_of_point],
+        first_point[distinct_grid.rows],
+        distinct_grid.places,
+        distinct_grid.starts,
+        distinct_grid.keys,
+        distinct_grid.row,
+        distinct_grid.layer,
+        distinct_grid.inverse_rows[position_ids],
         cell_size,
     )
 
@@ -138,7 +138,7 @@ def _cell_size(local_points: FloatArray, high: FloatArray, points_per_cell: floa
     cell_size = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * points_per_cell / n)), min_side)
     buffer = np.empty(n, np.int64)
     for _ in range(4):
-        row, layer = _steps(high, cell_size)
+        row, layer = _number_strides(high, cell_size)
         if n > MAX_COUNTED_POINTS:
             numbers = buffer[
                 : number_points_in_cells(local_points, 1.0 / cell_size, row, layer, buffer)
@@ -157,7 +157,7 @@ def _cell_size(local_points: FloatArray, high: FloatArray, points_per_cell: floa
     return cell_size
 
 
-def _steps(high: FloatArray, cell_size: float) -> tuple[int, int]:
+def _number_strides(high: FloatArray, cell_size: float) -> tuple[int, int]:
     """Return the step of cell numbers to the next row and to the next layer."""
     # Empty cells at both ends of a row, so that neighbours do not wrap to the next row.
     row, rows = (int(high[i] * (1.0 / cell_size)) + 3 for i in range(2))
@@ -166,7 +166,7 @@ def _steps(high: FloatArray, cell_size: float) -> tuple[int, int]:
 
 def _sort_into_cells(local_points: FloatArray, high: FloatArray, cell_size: float) -> CellGrid:
     n = len(local_points)
-    row, layer = _steps(high, cell_size)
+    row, layer = _number_strides(high, cell_size)
     numbers, buffer = np.empty(n, np.int64), np.empty(n, np.int64)
     cell_numbers(local_points, 1.0 / cell_size, row, layer, numbers)
     bits = max(n - 1, 1).bit_length()
@@ -174,15 +174,17 @@ def _sort_into_cells(local_points: FloatArray, high: FloatArray, cell_size: floa
     if bits + length < 63:
         numbers <<= bits
         numbers |= np.arange(n)
-        sort_upper(numbers, bits, bits + length, buffer, np.zeros(512, np.int64))
+        radix_sort(numbers, bits, bits + length, buffer, np.zeros(512, np.int64))
     else:
         order = np.argsort(numbers, kind="stable")
         names, inverse = np.unique(numbers, return_inverse=True)
         numbers = (inverse[order] << bits) | order
-    rows, row_of, keys = np.empty(n, np.int64), np.empty(n, np.int64), buffer
+    rows, inverse_rows, keys = np.empty(n, np.int64), np.empty(n, np.int64), buffer
     positions, starts = np.empty((n, 3)), np.empty(n + 1, np.int64)
-    count = sort_points_by_cell(numbers, bits, local_points, rows, row_of, positions, keys, starts)
+    count = sort_points_by_cell(
+        numbers, bits, local_points, rows, inverse_rows, positions, keys, starts
+    )
     keys = keys[:count].copy() if bits + length < 63 else names
     return CellGrid(
-        rows, positions, starts[: count + 1].copy(), keys, row, layer, row_of, cell_size
+        rows, positions, starts[: count + 1].copy(), keys, row, layer, inverse_rows, cell_size
     )

@@ -14,12 +14,12 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, SilentProgress
-from vomstudio.core.threads import PROCESSORS, map_parallel
+from vomstudio.core.threads import PROCESSOR_COUNT, map_parallel
 from vomstudio.geometry.kernels.jit import to_kernel_array
 
 MAX_CELLS_PER_AXIS = 2_000_000
 """Limit at which cell numbers still fit into 63 bits."""
-PLACES_PER_BLOCK = 20_000
+POSITIONS_PER_BLOCK = 20_000
 _MAX_THREADS = 4
 
 
@@ -67,7 +67,7 @@ class PointGrid:
     """
 
     def __init__(self, points: FloatArray, cell: float) -> None:
-        from vomstudio.geometry.kernels.cells import tabulate
+        from vomstudio.geometry.kernels.cells import fill_row_table
 
         is_finite = np.isfinite(points).all(axis=1)
         finite_points = points[is_finite]
@@ -80,14 +80,14 @@ class PointGrid:
         self.counts = np.floor(high / self.cell).astype(np.int64) + 1
         keys = self._cells_of(local_points)
         order = np.argsort(keys, kind="stable")
-        self._order_given = order if is_finite.all() else np.flatnonzero(is_finite)[order]
+        self._row_order = order if is_finite.all() else np.flatnonzero(is_finite)[order]
         self._points = to_kernel_array(local_points[order], np.float64)
         rows, columns = np.divmod(keys[order], self.counts[0])
         self._columns = to_kernel_array(columns, np.int32)
         names, starts = np.unique(rows, return_index=True)
         size = 1 << (2 * len(names) + 1).bit_length()
         self._names, self._ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
-        tabulate(
+        fill_row_table(
             to_kernel_array(names, np.int64),
             to_kernel_array([*starts, len(rows)], np.int64),
             self._names,
@@ -101,7 +101,7 @@ class PointGrid:
         the names and ends of the rows of cells, as in `kernels.cells.find_slot`; and the input rows
         of the points.
         """
-        return (*self._sorted(), self._order_given)
+        return (*self._sorted_tables(), self._row_order)
 
     def planes(
         self, positions: FloatArray, radius: float, progress: Progress | None = None
@@ -110,20 +110,20 @@ class PointGrid:
 
         Each step of `progress`, which may raise Cancelled, is one position.
         """
-        from vomstudio.geometry.kernels.cells import fit_planes_near
+        from vomstudio.geometry.kernels.cells import fit_local_planes
 
         k = len(positions)
         count = np.zeros(k, np.int64)
         mean, normal, spread = (np.full((k, 3), np.nan) for _ in range(3))
 
-        order = self._order(positions)
+        order = self._order_positions(positions)
 
         def process_block(block: slice) -> None:
             rows = order[block]
             near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((3, len(rows), 3), np.nan)
-            fit_planes_near(
-                *self._sorted(), self.cell, *self._size(), near_points, radius, n, *results
+            fit_local_planes(
+                *self._sorted_tables(), self.cell, *self._size(), near_points, radius, n, *results
             )
             count[rows] = n
             mean[rows], normal[rows], spread[rows] = results
@@ -144,10 +144,10 @@ class PointGrid:
         points, positive if the surface bends away from the unit normal (k, 3), and NaN for fewer
         than ten points. Each step of `progress`, which may raise Cancelled, is one position.
         """
-        from vomstudio.geometry.kernels.quadrics import curvatures_near
+        from vomstudio.geometry.kernels.quadrics import fit_local_curvatures
 
         curvatures = np.full(len(positions), np.nan)
-        order = self._order(positions)
+        order = self._order_positions(positions)
 
         def process_block(block: slice) -> None:
             rows = order[block]
@@ -156,8 +156,8 @@ class PointGrid:
                 to_kernel_array(normals[rows], np.float64),
                 np.full(len(rows), np.nan),
             )
-            curvatures_near(
-                *self._sorted(),
+            fit_local_curvatures(
+                *self._sorted_tables(),
                 self.cell,
                 *self._size(),
                 near_points,
@@ -184,21 +184,21 @@ class PointGrid:
         The cylinders extend by `max_distance` in both directions. Each step of `progress`, which
         may raise Cancelled, is one position.
         """
-        from vomstudio.geometry.kernels.cells import along_axes
+        from vomstudio.geometry.kernels.cells import measure_along_axes
 
         k = len(positions)
         count = np.zeros(k, np.int64)
         mean, deviation = np.full(k, np.nan), np.full(k, np.nan)
 
-        order = self._order(positions)
+        order = self._order_positions(positions)
 
         def process_block(block: slice) -> None:
             rows = order[block]
             near_points = to_kernel_array(positions[rows] - self.corner, np.float64)
             block_axes = to_kernel_array(axes[rows], np.float64)
             n, results = np.zeros(len(rows), np.int64), np.full((2, len(rows)), np.nan)
-            along_axes(
-                *self._sorted(),
+            measure_along_axes(
+                *self._sorted_tables(),
                 self.cell,
                 *self._size(),
                 near_points,
@@ -220,12 +220,12 @@ class PointGrid:
             cells[:, 0] + self.counts[0] * (cells[:, 1] + self.counts[1] * cells[:, 2]), np.int64
         )
 
-    def _order(self, positions: FloatArray) -> IntArray:
+    def _order_positions(self, positions: FloatArray) -> IntArray:
         """Order positions so that points shared by neighbours remain in the processor cache."""
         with np.errstate(invalid="ignore"):
             return np.argsort(self._cells_of(positions - self.corner), kind="stable")
 
-    def _sorted(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray]:
+    def _sorted_tables(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray]:
         return self._points, self._columns, self._names, self._ends
 
     def _size(self) -> tuple[int, int, int]:
@@ -234,7 +234,10 @@ class PointGrid:
 
 
 def run_in_blocks(
-    process_block: Callable[[slice], Any], k: int, progress: Progress, size: int = PLACES_PER_BLOCK
+    process_block: Callable[[slice], Any],
+    k: int,
+    progress: Progress,
+    size: int = POSITIONS_PER_BLOCK,
 ) -> None:
     """Process rows in blocks, in several threads.
 
@@ -255,7 +258,7 @@ def run_in_blocks(
         If the user cancels through `progress`.
     """
     blocks = [slice(start, min(start + size, k)) for start in range(0, k, size)]
-    results = map_parallel(process_block, blocks, min(_MAX_THREADS, PROCESSORS))
+    results = map_parallel(process_block, blocks, min(_MAX_THREADS, PROCESSOR_COUNT))
     for block, _ in zip(blocks, results, strict=True):
         progress.step(block.stop)
     if not blocks:

@@ -12,12 +12,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.coincident_points import position_keys, weld_points
 
 # Minimum share of sides of one face only at which vertices may be slightly apart.
-MIN_LOOSE_SHARE = 0.4
+MIN_FREE_SIDE_SHARE = 0.4
 WELD_SHARE = 4e-3
 """Tolerance of coincident vertices relative to the median side."""
 MIN_CORNERS_PER_FACE = 1.5
 """Connected faces have one vertex per two faces."""
-MAX_LOOSE_SHARE, MIN_FACES = 0.7, 20
+MAX_FREE_SIDE_SHARE, MIN_FACES = 0.7, 20
 MAX_GAP_RATIO, MAX_CANDIDATES, MAX_NEIGHBOURS = 0.75, 9, 2
 """Own choice: maximum gap relative to both sides, and numbers of candidates and neighbours."""
 
@@ -41,9 +41,9 @@ def snap_corners(positions: FloatArray, faces: IntArray) -> FloatArray:
     nodes = weld_points(positions)[faces]
     if not len(faces) or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(faces):
         return positions
-    loose_share = _loose_share(nodes)
+    free_side_share = _free_side_share(nodes)
     lengths = np.linalg.norm(positions[faces] - positions[np.roll(faces, 1, axis=1)], axis=2)
-    if loose_share < MIN_LOOSE_SHARE or not (lengths > 0.0).any():
+    if free_side_share < MIN_FREE_SIDE_SHARE or not (lengths > 0.0).any():
         return positions
     tolerance = WELD_SHARE * float(np.median(lengths[lengths > 0.0]))
     used_corners = np.unique(faces)
@@ -53,7 +53,11 @@ def snap_corners(positions: FloatArray, faces: IntArray) -> FloatArray:
     result = positions.copy()
     result[used_corners] = positions[first_corner[point_ids]]
     # No gain if the faces are really separate.
-    return result if _loose_share(weld_points(result)[faces]) < 0.9 * loose_share else positions
+    return (
+        result
+        if _free_side_share(weld_points(result)[faces]) < 0.9 * free_side_share
+        else positions
+    )
 
 
 def neighbours_across_gaps(
@@ -80,11 +84,13 @@ def neighbours_across_gaps(
     from scipy.spatial import cKDTree
 
     no_rows = np.zeros(0, np.int64)
-    free_sides = np.flatnonzero(_are_alone(nodes) if is_free_side is None else is_free_side.ravel())
+    free_sides = np.flatnonzero(
+        _is_free_side(nodes) if is_free_side is None else is_free_side.ravel()
+    )
     if len(free_sides) < 2 or (
         is_free_side is None
         and len(nodes) >= MIN_FACES
-        and len(free_sides) > MAX_LOOSE_SHARE * nodes.size
+        and len(free_sides) > MAX_FREE_SIDE_SHARE * nodes.size
     ):
         return no_rows, no_rows, no_rows
     face, side = free_sides // 3, free_sides % 3
@@ -116,9 +122,9 @@ def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
     """
     if len(nodes) < MIN_FACES or int(nodes.max()) < MIN_CORNERS_PER_FACE * len(nodes):
         return
-    loose_share = _loose_share(nodes)
-    if loose_share > MAX_LOOSE_SHARE:
-        warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * loose_share))
+    free_side_share = _free_side_share(nodes)
+    if free_side_share > MAX_FREE_SIDE_SHARE:
+        warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * free_side_share))
 
 
 def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
@@ -148,19 +154,19 @@ def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
     return ~is_repeated
 
 
-def _loose_share(nodes: IntArray) -> float:
+def _free_side_share(nodes: IntArray) -> float:
     """Return the share of sides that belong to one face only."""
-    return float(_are_alone(nodes).mean())
+    return float(_is_free_side(nodes).mean())
 
 
-def _are_alone(nodes: IntArray) -> BoolArray:
+def _is_free_side(nodes: IntArray) -> BoolArray:
     """Return which sides (3 k,) of faces (k, 3) belong to one face only."""
     key = _side_keys(nodes)
     order = np.argsort(key, kind="stable")
     is_same = np.diff(key[order]) == 0
-    is_alone = np.empty(len(key), np.bool_)
-    is_alone[order] = ~(np.append(is_same, False) | np.append(False, is_same))
-    return is_alone
+    is_free = np.empty(len(key), np.bool_)
+    is_free[order] = ~(np.append(is_same, False) | np.append(False, is_same))
+    return is_free
 
 
 def _side_keys(nodes: IntArray) -> IntArray:
@@ -182,10 +188,10 @@ def _weld_within(positions: FloatArray, tolerance: float) -> IntArray:
     rows, columns, count = [], [], n
     for shift in range(4):
         cells = np.floor(positions / tolerance + 0.25 * shift)
-        cell_of_place = weld_points(cells)
+        cell_ids = weld_points(cells)
         rows.append(np.arange(n))
-        columns.append(count + cell_of_place)
-        count += int(cell_of_place.max()) + 1
+        columns.append(count + cell_ids)
+        count += int(cell_ids.max()) + 1
     source, target = np.concatenate(rows), np.concatenate(columns)
     graph = coo_matrix((np.ones(len(source), np.int8), (source, target)), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1][:n], np.int64)

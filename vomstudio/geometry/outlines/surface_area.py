@@ -55,15 +55,15 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
         Area in squared length units, or None if the outline has no area, encloses no surface or
         crosses itself.
     """
-    enclosed = _find_enclosed(corners, ring)
-    if enclosed is None:
+    enclosed_triangles = _find_enclosed_triangles(corners, ring)
+    if enclosed_triangles is None:
         return None
-    edges = enclosed.faces[:, 1:] - enclosed.faces[:, :1]
+    edges = enclosed_triangles.faces[:, 1:] - enclosed_triangles.faces[:, :1]
     areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return float((areas * enclosed.share).sum())
+    return float((areas * enclosed_triangles.share).sum())
 
 
-def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
+def clip_to_outline(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
     """Return the part of a surface inside an outline, cut at the outline.
 
     Parameters
@@ -76,17 +76,17 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | Non
     (k, 3, 3) ndarray or None
         Triangles, or None under the conditions of `area_inside`.
     """
-    enclosed = _find_enclosed(corners, ring)
-    if enclosed is None:
+    enclosed_triangles = _find_enclosed_triangles(corners, ring)
+    if enclosed_triangles is None:
         return None
-    is_fully_enclosed = enclosed.share >= 1.0 - 1e-9
+    is_fully_enclosed = enclosed_triangles.share >= 1.0 - 1e-9
     return np.concatenate(
         [
-            enclosed.faces[is_fully_enclosed],
+            enclosed_triangles.faces[is_fully_enclosed],
             _clip_faces(
-                enclosed.faces[~is_fully_enclosed],
-                enclosed.projected[~is_fully_enclosed],
-                enclosed.polygon,
+                enclosed_triangles.faces[~is_fully_enclosed],
+                enclosed_triangles.projected[~is_fully_enclosed],
+                enclosed_triangles.polygon,
             ),
         ]
     )
@@ -99,8 +99,8 @@ def _clip_faces(
     import shapely
 
     faces, projected_faces = (
-        faces[_is_broad(projected_faces)],
-        projected_faces[_is_broad(projected_faces)],
+        faces[_has_projected_area(projected_faces)],
+        projected_faces[_has_projected_area(projected_faces)],
     )
     parts = shapely.intersection(shapely.polygons(projected_faces), polygon)
     pieces, face_row = shapely.get_parts(
@@ -125,7 +125,9 @@ def _clip_faces(
     )
 
 
-def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTriangles | None:
+def _find_enclosed_triangles(
+    corners: npt.ArrayLike, ring: npt.ArrayLike
+) -> _EnclosedTriangles | None:
     import shapely
 
     xyz = np.asarray(ring, np.float64).reshape(-1, 3)
@@ -143,18 +145,18 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     projected_faces = (faces - origin) @ axes.T
     low, high = outline[:, :2].min(axis=0), outline[:, :2].max(axis=0)
     projected_2d = projected_faces[:, :, :2]
-    is_near = _is_meeting_box(projected_2d, low, high)
+    is_near = _intersects_box(projected_2d, low, high)
     faces, projected_faces = faces[is_near], projected_faces[is_near]
     if not len(faces):
         return None
-    shares = _shares(projected_faces[:, :, :2], polygon, low, high)
+    shares = _enclosed_shares(projected_faces[:, :, :2], polygon, low, high)
     has_share = shares > 0.0
     faces, projected_faces, shares = (
         faces[has_share],
         projected_faces[has_share],
         shares[has_share],
     )
-    is_connected = _find_connected_faces(faces, _find_faces_under(projected_faces, outline))
+    is_connected = _find_connected_faces(faces, _find_faces_below_outline(projected_faces, outline))
     if is_connected is None:
         return None
     return _EnclosedTriangles(
@@ -162,7 +164,7 @@ def _find_enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _EnclosedTria
     )
 
 
-def _is_meeting_box(plane_corners: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
+def _intersects_box(plane_corners: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """Return a mask of the triangles (m, 3, 2) whose bounding boxes intersect the box."""
     is_near = np.ones(len(plane_corners), np.bool_)
     for axis in (0, 1):
@@ -185,7 +187,7 @@ def _axes(local_points: FloatArray) -> FloatArray | None:
     return np.array([u, np.cross(normal, u), normal])
 
 
-def _shares(
+def _enclosed_shares(
     plane_corners: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Return the share (m,) of each triangle (m, 3, 2) inside the polygon."""
@@ -238,46 +240,46 @@ def _cut_shares(plane_corners: FloatArray, polygon: shapely.Polygon) -> FloatArr
     centre = plane_corners.mean(axis=1)
     # Triangles seen edge-on have no area, so their centre decides.
     shares: FloatArray = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]).astype(np.float64)
-    is_broad, area = _is_broad(plane_corners), _flat_areas(plane_corners)
-    triangles = shapely.polygons(plane_corners[is_broad])
-    shares[is_broad] = np.clip(
-        shapely.area(shapely.intersection(triangles, polygon)) / area[is_broad], 0, 1
+    has_area, area = _has_projected_area(plane_corners), _projected_areas(plane_corners)
+    triangles = shapely.polygons(plane_corners[has_area])
+    shares[has_area] = np.clip(
+        shapely.area(shapely.intersection(triangles, polygon)) / area[has_area], 0, 1
     )
     return shares
 
 
-def _flat_areas(plane_corners: FloatArray) -> FloatArray:
+def _projected_areas(plane_corners: FloatArray) -> FloatArray:
     """Return the areas of triangles (k, 3, 2)."""
     a, b = plane_corners[:, 1] - plane_corners[:, 0], plane_corners[:, 2] - plane_corners[:, 0]
     return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
 
-def _is_broad(plane_corners: FloatArray) -> BoolArray:
+def _has_projected_area(plane_corners: FloatArray) -> BoolArray:
     """Return whether triangles (k, 3, 2) are not edge-on."""
     max_length = (np.ptp(plane_corners, axis=1) ** 2).sum(axis=1)
-    return np.asarray(_flat_areas(plane_corners) > 1e-9 * max_length)
+    return np.asarray(_projected_areas(plane_corners) > 1e-9 * max_length)
 
 
-def _find_faces_under(projected_faces: FloatArray, outline: FloatArray) -> IntArray:
+def _find_faces_below_outline(projected_faces: FloatArray, outline: FloatArray) -> IntArray:
     """Return the rows of the triangles (m, 3, 3) nearest to points of the outline."""
     corners = [
         [np.ascontiguousarray(projected_faces[:, k, axis]) for k in range(3)] for axis in (0, 1)
     ]
     low = [np.minimum(np.minimum(a, b), c) for a, b, c in corners]
     high = [np.maximum(np.maximum(a, b), c) for a, b, c in corners]
-    rows_found = []
+    face_rows = []
     for point in outline[:: max(1, len(outline) // N_SEEDS)]:
         x, y = float(point[0]), float(point[1])
         is_covering = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y)
         rows = np.flatnonzero(is_covering)
         if not len(rows):
             continue
-        distances = np.abs(_depth(projected_faces[rows], point[:2]) - point[2])
-        rows_found.append(int(rows[int(np.argmin(distances))]))
-    return np.array(sorted(set(rows_found)), np.int64)
+        distances = np.abs(_triangle_heights(projected_faces[rows], point[:2]) - point[2])
+        face_rows.append(int(rows[int(np.argmin(distances))]))
+    return np.array(sorted(set(face_rows)), np.int64)
 
 
-def _depth(triangles: FloatArray, position: FloatArray) -> FloatArray:
+def _triangle_heights(triangles: FloatArray, position: FloatArray) -> FloatArray:
     """Return the heights (k,) of triangles at a position; infinite outside a triangle."""
     a = triangles[:, 0]
     b, c, p = triangles[:, 1] - a, triangles[:, 2] - a, position - a[:, :2]
@@ -285,9 +287,9 @@ def _depth(triangles: FloatArray, position: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         s = (p[:, 0] * c[:, 1] - p[:, 1] * c[:, 0]) / double_area
         t = (b[:, 0] * p[:, 1] - b[:, 1] * p[:, 0]) / double_area
-    depth = a[:, 2] + s * b[:, 2] + t * c[:, 2]
-    is_outside = ~(np.isfinite(depth) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
-    return np.asarray(np.where(is_outside, np.inf, depth), np.float64)
+    heights = a[:, 2] + s * b[:, 2] + t * c[:, 2]
+    is_outside = ~(np.isfinite(heights) & (s > -1e-6) & (t > -1e-6) & (s + t < 1.0 + 1e-6))
+    return np.asarray(np.where(is_outside, np.inf, heights), np.float64)
 
 
 def _find_connected_faces(faces: FloatArray, seeds: IntArray) -> BoolArray | None:

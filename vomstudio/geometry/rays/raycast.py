@@ -32,7 +32,7 @@ class GridHits:
     weights: FloatArray
 
     @classmethod
-    def none(cls, *shape: int) -> GridHits:
+    def empty(cls, *shape: int) -> GridHits:
         return cls(np.full(shape, -1, np.int32), np.full(shape, np.inf), np.zeros((*shape, 2)))
 
 
@@ -70,7 +70,7 @@ def cast_grid(
     """
     from vomstudio.geometry.kernels.raycast import find_grid_hits
 
-    hits = GridHits.none(height, width)
+    hits = GridHits.empty(height, width)
     find_grid_hits(
         points, faces, selected_faces, left, top, step, hits.face, hits.depth, hits.weights
     )
@@ -111,7 +111,7 @@ def cast_quarters(
     slot = np.full(is_requested.shape, -1, np.int32)
     n = int(is_requested.sum())
     slot[is_requested] = np.arange(n)
-    hits = GridHits.none(n, 4)
+    hits = GridHits.empty(n, 4)
     find_quarter_hits(
         points,
         faces,

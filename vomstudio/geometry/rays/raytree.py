@@ -89,8 +89,8 @@ class RayTree:
             high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
         else:
             low, high = self._points - max_distance, self._points + max_distance
-        self._order = _along_curve(0.5 * (low + high))
-        self._low, self._high = _boxes(low[self._order], high[self._order])
+        self._order = _morton_order(0.5 * (low + high))
+        self._low, self._high = _build_boxes(low[self._order], high[self._order])
 
     def cast(
         self,
@@ -104,7 +104,11 @@ class RayTree:
         the hit is the point on the first surface that is nearest to the ray. Non-finite rays have
         no hit.
         """
-        from vomstudio.geometry.kernels.raytree import first_faces, first_points, stack_space
+        from vomstudio.geometry.kernels.raytree import (
+            allocate_stack,
+            find_first_faces,
+            find_first_points,
+        )
 
         directions = to_kernel_array(np.array(directions, np.float64).reshape(-1, 3), np.float64)
         n = len(directions)
@@ -119,7 +123,7 @@ class RayTree:
             return RayHits(index, distance, weights)
         tree = (self._order, self._low, self._high)
         if len(self._faces):
-            first_faces(
+            find_first_faces(
                 self._points,
                 self._faces,
                 *tree,
@@ -129,11 +133,11 @@ class RayTree:
                 index,
                 distance,
                 weights,
-                *stack_space(),
+                *allocate_stack(),
             )
         elif isinstance(self.data, PointCloud):
             thickness = SURFACE_THICKNESS * self.reach
-            first_points(
+            find_first_points(
                 self._points,
                 *tree,
                 begins,
@@ -143,21 +147,21 @@ class RayTree:
                 thickness,
                 index,
                 distance,
-                *stack_space(),
+                *allocate_stack(),
             )
         return RayHits(index, distance, weights)
 
     def nearest(self, positions: FloatArray) -> NearestFaces:
         """Return the points of a mesh nearest to the positions (n, 3)."""
         from vomstudio.geometry.kernels.nearest import nearest_faces
-        from vomstudio.geometry.kernels.raytree import stack_space
+        from vomstudio.geometry.kernels.raytree import allocate_stack
 
         n = len(positions)
         index, weights = np.full(n, -1, np.int64), np.full((n, 3), np.nan)
         if len(self._order) and isinstance(self.data, Mesh):
             local_points = positions - self.corner
             # Follow the order of the curve, so that neighbours use the same cached data.
-            rows = _along_curve(local_points)
+            rows = _morton_order(local_points)
             near_points = to_kernel_array(local_points[rows], np.float64)
             nearest_rows, nearest_weights = (
                 np.full(len(rows), -1, np.int64),
@@ -171,7 +175,7 @@ class RayTree:
                 near_points,
                 nearest_rows,
                 nearest_weights,
-                *stack_space(),
+                *allocate_stack(),
             )
             index[rows], weights[rows] = nearest_rows, nearest_weights
         return NearestFaces(index, weights)
@@ -200,7 +204,7 @@ class RayTree:
         return normal / size if size > 0 and np.isfinite(size) else None
 
 
-def _along_curve(centres: FloatArray) -> IntArray:
+def _morton_order(centres: FloatArray) -> IntArray:
     """Return the order of finite points (n, 3) along a Morton curve."""
     finite_indices = np.flatnonzero(np.isfinite(centres).all(axis=1))
     if not len(finite_indices):
@@ -211,11 +215,11 @@ def _along_curve(centres: FloatArray) -> IntArray:
     cells = ((centres - low) / size * ((1 << 20) - 1)).astype(np.uint64)
     code = np.zeros(len(finite_indices), np.uint64)
     for axis in range(3):
-        code |= _spread(cells[:, axis]) << np.uint64(axis)
+        code |= _spread_bits(cells[:, axis]) << np.uint64(axis)
     return np.asarray(finite_indices[np.argsort(code, kind="stable")], np.int64)
 
 
-def _spread(x: UInt64Array) -> UInt64Array:
+def _spread_bits(x: UInt64Array) -> UInt64Array:
     """Insert two zero bits after each of 20 bits."""
     for shift, mask in (
         (32, 0x1F00000000FFFF),
@@ -228,23 +232,23 @@ def _spread(x: UInt64Array) -> UInt64Array:
     return x
 
 
-def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _build_boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the corners (2 k - 1, 3) of the boxes of the complete tree over sorted items.
 
     The children of node i are 2 i + 1 and 2 i + 2; the last k nodes are leaves with LEAF_SIZE items
     each.
     """
     count = max(-(-len(low) // LEAF_SIZE), 1)
-    leaves = 1 << (count - 1).bit_length()
-    lows, highs = np.full((2 * leaves - 1, 3), np.inf), np.full((2 * leaves - 1, 3), -np.inf)
+    n_leaves = 1 << (count - 1).bit_length()
+    lows, highs = np.full((2 * n_leaves - 1, 3), np.inf), np.full((2 * n_leaves - 1, 3), -np.inf)
     if len(low):
         starts = np.arange(0, len(low), LEAF_SIZE)
-        lows[leaves - 1 : leaves - 1 + count] = np.minimum.reduceat(low, starts)
-        highs[leaves - 1 : leaves - 1 + count] = np.maximum.reduceat(high, starts)
-    while leaves > 1:
-        half_count = leaves // 2
-        child = slice(leaves - 1, 2 * leaves - 1)
-        lows[half_count - 1 : leaves - 1] = lows[child].reshape(half_count, 2, 3).min(axis=1)
-        highs[half_count - 1 : leaves - 1] = highs[child].reshape(half_count, 2, 3).max(axis=1)
-        leaves = half_count
+        lows[n_leaves - 1 : n_leaves - 1 + count] = np.minimum.reduceat(low, starts)
+        highs[n_leaves - 1 : n_leaves - 1 + count] = np.maximum.reduceat(high, starts)
+    while n_leaves > 1:
+        half_count = n_leaves // 2
+        child = slice(n_leaves - 1, 2 * n_leaves - 1)
+        lows[half_count - 1 : n_leaves - 1] = lows[child].reshape(half_count, 2, 3).min(axis=1)
+        highs[half_count - 1 : n_leaves - 1] = highs[child].reshape(half_count, 2, 3).max(axis=1)
+        n_leaves = half_count
     return lows, highs

@@ -116,7 +116,7 @@ class CloudNodes:
     def release(self, row: int, piece: NodePoints) -> None:
         """Release a fetched node."""
 
-    def choose(self, view: CloudView, max_points: int) -> IntArray:
+    def select_nodes(self, view: CloudView, max_points: int) -> IntArray:
         """Select the nodes needed to draw a view, most important first.
 
         These are visible nodes whose parents' points are more than MAX_SPACING_PIXELS apart, up to
@@ -179,7 +179,7 @@ class ArrangedNodes(CloudNodes):
     def fetch(self, rows: Sequence[int]) -> list[NodePoints]:
         starts, order = self._arrangement.starts, self._arrangement.rows
         points = [order[starts[row] : starts[row + 1]] for row in rows]
-        return [NodePoints(self._cloud, rows_of_node, rows_of_node) for rows_of_node in points]
+        return [NodePoints(self._cloud, point_rows, point_rows) for point_rows in points]
 
 
 class NodeStore(CloudNodes):
@@ -215,7 +215,7 @@ class NodeStore(CloudNodes):
         self._lock = threading.Lock()
 
     @property
-    def usual_spacing(self) -> float:
+    def median_spacing(self) -> float:
         """Median spacing of the nodes, weighted by their number of points."""
         order = np.argsort(self.spacing)
         cumulative_counts = np.cumsum(self.counts[order])
@@ -226,7 +226,7 @@ class NodeStore(CloudNodes):
         with self._lock:
             return dict(self._loaded)
 
-    def put(self, row: int, cloud: PointCloud) -> None:
+    def store_node(self, row: int, cloud: PointCloud) -> None:
         with self._lock:
             self._loaded[row] = cloud
 
@@ -237,13 +237,11 @@ class NodeStore(CloudNodes):
             clouds = split_cloud(self._read(missing_rows), self.counts[missing_rows].tolist())
             for row, cloud in zip(missing_rows, clouds, strict=True):
                 loaded_nodes[row] = cloud
-                self.put(row, cloud)
+                self.store_node(row, cloud)
         pieces = []
         for row in rows:
-            rows_of_node = np.arange(len(loaded_nodes[row].points))
-            pieces.append(
-                NodePoints(loaded_nodes[row], rows_of_node, rows_of_node + self.starts[row])
-            )
+            point_rows = np.arange(len(loaded_nodes[row].points))
+            pieces.append(NodePoints(loaded_nodes[row], point_rows, point_rows + self.starts[row]))
         return pieces
 
     def release(self, row: int, piece: NodePoints) -> None:
@@ -257,7 +255,7 @@ class NodeStore(CloudNodes):
         """Read a node from the file without storing it. Raises InputError if this fails."""
         return self._read([row])
 
-    def nodes_of(self, ids: IntArray) -> IntArray:
+    def node_rows(self, ids: IntArray) -> IntArray:
         """Return the row (k,) of the node that contains each point."""
         index = np.searchsorted(self.starts[self._order], ids, side="right") - 1
         return np.asarray(self._order[index], np.int64)
@@ -272,7 +270,7 @@ class NodeStore(CloudNodes):
         """
         ids = np.asarray(ids, np.int64)
         points = np.empty((len(ids), 3))
-        rows = self.nodes_of(ids)
+        rows = self.node_rows(ids)
         order = np.argsort(rows, kind="stable")
         cuts = np.flatnonzero(np.diff(rows[order])) + 1
         for group in np.split(order, cuts) if len(ids) else ():
@@ -281,7 +279,9 @@ class NodeStore(CloudNodes):
             points[group] = cloud.points[ids[group] - self.starts[row]]
         return points
 
-    def find_touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
+    def find_touching_nodes(
+        self, low: FloatArray, high: FloatArray
+    ) -> list[tuple[int, PointCloud]]:
         """Return the loaded nodes whose cubes touch a box."""
         loaded_nodes = self.loaded()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))

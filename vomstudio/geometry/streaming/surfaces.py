@@ -59,14 +59,14 @@ class StreamedSurface(CloudSurface):
     def _ids_in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         centre = np.asarray(centre, np.float64)
         ids = [np.zeros(0, np.int64)]
-        for row, cloud in self._store.find_touching(centre - radius, centre + radius):
+        for row, cloud in self._store.find_touching_nodes(centre - radius, centre + radius):
             near_ids = self._store.tree(row, cloud).query_ball_point(centre, radius)
             ids.append(np.asarray(near_ids, np.int64) + self._store.starts[row])
         return np.concatenate(ids)
 
     def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         point = np.asarray(point, np.float64)
-        distances_best, places_best = np.full(count, np.inf), np.zeros((count, 3))
+        best_distances, best_positions = np.full(count, np.inf), np.zeros((count, 3))
         loaded_nodes = self._store.loaded()
         rows = np.fromiter(loaded_nodes, np.int64, len(loaded_nodes))
         low, high = self._store.bounds[rows, 0], self._store.bounds[rows, 1]
@@ -74,24 +74,24 @@ class StreamedSurface(CloudSurface):
             np.maximum(np.maximum(low - point, point - high), 0.0), axis=1
         )
         for k in np.argsort(box_distances, kind="stable"):
-            if box_distances[k] > distances_best[-1]:
+            if box_distances[k] > best_distances[-1]:
                 break
             row = int(rows[k])
             cloud = loaded_nodes[row]
             distance, index = self._store.tree(row, cloud).query(
-                point, k=min(count, len(cloud.points)), distance_upper_bound=distances_best[-1]
+                point, k=min(count, len(cloud.points)), distance_upper_bound=best_distances[-1]
             )
             distance, index = np.atleast_1d(distance), np.atleast_1d(index)
             is_finite = np.isfinite(distance)
-            distances = np.concatenate([distances_best, distance[is_finite]])
-            positions = np.concatenate([places_best, cloud.points[index[is_finite]]])
+            distances = np.concatenate([best_distances, distance[is_finite]])
+            positions = np.concatenate([best_positions, cloud.points[index[is_finite]]])
             order = np.argsort(distances, kind="stable")[:count]
-            distances_best, places_best = distances[order], positions[order]
-        return np.asarray(places_best[np.isfinite(distances_best)])
+            best_distances, best_positions = distances[order], positions[order]
+        return np.asarray(best_positions[np.isfinite(best_distances)])
 
     def _vertices_near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         points = [np.zeros((0, 3))]
-        for _, cloud in self._store.find_touching(low, high):
+        for _, cloud in self._store.find_touching_nodes(low, high):
             is_inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
             points.append(cloud.points[is_inside])
         near_points = np.concatenate(points)

@@ -14,10 +14,10 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.view_attitudes import camera_rotations, nadir_to_view_angles
 from vomstudio.io.control.geo_file import is_geo, read_geo
-from vomstudio.io.text.named_columns import PHOTO, NamedTable
+from vomstudio.io.text.named_columns import PHOTO_NAMES, NamedTable
 from vomstudio.io.text.rows import shorten
 
-_ANGLES = (
+_ANGLE_COLUMNS = (
     (
         "yaw",
         "heading",
@@ -44,7 +44,7 @@ _ANGLES = (
     ),
     ("roll", "bank", "camera roll", "gimbal roll", "gimbalrolldegree", "camerarolldegree"),
 )
-_NAMES = ("yaw", "pitch", "roll")
+_ANGLE_NAMES = ("yaw", "pitch", "roll")
 MAX_OVERSHOOT_DEG = 3.0
 _NORTH_WORDS = {
     **dict.fromkeys(("", "grid", "g"), "grid"),
@@ -109,31 +109,31 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     path = Path(path)
     if is_geo(path):
         return _read_geo_attitudes(path)
-    table = NamedTable(path, ("photo", *_NAMES))
-    photos = table.words(PHOTO, "photo")
+    table = NamedTable(path, ("photo", *_ANGLE_NAMES))
+    photos = table.words(PHOTO_NAMES, "photo")
     table.require_unique(photos)
     angles = np.full((len(photos), 3), np.nan)
-    has_angle = [table.has(names) for names in _ANGLES]
+    has_angle = [table.has(names) for names in _ANGLE_COLUMNS]
     if has_angle[1] != has_angle[2] or not any(has_angle):
-        missing_name = _NAMES[has_angle.index(False)]
-        table.columns((_ANGLES[has_angle.index(False)],), (missing_name,))
-    for column, names in enumerate(_ANGLES):
+        missing_name = _ANGLE_NAMES[has_angle.index(False)]
+        table.columns((_ANGLE_COLUMNS[has_angle.index(False)],), (missing_name,))
+    for column, names in enumerate(_ANGLE_COLUMNS):
         if has_angle[column]:
-            angles[:, column] = table.columns((names,), (_NAMES[column],))[:, 0]
+            angles[:, column] = table.columns((names,), (_ANGLE_NAMES[column],))[:, 0]
     _require_angles(table, angles)
     sigma = np.column_stack(
         [
-            table.positive((f"sigma {n}", f"accuracy {n}", f"error {n}"), f"sigma_{n}")
-            for n in _NAMES
+            table.positive_numbers((f"sigma {n}", f"accuracy {n}", f"error {n}"), f"sigma_{n}")
+            for n in _ANGLE_NAMES
         ]
     )
     north_references = _north_references(table, len(photos), north)
     has_yaw = np.isfinite(angles[:, 0])
-    is_unstated = bool(has_yaw.any()) and not np.isfinite(sigma[has_yaw, 0]).any()
+    is_accuracy_unknown = bool(has_yaw.any()) and not np.isfinite(sigma[has_yaw, 0]).any()
     notes: tuple[Finding, ...] = ()
-    if is_unstated and "magnetic" not in north_references:
+    if is_accuracy_unknown and "magnetic" not in north_references:
         notes = (Finding("cameras.yaw-accuracy-unknown"),)
-    is_doubted = is_unstated or "magnetic" in north_references
+    is_doubted = is_accuracy_unknown or "magnetic" in north_references
     return attitude_table(
         photos, angles, sigma, north_references, is_doubted=is_doubted, notes=notes
     )
@@ -171,7 +171,7 @@ def empty_attitude_table(notes: Sequence[Finding]) -> AttitudeTable:
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 
-def down_of(table: AttitudeTable) -> FloatArray:
+def gravity_directions(table: AttitudeTable) -> FloatArray:
     """Return the direction of gravity (n, 3) in the frame of each camera.
 
     The direction is measured or computed from pitch and roll; NaN if neither is known.
@@ -201,7 +201,7 @@ def _require_angles(table: NamedTable, angles: FloatArray) -> None:
             )
             if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
                 finding = Finding("cameras.pitch-from-nadir")
-            raise table.cell_error(int(row), finding, _NAMES[column])
+            raise table.cell_error(int(row), finding, _ANGLE_NAMES[column])
 
 
 def _north_references(table: NamedTable, n: int, default_north: str) -> tuple[str, ...]:

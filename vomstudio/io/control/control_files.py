@@ -27,7 +27,7 @@ def read_marks(path: str | Path) -> list[Mark]:
     return choose_format(path).marks(path)
 
 
-def crs_of(path: str | Path) -> str | None:
+def read_crs(path: str | Path) -> str | None:
     """Return the CRS of the points in a file ("EPSG:n" or WKT, in metres), or None.
 
     Points in degrees are converted to their UTM zone. Returns None if the file does not state a
@@ -40,7 +40,7 @@ def crs_of(path: str | Path) -> str | None:
 def marks_path(control: Path) -> Path:
     """Return the default marks file of a control file: the file itself or one next to it."""
     format_ = choose_format(control)
-    if format_.holds_marks:
+    if format_.has_marks:
         return control
     default_path = control.with_name(MARKS)
     if not default_path.is_file() and format_.find_marks is not None:
@@ -54,7 +54,7 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
         if (folder / CONTROL).is_file() and (folder / MARKS).is_file():
             return folder / CONTROL, folder / MARKS
         for format_ in find_formats().all:
-            for name in format_.found_as:
+            for name in format_.default_names:
                 if format_.matches(folder / name):
                     return folder / name, marks_path(folder / name)
     return None
@@ -83,7 +83,7 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
     return None
 
 
-def _exchanged_degrees_finding(control: Path, stated_text: str, code: str) -> Finding | None:
+def _swapped_degrees_finding(control: Path, stated_crs: str, code: str) -> Finding | None:
     """Return ``control.swapped-degrees`` if swapped degrees would explain the other CRS.
 
     This is the case if the points would be in the zone `code` after swapping longitude and
@@ -95,12 +95,12 @@ def _exchanged_degrees_finding(control: Path, stated_text: str, code: str) -> Fi
     if not points:
         return None
     x, y, _ = points[0].position
-    degrees = to_degrees(stated_text, [x], [y])
+    degrees = to_degrees(stated_crs, [x], [y])
     if degrees is None:
         return None
     longitude, latitude = float(degrees[0][0]), float(degrees[1][0])
-    is_exchanged = abs(longitude) <= 90.0 and utm_zone(latitude, longitude) == code
-    if not is_exchanged or stated_text != utm_zone(longitude, latitude):
+    is_swapped = abs(longitude) <= 90.0 and utm_zone(latitude, longitude) == code
+    if not is_swapped or stated_crs != utm_zone(longitude, latitude):
         return None
     label = points[0].label
     return Finding(
@@ -116,15 +116,15 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
     """
     from vomstudio.io.gis.crs import metric_crs
 
-    stated_crs = crs_of(control)
+    stated_crs = read_crs(control)
     if crs is None:
         return stated_crs
     code = metric_crs(crs, "CRS")
     if stated_crs is not None and stated_crs != code:
         if (
-            exchanged_degrees_finding := _exchanged_degrees_finding(control, stated_crs, code)
+            swapped_degrees_finding := _swapped_degrees_finding(control, stated_crs, code)
         ) is not None:
-            raise InputError(exchanged_degrees_finding, file=control)
+            raise InputError(swapped_degrees_finding, file=control)
         raise UsageError(
             Finding("frame.other-crs", crs=code, control=control.name, stated=stated_crs),
             field="CRS",

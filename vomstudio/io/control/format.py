@@ -29,9 +29,9 @@ class ControlFormat:
         outer corner of its top-left pixel.
     crs : callable
         Function that returns "EPSG:n" or WKT of `points`, or None if the file does not state a CRS.
-    holds_marks : bool
+    has_marks : bool
         Whether a file contains both points and marks.
-    found_as : tuple of str
+    default_names : tuple of str
         Default file names next to the photos.
     is_certain : bool
         Whether matching is conclusive. If False, a matching file may have another, more specific
@@ -51,8 +51,8 @@ class ControlFormat:
     points: Callable[[Path], list[ControlPoint]]
     marks: Callable[[Path], list[Mark]]
     crs: Callable[[Path], str | None]
-    holds_marks: bool = False
-    found_as: tuple[str, ...] = ()
+    has_marks: bool = False
+    default_names: tuple[str, ...] = ()
     is_certain: bool = True
     extensions: tuple[str, ...] = ()
     find_marks: Callable[[Path], Path | None] | None = None

@@ -19,7 +19,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import check_error
-from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
+from vomstudio.io.control.formats.opendronemap import is_odm, parse_projection
 from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shorten
 
@@ -67,7 +67,7 @@ def read_geo(path: Path) -> GeoFile:
     """Read a `geo.txt` file. Raises InputError with line and column."""
     rows = _rows(path)
     line, header = rows[0][0], " ".join(rows[0][1])
-    crs = projection_of(path, line, header)
+    crs = parse_projection(path, line, header)
     photos, lines, values = list[str](), list[int](), list[list[float]]()
     first_lines: dict[str, int] = {}
     for line_number, cells in rows[1:]:
@@ -127,9 +127,9 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
 def _too_few_cells_finding(cells: list[str]) -> Finding:
     """Return the finding for a line without coordinates or with another delimiter."""
     text = " ".join(cells)
-    sign = next((sign for sign in ",;" if text.count(sign) >= 2), None)
-    if sign is not None:
-        return Finding("table.other-delimiter", delimiter=sign)
+    delimiter = next((delimiter for delimiter in ",;" if text.count(delimiter) >= 2), None)
+    if delimiter is not None:
+        return Finding("table.other-delimiter", delimiter=delimiter)
     return Finding("table.column-count", count=len(cells), columns=("image", "x", "y"))
 
 

@@ -23,7 +23,7 @@ from vomstudio.io.control.registry import choose_format
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import table_crs
-from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
+from vomstudio.io.text.named_columns import LABEL_NAMES, PHOTO_NAMES, WORLD, NamedTable
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import extract_orientations
 from vomstudio.io.text.rows import shorten
@@ -71,7 +71,7 @@ class Pairs:
             return np.ones(len(self.labels), bool)
         return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
 
-    def joined_with(self, other_pairs: Pairs) -> Pairs:
+    def combine_pairs(self, other_pairs: Pairs) -> Pairs:
         """Return these pairs followed by others. Raises UsageError if both contain a label."""
         for label in set(self.labels) & set(other_pairs.labels):
             raise UsageError(Finding("control.repeated-point", label=label))
@@ -210,12 +210,12 @@ def read_pairs(
         not metric (`vomstudio.io.gate.points.points_to_world`).
     """
     table = NamedTable(path, _PAIR_COLUMNS)
-    labels = table.words(LABEL, "label")
+    labels = table.words(LABEL_NAMES, "label")
     table.require_unique(labels)
     model = table.columns(_MODEL_COLUMNS, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_coordinates(world)
-    placed_points = points_to_world(
+    world_points = points_to_world(
         world,
         file=table.path,
         comments=table.table.comments,
@@ -225,11 +225,11 @@ def read_pairs(
     return Pairs(
         labels,
         model,
-        placed_points.points,
+        world_points.points,
         table.sigma(),
-        table.uses(),
-        (*table.notes, *placed_points.findings),
-        placed_points.crs,
+        table.is_check_point(),
+        (*table.notes, *world_points.findings),
+        world_points.crs,
     )
 
 
@@ -264,18 +264,22 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     """Read a table `from, to, length_m[, sigma_m][, use]`. Raises InputError."""
     table = NamedTable(path, ("from", "to", "length_m"))
     first_labels = table.words(("from", "first", "start", "label 1", "point 1"), "from")
-    second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
+    second_labels = table.words(("to", "second", "end", "label 2", "point 2"), "to")
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.cell_error(int(row), Finding("table.not-positive"), "length_m")
-    for bar, (first_label, second_label) in enumerate(zip(first_labels, second, strict=True)):
+    for bar, (first_label, second_label) in enumerate(
+        zip(first_labels, second_labels, strict=True)
+    ):
         if first_label == second_label:
             raise table.cell_error(
                 bar,
                 Finding("control.bar-of-one-point", label=shorten(first_label)),
                 "to",
             )
-    sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
+    sigma = table.positive_numbers(
+        ("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m"
+    )
     return [
         ScaleBar(
             first_label,
@@ -288,10 +292,10 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
         )
         for first_label, second_label, length, sigma, check, line in zip(
             first_labels,
-            second,
+            second_labels,
             lengths,
             sigma,
-            table.uses(),
+            table.is_check_point(),
             table.table.line_numbers,
             strict=True,
         )
@@ -309,17 +313,17 @@ def read_positions(path: str | Path) -> Positions:
         sigma = geo.sigma[:, [0, 0, 1]]
         return Positions(geo.photos, geo.places, False, sigma, geo.crs, file=path, line=geo.line)
     table = NamedTable(path, ("photo", "x", "y", "z"))
-    photos = table.words(PHOTO, "photo")
+    photos = table.words(PHOTO_NAMES, "photo")
     table.require_unique(photos)
     positions = table.columns(WORLD, ("x", "y", "z"))
-    degrees = table.has(("lon", "longitude", "x longitude"))
-    if not degrees:
+    is_in_degrees = table.has(("lon", "longitude", "x longitude"))
+    if not is_in_degrees:
         table.require_coordinates(positions)
     stated_crs, findings = table_crs(path, table.table.comments)
     return Positions(
         photos,
         positions,
-        degrees,
+        is_in_degrees,
         table.sigma(),
         stated_crs.text,
         file=path,
@@ -330,7 +334,7 @@ def read_positions(path: str | Path) -> Positions:
 def read_level_lines(path: str | Path) -> LevelTable:
     """Read a table `photo, x1, y1, x2, y2` with the pixels of the ends. Raises InputError."""
     table = NamedTable(path, ("photo", "x1", "y1", "x2", "y2"))
-    photos = table.words(PHOTO, "photo")
+    photos = table.words(PHOTO_NAMES, "photo")
     names = ("x1", "y1", "x2", "y2")
     ends = table.columns(tuple((name,) for name in names), names).reshape(-1, 2, 2)
     for row in np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < 1.0):
@@ -361,7 +365,7 @@ def read_compass(path: str | Path, azimuth: Azimuth | None = None) -> CompassTab
             Finding("control.no-model-direction"),
             "model_x",
         )
-    sigma = table.positive(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
+    sigma = table.positive_numbers(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
     for row in np.flatnonzero(sigma > 90.0):
         raise table.cell_error(
             int(row),
@@ -369,8 +373,8 @@ def read_compass(path: str | Path, azimuth: Azimuth | None = None) -> CompassTab
             "sigma_deg",
         )
     labels = orientations.ids
-    if not table.has(("id",)) and table.has(LABEL):
-        names = table.words(LABEL, "label", allow_empty=True)
+    if not table.has(("id",)) and table.has(LABEL_NAMES):
+        names = table.words(LABEL_NAMES, "label", allow_empty=True)
         labels = tuple(
             names[row] or label for row, label in zip(orientations.row_indices, labels, strict=True)
         )

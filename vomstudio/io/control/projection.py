@@ -48,17 +48,17 @@ def project_points(
         return list(points), None
     try:
         crs = CRS.from_user_input(text)
-        horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
-        if horizontal.is_geographic and not points:
+        horizontal_crs = crs.sub_crs_list[0] if crs.is_compound else crs
+        if horizontal_crs.is_geographic and not points:
             raise InputError(
                 Finding("frame.not-projected", crs=crs.name), file=path, line=line, field="CRS"
             )
-        if horizontal.is_geographic:
+        if horizontal_crs.is_geographic:
             for point in points:
                 if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
                     raise _outside_crs_error(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
-            to_grid = degrees_to_grid(code, horizontal.to_wkt())
+            to_grid = degrees_to_grid(code, horizontal_crs.to_wkt())
             projected_points = []
             for point in points:
                 position = to_grid(point.position[0], point.position[1])
@@ -66,7 +66,7 @@ def project_points(
                     raise _outside_crs_error(path, line, point)
                 projected_points.append(replace(point, position=(*position, point.position[2])))
             return projected_points, code
-        code, unit = parse_crs(horizontal.to_wkt())
+        code, unit = parse_crs(horizontal_crs.to_wkt())
     except (CRSError, InputError) as error:
         if isinstance(error, InputError) and error.file is not None:
             raise

@@ -51,6 +51,6 @@ def choose_format(path: Path) -> ControlFormat:
             return format_
     names = [
         *(tr(control_format.name) for control_format in available_formats.all),
-        *map(str, available_formats.broken),
+        *map(str, available_formats.problems),
     ]
     raise InputError(Finding("control.unknown-format", formats=names), file=path)

@@ -14,7 +14,7 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.backup import back_up
 from vomstudio.core.files.containment import check_generated_path
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
@@ -49,8 +49,8 @@ def write_control(
     rows = [
         [
             escape_formula(point.label),
-            *map(_digits, point.position),
-            "" if point.sigma_m is None else _digits(point.sigma_m),
+            *map(_format_number, point.position),
+            "" if point.sigma_m is None else _format_number(point.sigma_m),
             "check" if point.check else "control",
         ]
         for point in points
@@ -72,11 +72,11 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
         positions = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
         row = [
             escape_formula(label),
-            *map(_digits, positions),
+            *map(_format_number, positions),
             "check" if pairs.check[k] else "control",
         ]
         if has_sigma:
-            row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
+            row += ["" if np.isnan(v) else _format_number(v) for v in pairs.sigma[k].tolist()]
         rows.append(row)
     comment = WORLD_COMMENT if pairs.crs is None else f"# CRS: {pairs.crs}\n"
     return _write(path, header, rows, comment)
@@ -91,7 +91,7 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
     header += ["model_x", "model_y", "model_z", "sigma_deg"]
     rows = []
     for k, label in enumerate(table.labels):
-        angles = [_digits(table.azimuth_deg[k]), _digits(table.inclination_deg[k])]
+        angles = [_format_number(table.azimuth_deg[k]), _format_number(table.inclination_deg[k])]
         is_plane = bool(table.is_plane[k])
         sigma = float(table.sigma[k])
         rows.append(
@@ -100,8 +100,8 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
                 "plane" if is_plane else "line",
                 *(angles if is_plane else ["", ""]),
                 *(["", ""] if is_plane else angles),
-                *map(_digits, table.model[k].tolist()),
-                "" if np.isnan(sigma) else _digits(sigma),
+                *map(_format_number, table.model[k].tolist()),
+                "" if np.isnan(sigma) else _format_number(sigma),
             ]
         )
     return _write(path, header, rows)
@@ -113,7 +113,12 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
     The return value and the errors are those of `write_control`.
     """
     rows = [
-        [escape_formula(mark.label), escape_formula(mark.photo), _digits(mark.x), _digits(mark.y)]
+        [
+            escape_formula(mark.label),
+            escape_formula(mark.photo),
+            _format_number(mark.x),
+            _format_number(mark.y),
+        ]
         for mark in marks
     ]
     return _write(path, ["label", "photo", "x", "y"], rows)
@@ -123,7 +128,7 @@ def _write(
     path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
 ) -> Path | None:
     check_generated_path(path)
-    moved_file = back_up(path) if path.exists() and not _has_only_columns(path, header) else None
+    backup = back_up(path) if path.exists() and not _has_only_columns(path, header) else None
     if not rows:
         try:
             path.unlink(missing_ok=True)
@@ -131,7 +136,7 @@ def _write(
             raise TargetError(
                 Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
-        return moved_file
+        return backup
     text = io.StringIO()
     # Without quotes, a line that begins with # or > would not be read as part of the table.
     needs_quotes = any(not row[0][:1].isalnum() for row in rows)
@@ -141,13 +146,13 @@ def _write(
     writer.writerow(header)
     writer.writerows(rows)
     write_bytes(path, (comment + text.getvalue()).encode(), force=True)
-    return moved_file
+    return backup
 
 
 def _has_only_columns(path: Path, header: Sequence[str]) -> bool:
     """Return whether a table has only these columns and no comments that would be lost."""
     try:
-        with io.TextIOWrapper(open_regular(path), encoding="utf-8") as stream:
+        with io.TextIOWrapper(open_regular_file(path), encoding="utf-8") as stream:
             first_line = stream.readline().rstrip("\n").replace('"', "")
             if _CRS.fullmatch(first_line):
                 first_line = stream.readline().rstrip("\n").replace('"', "")
@@ -156,6 +161,6 @@ def _has_only_columns(path: Path, header: Sequence[str]) -> bool:
         return False
 
 
-def _digits(value: float) -> str:
+def _format_number(value: float) -> str:
     """Return the shortest text that identifies the number."""
     return repr(float(value)).removesuffix(".0")

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane
 from vomstudio.io.exchange.columns import Row, delimited_text, label, round_angle
 
-FAULTKIN = ("strike", "dip", "trend", "plunge", "sense", "label")
-WINTENSOR = (
+FAULTKIN_COLUMNS = ("strike", "dip", "trend", "plunge", "sense", "label")
+WINTENSOR_COLUMNS = (
     "Id",
     "Format",
     "Dip",
@@ -28,9 +28,9 @@ WINTENSOR = (
     "Weight",
     "Comment",
 )
-FAULT_WITH_STRIAE = 11
-_TENSOR_SENSE = {"normal": "N", "reverse": "I", "sinistral": "S", "dextral": "D"}
-_TENSOR_CONFIDENCE = {"certain": "C", "probable": "P", "supposed": "S"}
+FAULT_WITH_STRIAE_FORMAT = 11
+_SENSE_CODES = {"normal": "N", "reverse": "I", "sinistral": "S", "dextral": "D"}
+_CONFIDENCE_CODES = {"certain": "C", "probable": "P", "supposed": "S"}
 
 
 def is_line_on_plane(row: Row) -> bool:
@@ -38,12 +38,12 @@ def is_line_on_plane(row: Row) -> bool:
     return row["element"] == "line" and row["on_plane_dip_deg"] is not None
 
 
-def faultkin(rows: Sequence[Row]) -> str:
+def faultkin_table(rows: Sequence[Row]) -> str:
     """Return the table of lines on planes for which the direction of slip is known."""
-    return delimited_text(FAULTKIN, [_faultkin(row) for row in rows], "\t")
+    return delimited_text(FAULTKIN_COLUMNS, [_faultkin_row(row) for row in rows], "\t")
 
 
-def _faultkin(row: Row) -> list[object]:
+def _faultkin_row(row: Row) -> list[object]:
     plane = Plane(row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
     return [
         round_angle(plane.strike_rhr_deg),
@@ -66,23 +66,25 @@ def faultkin_sense(slip_rake_deg: float) -> str:
     return ("T" if is_thrust else "N") + ("R" if is_right_lateral else "L")
 
 
-def wintensor(rows: Sequence[Row]) -> str:
+def wintensor_table(rows: Sequence[Row]) -> str:
     """Return the table of lines on planes; an unknown sense of slip is written as X."""
-    return delimited_text(WINTENSOR, [_wintensor(n, row) for n, row in enumerate(rows, 1)], "\t")
+    return delimited_text(
+        WINTENSOR_COLUMNS, [_wintensor_row(n, row) for n, row in enumerate(rows, 1)], "\t"
+    )
 
 
-def _wintensor(number: int, row: Row) -> list[object]:
-    sense = _TENSOR_SENSE.get(row["slip_sense"] or "", "X")
+def _wintensor_row(number: int, row: Row) -> list[object]:
+    sense = _SENSE_CODES.get(row["slip_sense"] or "", "X")
     has_sense = sense != "X" and row["slip_rake_deg"] is not None
     return [
         number,
-        FAULT_WITH_STRIAE,
+        FAULT_WITH_STRIAE_FORMAT,
         round_angle(row["on_plane_dip_deg"]),
         round_angle(row["on_plane_dip_direction_deg"]),
         round_angle(row["plunge_deg"]),
         round_angle(row["trend_deg"]),
         sense if has_sense else "X",
-        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if has_sense else "X",
+        _CONFIDENCE_CODES.get(row["slip_confidence"] or "", "X") if has_sense else "X",
         1,
         label(row),
     ]

@@ -23,7 +23,7 @@ from vomstudio.io.gis.layers import Layer
 
 _DEGREE_DECIMALS = 9  # 0.1 mm
 _HEIGHT_DECIMALS = 4
-_GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
+_GEOMETRY_TYPES = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 
 
 def geojson_files(
@@ -51,8 +51,10 @@ def geojson_files(
     else:
         name = None if crs is None else {"type": "name", "properties": {"name": _urn(crs)}}
         member = {"crs": name}
-    names = [out if layer.name == "planes" else sibling_path(out, layer.name) for layer in layers]
-    return {path: _collection(layer, member) for path, layer in zip(names, layers, strict=True)}
+    paths = [out if layer.name == "planes" else sibling_path(out, layer.name) for layer in layers]
+    return {
+        path: _feature_collection(layer, member) for path, layer in zip(paths, layers, strict=True)
+    }
 
 
 def _to_degrees(layer: Layer, crs: str, out: Path) -> Layer:
@@ -64,19 +66,22 @@ def _to_degrees(layer: Layer, crs: str, out: Path) -> Layer:
     if degrees is None:
         raise InputError(Finding("geojson.outside-area", crs=crs[:60]), file=out)
     columns = [np.round(part, _DEGREE_DECIMALS) for part in degrees]
-    converted = np.column_stack([*columns, np.round(points[:, 2], _HEIGHT_DECIMALS)])
+    converted_points = np.column_stack([*columns, np.round(points[:, 2], _HEIGHT_DECIMALS)])
     ends = np.cumsum([len(shape) for shape in layer.shapes])[:-1]
-    return replace(layer, shapes=np.split(converted, ends))
+    return replace(layer, shapes=np.split(converted_points, ends))
 
 
-def _collection(layer: Layer, crs_member: Mapping[str, Any]) -> str:
+def _feature_collection(layer: Layer, crs_member: Mapping[str, Any]) -> str:
     features = [
         {
             "type": "Feature",
             "properties": {
                 name: _to_plain_value(column[row]) for name, column in layer.columns.items()
             },
-            "geometry": {"type": _GEOMETRY[layer.kind], "coordinates": _coordinates(layer, shape)},
+            "geometry": {
+                "type": _GEOMETRY_TYPES[layer.kind],
+                "coordinates": _coordinates(layer, shape),
+            },
         }
         for row, shape in enumerate(layer.shapes)
     ]
@@ -111,7 +116,7 @@ def _to_plain_value(value: Any) -> Any:
     return value
 
 
-def properties_of(layer: Layer, row: int) -> Mapping[str, Any]:
+def feature_properties(layer: Layer, row: int) -> Mapping[str, Any]:
     """Return the known figures of one feature."""
     values = {name: _to_plain_value(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

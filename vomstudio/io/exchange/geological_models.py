@@ -32,10 +32,10 @@ def surface_name(kind: object, set_name: object) -> str:
 
 def gempy_orientations(rows: Sequence[Row]) -> str:
     """Return the table of the planes that have a position."""
-    return delimited_text(GEMPY_ORIENTATION_COLUMNS, [_gempy(row) for row in rows], ",")
+    return delimited_text(GEMPY_ORIENTATION_COLUMNS, [_gempy_row(row) for row in rows], ",")
 
 
-def _gempy(row: Row) -> list[Any]:
+def _gempy_row(row: Row) -> list[Any]:
     return [
         row["x"],
         row["y"],
@@ -64,7 +64,7 @@ def gempy_points(layers: Sequence[Layer]) -> str:
     return delimited_text(GEMPY_POINT_COLUMNS, rows, ",")
 
 
-def loopstructural(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
+def loopstructural_table(rows: Sequence[Row], layers: Sequence[Layer]) -> str:
     """Return planes with a position by their normals, and trace vertices by surface."""
     out: list[list[Any]] = []
     for row in rows:

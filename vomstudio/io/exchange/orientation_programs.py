@@ -17,7 +17,7 @@ from typing import Any
 
 from vomstudio.io.exchange.columns import Row, delimited_text, label, round_angle
 
-ORIENT = (
+ORIENT_COLUMNS = (
     "Station",
     "X",
     "Y",
@@ -30,7 +30,7 @@ ORIENT = (
     "Domain",
     "Comment",
 )
-GEMS = (
+GEMS_COLUMNS = (
     "Type",
     "Azimuth",
     "Inclination",
@@ -49,7 +49,12 @@ GEMS = (
 )
 
 UNKNOWN_NUMBER, UNKNOWN_WORD = -9, "#"
-_BEDDING = {"horizontal": "06.01", "inclined": "06.02", "vertical": "06.03", "overturned": "06.04"}
+_BEDDING_SYMBOLS = {
+    "horizontal": "06.01",
+    "inclined": "06.02",
+    "vertical": "06.03",
+    "overturned": "06.04",
+}
 """Symbols of the FGDC Digital Cartographic Standard for Geologic Map Symbolization, section 6."""
 MIN_VERTICAL_DIP_DEG, MAX_HORIZONTAL_DIP_DEG = 89.5, 0.5
 
@@ -61,27 +66,27 @@ def is_plane(row: Row) -> bool:
 
 def stereonet_planes(rows: Sequence[Row]) -> str:
     """Return the table of strikes (right-hand rule) and dips."""
-    pairs = [
+    records = [
         (round_angle(row["strike_rhr_deg"]), round_angle(row["dip_deg"]), label(row))
         for row in rows
     ]
-    return delimited_text(("strike", "dip", "label"), pairs, "\t")
+    return delimited_text(("strike", "dip", "label"), records, "\t")
 
 
 def stereonet_lines(rows: Sequence[Row]) -> str:
     """Return the table of trends and plunges."""
-    pairs = [
+    records = [
         (round_angle(row["trend_deg"]), round_angle(row["plunge_deg"]), label(row)) for row in rows
     ]
-    return delimited_text(("trend", "plunge", "label"), pairs, "\t")
+    return delimited_text(("trend", "plunge", "label"), records, "\t")
 
 
-def orient(rows: Sequence[Row]) -> str:
+def orient_table(rows: Sequence[Row]) -> str:
     """Return the table of planes and lines; a line on a plane has the angles of both."""
-    return delimited_text(ORIENT, [_orient(row) for row in rows], "\t")
+    return delimited_text(ORIENT_COLUMNS, [_orient_row(row) for row in rows], "\t")
 
 
-def _orient(row: Row) -> list[Any]:
+def _orient_row(row: Row) -> list[Any]:
     if is_plane(row):
         plane = (row["dip_direction_deg"], row["dip_deg"])
     else:
@@ -99,13 +104,15 @@ def _orient(row: Row) -> list[Any]:
     ]
 
 
-def gems(rows: Sequence[Row]) -> str:
+def gems_table(rows: Sequence[Row]) -> str:
     """Return the table of features that have a position, as required for points on a map."""
-    names = (*GEMS, "X", "Y", "Z")
-    return delimited_text(names, [[*_gems(row), row["x"], row["y"], row["z"]] for row in rows], ",")
+    names = (*GEMS_COLUMNS, "X", "Y", "Z")
+    return delimited_text(
+        names, [[*_gems_row(row), row["x"], row["y"], row["z"]] for row in rows], ","
+    )
 
 
-def _gems(row: Row) -> list[Any]:
+def _gems_row(row: Row) -> list[Any]:
     is_plane_row = is_plane(row)
     azimuth, inclination = (
         (row["strike_rhr_deg"], row["dip_deg"])
@@ -139,7 +146,7 @@ def _symbol(row: Row) -> str | None:
     if not is_plane(row) or (row["kind"] or "").casefold() != "bedding":
         return None
     if row["overturned"]:
-        return _BEDDING["overturned"]
+        return _BEDDING_SYMBOLS["overturned"]
     if row["dip_deg"] < MAX_HORIZONTAL_DIP_DEG:
-        return _BEDDING["horizontal"]
-    return _BEDDING["vertical" if row["dip_deg"] > MIN_VERTICAL_DIP_DEG else "inclined"]
+        return _BEDDING_SYMBOLS["horizontal"]
+    return _BEDDING_SYMBOLS["vertical" if row["dip_deg"] > MIN_VERTICAL_DIP_DEG else "inclined"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.file_kinds import FileKind, other_kind
+from vomstudio.core.files.file_kinds import FileKind, other_kind_error
 from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gate.points import points_to_world
@@ -50,16 +50,18 @@ def read_layer_table(path: Path, kind: FileKind, layer: str | None) -> TextTable
     """
 
     def reading_error() -> InputError:
-        return other_kind(path, kind)
+        return other_kind_error(path, kind)
 
-    listed = list_layers(path, reading_error, has_sheets=True)
-    names = [layer.name for layer in listed if layer.name not in _HIDDEN_LAYERS]
+    listed_layers = list_layers(path, reading_error, has_sheets=True)
+    names = [layer.name for layer in listed_layers if layer.name not in _HIDDEN_LAYERS]
     if layer is not None and layer not in names:
         finding = Finding("drawing.unknown-layer", layer=layer, layers=names)
         raise UsageError(finding, file=path, field="--layer")
-    points = [layer.name for layer in listed if layer.name in names and _may_have_points(layer)]
-    requested = (points or names) if layer is None else [layer]
-    layers = read_layers(path, requested, None, reading_error, is_flat=False, has_sheets=True)
+    points = [
+        layer.name for layer in listed_layers if layer.name in names and _may_have_points(layer)
+    ]
+    requested_names = (points or names) if layer is None else [layer]
+    layers = read_layers(path, requested_names, None, reading_error, is_flat=False, has_sheets=True)
     build_table = _sheet_table if kind.key in SPREADSHEETS else _attribute_table
     tables = {layer.name: build_table(path, layer) for layer in layers}
     tables = {name: table for name, table in tables.items() if table.width and len(table)}
@@ -80,14 +82,14 @@ def _select_table(path: Path, tables: Mapping[str, TextTable]) -> TextTable:
         if table.names is not None and has_orientations(table.names)
     }
     if len(candidates) > 1 and (layers := [n for n in _OWN_LAYERS if n in candidates]):
-        return _join([candidates[name] for name in layers])
+        return _join_tables([candidates[name] for name in layers])
     if len(candidates) > 1:
         finding = Finding("drawing.several-layers", layers=list(candidates))
         raise UsageError(finding, file=path, field="--layer")
     return next(iter(candidates.values() or tables.values()))
 
 
-def _join(tables: list[TextTable]) -> TextTable:
+def _join_tables(tables: list[TextTable]) -> TextTable:
     """Return the rows of several tables; a missing column is empty."""
     names = tuple(dict.fromkeys(name for table in tables for name in table.names or ()))
     rows = [
@@ -96,8 +98,10 @@ def _join(tables: list[TextTable]) -> TextTable:
         for row in table.rows
         for cells in [dict(zip(table.names or (), row, strict=True))]
     ]
-    first = tables[0]
-    return table_from_cells(names, rows, str(first.path), first.comments, first.notes)
+    first_table = tables[0]
+    return table_from_cells(
+        names, rows, str(first_table.path), first_table.comments, first_table.notes
+    )
 
 
 def _sheet_table(path: Path, sheet: VectorLayer) -> TextTable:
@@ -157,11 +161,11 @@ def _positions(
         options = FrameOptions()
         if stated_axes(stated_crs.text).kind == "geographic":
             options = FrameOptions(to_crs=suggested_zone(bounds))
-        placed = points_to_world(points, file=path, stated_crs=stated_crs, options=options)
+        world_points = points_to_world(points, file=path, stated_crs=stated_crs, options=options)
     except InputError as error:
         return None, None, (Finding("table.places-unused", reason=str(error)),)
-    notes = tuple(item for item in placed.findings if item.code != "frame.assumed")
-    return placed.crs, placed.points, notes
+    notes = tuple(item for item in world_points.findings if item.code != "frame.assumed")
+    return world_points.crs, world_points.points, notes
 
 
 def _add_coordinates(columns: dict[str, list[str]], points: FloatArray) -> None:

@@ -10,13 +10,13 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.finding_texts import Severity
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
 from vomstudio.io.gis.crs import crs_name, parse_crs_option
 
 MAX_SHOWN_CHARACTERS = 80
-_SAME_UNIT = 2e-7
+_UNIT_TOLERANCE = 2e-7
 """Relative tolerance; files state the US survey foot with seven digits."""
 
 
@@ -38,7 +38,8 @@ def choose_axes(
     file : Path
         File of the coordinates, for error messages.
     height_unit : str, optional
-        Unit of the heights that the file states in addition to the CRS, as a key of `METRES`.
+        Unit of the heights that the file states in addition to the CRS, as a key of
+        `METRES_PER_UNIT`.
 
     Returns
     -------
@@ -54,20 +55,20 @@ def choose_axes(
     """
     findings: list[Finding] = []
     try:
-        axes_of_text = stated_axes(text, height_unit)
+        text_axes = stated_axes(text, height_unit)
     except InputError:
-        axes_of_text = stated_axes(None, height_unit)
+        text_axes = stated_axes(None, height_unit)
         if options.crs is None:
             findings.append(crs_reading_finding(file, text or ""))
-    axes = axes_of_text
+    axes = text_axes
     if options.crs is not None:
-        axes = _typed_axes(options, height_unit, file)
-        if axes_of_text.crs is not None and axes_of_text.crs != axes.crs:
+        axes = _option_axes(options, height_unit, file)
+        if text_axes.crs is not None and text_axes.crs != axes.crs:
             findings.append(
                 Finding(
                     "frame.crs-replaced",
                     file=file.name,
-                    file_crs=crs_name(axes_of_text.crs),
+                    file_crs=crs_name(text_axes.crs),
                     crs=crs_name(axes.crs or options.crs),
                 )
             )
@@ -89,7 +90,7 @@ def require_crs(axes: StatedAxes, file: Path) -> str:
     return axes.crs
 
 
-def assumed_frame(
+def assumed_frame_findings(
     file: Path,
     options: FrameOptions,
     *,
@@ -116,10 +117,10 @@ def assumed_frame(
     if has_up and has_unit:
         return ()
     assumed_up, assumed_unit = None if has_up else up, None if has_unit else unit
-    return (assumption(file, up=assumed_up, unit=assumed_unit, severity=severity),)
+    return (assumption_finding(file, up=assumed_up, unit=assumed_unit, severity=severity),)
 
 
-def assumption(
+def assumption_finding(
     file: Path, *, up: str | None, unit: str | None, severity: Severity | None = None
 ) -> Finding:
     """Return ``frame.assumed`` for a file without a CRS.
@@ -135,12 +136,19 @@ def assumption(
     """
     values = {"up": up, "unit": unit}
     texts = {"up": tr("{up} up", up=up), "unit": tr("unit {unit}", unit=unit)}
-    stated = {name: value for name, value in values.items() if value is not None}
-    assumed = [*(texts[name] for name in stated), tr("CRS none")]
-    return Finding("frame.assumed", severity, file=file.name, assumed=assumed, **stated, crs=None)
+    assumed_values = {name: value for name, value in values.items() if value is not None}
+    assumption_texts = [*(texts[name] for name in assumed_values), tr("CRS none")]
+    return Finding(
+        "frame.assumed",
+        severity,
+        file=file.name,
+        assumed=assumption_texts,
+        **assumed_values,
+        crs=None,
+    )
 
 
-def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:
+def _option_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:
     assert options.crs is not None
     if options.to_crs is None:
         parse_crs_option(options.crs)
@@ -162,7 +170,7 @@ def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
         return StatedAxes()
     if axes.kind != "projected" or axes.crs is None or axes.unit_m is None:
         return axes
-    if np.isclose(METRES[unit], axes.unit_m, rtol=_SAME_UNIT, atol=0.0):
+    if np.isclose(METRES_PER_UNIT[unit], axes.unit_m, rtol=_UNIT_TOLERANCE, atol=0.0):
         return axes
     raise UsageError(
         Finding("frame.unit-contradiction", crs=crs_name(axes.crs), metres=axes.unit_m, unit=unit),

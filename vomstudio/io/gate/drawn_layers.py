@@ -34,7 +34,7 @@ from vomstudio.io.gis.layer_reading import is_geojson_without_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_wkb
 
-_LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
+_LINE_TYPES, _AREA_TYPES = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
 """Suffixes of layer names that contain outlines in drawings created by this program."""
 
@@ -98,7 +98,7 @@ class RawLayer:
         Row of each shape in the file.
     columns, crs, fields
         As for `DrawnLayer`.
-    warnings, excluded : tuple
+    warnings, exclusion_findings : tuple
         Findings about coordinates, and about entities of a drawing that were not read.
     field : str or None
         Name of the argument if shapes are passed to the Python interface instead of a file.
@@ -110,7 +110,7 @@ class RawLayer:
     columns: Mapping[str, AnyArray]
     crs: str | None
     warnings: tuple[Finding, ...] = ()
-    excluded: tuple[Finding, ...] = ()
+    exclusion_findings: tuple[Finding, ...] = ()
     fields: tuple[str, ...] = ()
     field: str | None = None
 
@@ -165,7 +165,7 @@ def read_raw_lines(
     UsageError
         If there are several layers and none is named.
     """
-    return _read(Path(path), layer, _LINES, columns, progress, options, model)
+    return _read(Path(path), layer, _LINE_TYPES, columns, progress, options, model)
 
 
 def read_raw_areas(
@@ -176,10 +176,10 @@ def read_raw_areas(
     model: ModelFrame | None = None,
 ) -> RawLayer:
     """Read all polygons of a layer in the World frame, in the same way as `read_raw_lines`."""
-    return _read(Path(path), layer, _AREAS, (), progress, options, model)
+    return _read(Path(path), layer, _AREA_TYPES, (), progress, options, model)
 
 
-def raw_shapes(
+def layer_from_shapes(
     shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> RawLayer:
     """Convert shapes (n,) passed to the Python interface to a layer in the World frame.
@@ -195,8 +195,8 @@ def raw_shapes(
     rows = np.arange(len(shapes), dtype=np.int64)
     if crs is None and not options.is_given:
         return RawLayer(path, shapes, rows, {}, None, field=name)
-    shapes, is_placed = _convert_to_world(path, shapes, crs, options, None)
-    return RawLayer(path, shapes, rows, {}, is_placed.crs, is_placed.findings, field=name)
+    shapes, world_points = _convert_to_world(path, shapes, crs, options, None)
+    return RawLayer(path, shapes, rows, {}, world_points.crs, world_points.findings, field=name)
 
 
 def extract_lines(raw_layer: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
@@ -214,7 +214,7 @@ def extract_lines(raw_layer: RawLayer, *, include_rings: bool = True) -> DrawnLa
     InputError
         If the layer contains no lines.
     """
-    return _build_layer(raw_layer, _LINES, (), include_rings)
+    return _build_layer(raw_layer, _LINE_TYPES, (), include_rings)
 
 
 def extract_area(raw_layer: RawLayer) -> tuple[Any, DrawnLayer]:
@@ -228,9 +228,9 @@ def extract_area(raw_layer: RawLayer) -> tuple[Any, DrawnLayer]:
     import shapely
 
     shapes, findings = _close_outlines(shapely.force_2d(raw_layer.shapes))
-    layer = _build_layer(replace(raw_layer, shapes=shapes), _AREAS, findings, True)
-    area, crossing = resolve_crossings(layer.shapes)
-    return area, replace(layer, warnings=(*layer.warnings, *crossing))
+    layer = _build_layer(replace(raw_layer, shapes=shapes), _AREA_TYPES, findings, True)
+    area, crossing_findings = resolve_crossings(layer.shapes)
+    return area, replace(layer, warnings=(*layer.warnings, *crossing_findings))
 
 
 def _build_layer(
@@ -239,7 +239,7 @@ def _build_layer(
     import shapely
 
     shapes = shapely.force_2d(raw_layer.shapes)
-    parts, row, part_messages = _parts(shapes, raw_layer.feature, kinds, include_rings)
+    parts, row, part_findings = _parts(shapes, raw_layer.feature, kinds, include_rings)
     if not len(parts):
         raise _no_shapes_error(raw_layer, kinds)
     return DrawnLayer(
@@ -248,7 +248,7 @@ def _build_layer(
         raw_layer.feature[row] + 1,
         {name: values[row] for name, values in raw_layer.columns.items()},
         raw_layer.crs,
-        (*raw_layer.warnings, *findings, *part_messages, *raw_layer.excluded),
+        (*raw_layer.warnings, *findings, *part_findings, *raw_layer.exclusion_findings),
         raw_layer.fields,
     )
 
@@ -268,7 +268,7 @@ def _read(
         raise InputError(folder_finding(path), file=path)
     if not path_exists(path):
         raise InputError(Finding("file.missing"), file=path)
-    given_layer, layer = layer, layer or _find_layer(path, kinds, progress)
+    requested_layer, layer = layer, layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     raw_layer = next(
         iter(
@@ -276,7 +276,7 @@ def _read(
                 path,
                 [layer],
                 names,
-                lambda: _reading_error(path, given_layer, progress),
+                lambda: _reading_error(path, requested_layer, progress),
                 progress,
                 is_flat=False,
             )
@@ -297,15 +297,15 @@ def _read(
     if not is_kept.all():
         shapes = shapes[is_kept]
         columns = {name: values[is_kept] for name, values in columns.items()}
-    shapes, is_placed = _convert_to_world(path, shapes, raw_layer.crs, options, model)
+    shapes, world_points = _convert_to_world(path, shapes, raw_layer.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(
         path,
         shapes,
         feature,
         columns,
-        is_placed.crs,
-        is_placed.findings,
+        world_points.crs,
+        world_points.findings,
         tuple(excluded_findings),
         raw_layer.fields,
     )
@@ -314,10 +314,10 @@ def _read(
 def _no_shapes_error(raw_layer: RawLayer, kinds: tuple[str, ...]) -> InputError:
     if raw_layer.field is not None:
         return InputError(Finding("drawing.zero-length"), field=raw_layer.field)
-    for finding in raw_layer.excluded:
+    for finding in raw_layer.exclusion_findings:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
             return InputError(Finding("drawing.only-bodies", **finding.values), file=raw_layer.path)
-    code = "drawing.no-polygons" if kinds is _AREAS else "drawing.no-traces"
+    code = "drawing.no-polygons" if kinds is _AREA_TYPES else "drawing.no-traces"
     return InputError(Finding(code), file=raw_layer.path)
 
 
@@ -454,8 +454,10 @@ def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
     kinds = shapely.get_type_id(shapes)
     if np.isin(kinds, (3, 6)).any():
         return shapes, []
-    lines = _is_finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
-    rows = np.flatnonzero(lines)
+    is_line = (
+        _is_finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
+    )
+    rows = np.flatnonzero(is_line)
     closed_rows = rows[shapely.is_closed(shapes[rows])]
     if not len(closed_rows):
         return shapes, []
@@ -482,27 +484,27 @@ def _parts(
     has_bounds = np.isfinite(shapely.bounds(shapes)).all(axis=1)
     finite_indices = np.flatnonzero(~is_empty & has_bounds & _is_finite(shapes))
     merged_shapes = shapes[finite_indices]
-    multi = np.flatnonzero(shapely.get_type_id(merged_shapes) == 5)
-    merged_shapes[multi] = shapely.line_merge(merged_shapes[multi])
+    multi_rows = np.flatnonzero(shapely.get_type_id(merged_shapes) == 5)
+    merged_shapes[multi_rows] = shapely.line_merge(merged_shapes[multi_rows])
     parts, offset = shapely.get_parts(merged_shapes, return_index=True)
-    kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in kinds else (1, 2))
+    has_kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in kinds else (1, 2))
     size = shapely.length(parts)
     if "Polygon" in kinds:
         # The parts of a self-intersecting outline may cancel each other.
         size = shapely.area(shapely.make_valid(parts))
-    has_size = kind & (size > 0)
+    has_size = has_kind & (size > 0)
     feature = finite_indices.astype(np.int64)[offset]
     findings: list[Finding] = []
-    if infinite := len(shapes) - len(finite_indices):
-        findings.append(Finding("drawing.invalid-shapes", count=infinite))
-    if n_other_kinds := int(np.sum(~kind)):
+    if n_invalid := len(shapes) - len(finite_indices):
+        findings.append(Finding("drawing.invalid-shapes", count=n_invalid))
+    if n_other_kinds := int(np.sum(~has_kind)):
         findings.append(Finding("drawing.other-shapes", count=n_other_kinds))
-    if n_short := int(np.sum(kind & ~has_size)):
+    if n_short := int(np.sum(has_kind & ~has_size)):
         findings.append(
             Finding(
                 "drawing.invalid-shapes",
                 count=n_short,
-                first_feature=int(feature_rows[feature[kind & ~has_size][0]]) + 1,
+                first_feature=int(feature_rows[feature[has_kind & ~has_size][0]]) + 1,
             )
         )
     parts, feature = parts[has_size], feature[has_size]

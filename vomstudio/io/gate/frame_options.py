@@ -7,7 +7,7 @@ from typing import Literal
 
 from vomstudio.core.options import Options, declarations, given_options, option
 from vomstudio.core.words import to_translate
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 UpAxis = Literal["z", "y"]
 
@@ -30,7 +30,7 @@ class FrameOptions(Options):
     )
     unit: str | None = option(
         None,
-        choices=tuple(METRES),
+        choices=tuple(METRES_PER_UNIT),
         help=to_translate(
             "unit of the file's coordinates (default: as specified in the file, otherwise m)"
         ),

@@ -86,7 +86,7 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
         else horizontal_crs
     )
     projection = Proj(horizontal_crs)
-    x, y = _places(bounds)
+    x, y = _sample_positions(bounds)
     try:
         longitude, latitude = projection(x, y, inverse=True, errcheck=True)
         factors = projection.get_factors(longitude, latitude, errcheck=True)
@@ -143,8 +143,8 @@ def check_metric(
         return ()
     scale = map_scale(crs, bounds)
     if scale is None or not (scale.is_metric or scale.is_in_area):
-        exchanged = map_scale(crs, bounds[:, ::-1])
-        if exchanged is not None and exchanged.is_metric and exchanged.is_in_area:
+        swapped_scale = map_scale(crs, bounds[:, ::-1])
+        if swapped_scale is not None and swapped_scale.is_metric and swapped_scale.is_in_area:
             raise InputError(
                 Finding("frame.swapped-axes", crs=crs_name(crs)), file=file, field="x, y"
             )
@@ -185,7 +185,7 @@ def degrees_finding(bounds: FloatArray) -> Finding | None:
     return Finding("frame.maybe-degrees", span=span, height=height)
 
 
-def _places(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _sample_positions(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return x and y of the corners, of the midpoints of the edges and finally of the centre."""
     (x0, y0), (x1, y1) = np.asarray(bounds, np.float64)[:, :2]
     xm, ym = (x0 + x1) / 2.0, (y0 + y1) / 2.0

@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.errors import UsageError
-from vomstudio.core.files.file_kinds import kind_of
+from vomstudio.core.files.file_kinds import find_file_kind
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_mapping import name_columns
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth, has_orientations
 from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
-from vomstudio.io.text.rows import cut
+from vomstudio.io.text.rows import split_cells
 from vomstudio.io.text.slip_reading import SlipTable, extract_slips, has_fault_rows
 from vomstudio.io.text.tables import TextTable, read_table
 
@@ -35,7 +35,7 @@ def is_layer_file(path: str | Path) -> bool:
     -------
     bool
     """
-    kind = kind_of(path)
+    kind = find_file_kind(path)
     return kind is not None and kind.key in LAYER_KINDS
 
 
@@ -62,7 +62,7 @@ def read_any_table(
     """
     path = Path(path)
     if is_layer_file(path):
-        kind = kind_of(path)
+        kind = find_file_kind(path)
         assert kind is not None
         # Most tables are text and do not need the libraries of GIS files.
         from vomstudio.io.gate.attribute_tables import read_layer_table
@@ -78,7 +78,7 @@ def _use_commented_header(table: TextTable) -> TextTable:
     if table.names is not None:
         return table
     for comment in reversed(table.comments):
-        names = tuple(cut(comment, table.delimiter))
+        names = tuple(split_cells(comment, table.delimiter))
         if len(names) == table.width and all(names) and has_orientations(names):
             return replace(table, names=names)
     return table

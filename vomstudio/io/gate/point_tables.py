@@ -18,7 +18,7 @@ from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns,
 
 
 @dataclass(frozen=True, eq=False)
-class GroupsInWorld:
+class WorldGroups:
     """Groups of points in the World frame.
 
     Parameters
@@ -34,7 +34,7 @@ class GroupsInWorld:
 
 
 @dataclass(frozen=True, eq=False)
-class PairsInWorld:
+class WorldPairs:
     """Pairs of points on the two sides of a fault.
 
     Parameters
@@ -55,7 +55,7 @@ def read_points(
     by: str | None = None,
     options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
-) -> GroupsInWorld:
+) -> WorldGroups:
     """Read the points of a text table in World coordinates, grouped by feature.
 
     Parameters
@@ -74,16 +74,16 @@ def read_points(
         If the table cannot be read, and as for `points_to_world`.
     """
     groups = tables.read_points(path, by)
-    placed_points = points_to_world(
+    world_points = points_to_world(
         groups.points, file=Path(path), comments=groups.comments, options=options, model=model
     )
-    warnings = (*groups.warnings, *placed_points.findings)
-    return GroupsInWorld(
-        replace(groups, points=placed_points.points, warnings=warnings), placed_points.crs
+    warnings = (*groups.warnings, *world_points.findings)
+    return WorldGroups(
+        replace(groups, points=world_points.points, warnings=warnings), world_points.crs
     )
 
 
-def read_places(
+def read_row_positions(
     table: OrientationTable, options: FrameOptions = DEFAULT_FRAME, model: ModelFrame | None = None
 ) -> WorldPoints | None:
     """Return the coordinates of the rows of an orientation table in the World frame.
@@ -98,15 +98,15 @@ def read_places(
     InputError, UsageError
         As for `points_to_world`.
     """
-    text = table.table
-    if text.names is None:
+    text_table = table.table
+    if text_table.names is None:
         return None
     try:
-        points = text.numbers(coordinate_columns(text))[table.row_indices]
+        points = text_table.numbers(coordinate_columns(text_table))[table.row_indices]
     except InputError:
         return None
     return points_to_world(
-        points, file=text.path, comments=text.comments, options=options, model=model
+        points, file=text_table.path, comments=text_table.comments, options=options, model=model
     )
 
 
@@ -120,17 +120,15 @@ def read_boundaries(
     InputError, UsageError
         If the table cannot be read, and as for `points_to_world`.
     """
-    text = _table(table)
-    boundaries = log_reading.extract_boundaries(text)
-    placed_points = points_to_world(
-        boundaries.points, file=text.path, comments=text.comments, options=options
+    text_table = _table(table)
+    boundaries = log_reading.extract_boundaries(text_table)
+    world_points = points_to_world(
+        boundaries.points, file=text_table.path, comments=text_table.comments, options=options
     )
-    return replace(boundaries, points=placed_points.points, findings=placed_points.findings)
+    return replace(boundaries, points=world_points.points, findings=world_points.findings)
 
 
-def read_pairs(
-    table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
-) -> PairsInWorld:
+def read_pairs(table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME) -> WorldPairs:
     """Read pairs of points on the two sides of a fault in World coordinates.
 
     Raises
@@ -138,12 +136,12 @@ def read_pairs(
     InputError, UsageError
         If the table cannot be read, and as for `points_to_world`.
     """
-    text = _table(table)
-    names, points = log_reading.extract_pairs(text)
-    placed_points = points_to_world(
-        points.reshape(-1, 3), file=text.path, comments=text.comments, options=options
+    text_table = _table(table)
+    names, points = log_reading.extract_pairs(text_table)
+    world_points = points_to_world(
+        points.reshape(-1, 3), file=text_table.path, comments=text_table.comments, options=options
     )
-    return PairsInWorld(names, placed_points.points.reshape(-1, 6), placed_points.findings)
+    return WorldPairs(names, world_points.points.reshape(-1, 6), world_points.findings)
 
 
 def _table(table: str | Path | TextTable) -> TextTable:

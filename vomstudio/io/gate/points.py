@@ -11,13 +11,18 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.axes import assumed_frame, choose_axes, crs_reading_finding, require_crs
+from vomstudio.geometry.units import METRES_PER_UNIT
+from vomstudio.io.gate.axes import (
+    assumed_frame_findings,
+    choose_axes,
+    crs_reading_finding,
+    require_crs,
+)
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
-from vomstudio.io.gis.axis_units import StatedAxes, refusal, unit_findings, unit_text
+from vomstudio.io.gis.axis_units import StatedAxes, axes_refusal, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
 
@@ -111,9 +116,9 @@ def points_to_world(
         return _local_points(points, stated_crs, findings, options, file, model)
     target = options.to_crs or (None if model is None else model.crs)
     bounds = _bounds(points)
-    if target is not None and (options.to_crs is not None or not _is_same(axes, target)):
-        return _convert(points, axes, target, findings, file)
-    reason = refusal(axes, bounds)
+    if target is not None and (options.to_crs is not None or not _is_same_crs(axes, target)):
+        return _reproject(points, axes, target, findings, file)
+    reason = axes_refusal(axes, bounds)
     if reason is not None:
         raise InputError(reason, file=file, field="CRS")
     findings += unit_findings(axes)
@@ -121,11 +126,11 @@ def points_to_world(
         # A local system has units but no position on Earth.
         return WorldPoints(points * axes.metres, None if model is None else model.crs, findings)
     field = "--crs" if options.crs is not None else "CRS"
-    metric_check = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
+    metric_findings = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
     if model is not None and model.crs is None:
         findings += (Finding("frame.model-without-crs", file=file.name, crs=crs_name(axes.crs)),)
     world = world_crs(axes.crs, axes.unit_m)
-    return WorldPoints(points * axes.metres, world, (*findings, *metric_check))
+    return WorldPoints(points * axes.metres, world, (*findings, *metric_findings))
 
 
 def _local_points(
@@ -136,17 +141,19 @@ def _local_points(
     file: Path,
     model: ModelFrame | None,
 ) -> WorldPoints:
-    unit_m = stated_crs.unit_m or 1.0 if options.unit is None else METRES[options.unit]
+    unit_m = stated_crs.unit_m or 1.0 if options.unit is None else METRES_PER_UNIT[options.unit]
     if unit_m != 1.0:
         points = points * unit_m
-        known_unit = next((name for name, metres in METRES.items() if metres == unit_m), None)
-        unit = f"{unit_m:g} m" if known_unit is None else unit_text(known_unit)
+        unit_name = next(
+            (name for name, metres in METRES_PER_UNIT.items() if metres == unit_m), None
+        )
+        unit = f"{unit_m:g} m" if unit_name is None else unit_text(unit_name)
         findings += (Finding("frame.unit-converted", unit=unit, height_unit=unit),)
     if options.unit is None and model is None:
         finding = degrees_finding(_bounds(points))
         findings += () if finding is None else (finding.with_file(file.name),)
     if model is None:
-        findings += assumed_frame(
+        findings += assumed_frame_findings(
             file,
             options,
             up=options.up or "z",
@@ -158,40 +165,42 @@ def _local_points(
     return WorldPoints(points, None if model is None else model.crs, findings)
 
 
-def _convert(
+def _reproject(
     points: FloatArray, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
 ) -> WorldPoints:
     """Convert points to another CRS and check that it is metric there."""
     source = axes.crs
     if source is None:
-        reason = refusal(axes, _bounds(points))
+        reason = axes_refusal(axes, _bounds(points))
         finding = reason or crs_reading_finding(file, axes.kind)
         raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
-    conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
+    reprojection = Reprojection.create(source, code, height_factor=axes.metres[2])
     is_finite = np.isfinite(points).all(axis=1)
     world_points = np.full_like(points, np.nan)
     try:
-        world_points[is_finite] = conversion.apply(points[is_finite])
-        metric_check = check_metric(code, _bounds(world_points)[:, :2], file=file, field="--to-crs")
+        world_points[is_finite] = reprojection.apply(points[is_finite])
+        metric_findings = check_metric(
+            code, _bounds(world_points)[:, :2], file=file, field="--to-crs"
+        )
     except InputError as error:
-        if axes.kind == "geographic" and _is_exchanged(points[is_finite], conversion, code):
+        if axes.kind == "geographic" and _has_swapped_axes(points[is_finite], reprojection, code):
             finding = Finding("frame.swapped-axes", file=file.name, crs=crs_name(source))
             raise InputError(finding, file=file, field="x") from error
         raise
-    return WorldPoints(world_points, code, (*findings, conversion.finding, *metric_check))
+    return WorldPoints(world_points, code, (*findings, reprojection.finding, *metric_findings))
 
 
-def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bool:
+def _has_swapped_axes(points: FloatArray, reprojection: Reprojection, code: str) -> bool:
     """Return whether points are metric in the target CRS if their degrees are swapped."""
     try:
-        exchanged = conversion.apply(points[:, [1, 0, 2]])
-        return not check_metric(code, _bounds(exchanged)[:, :2])
+        swapped_points = reprojection.apply(points[:, [1, 0, 2]])
+        return not check_metric(code, _bounds(swapped_points)[:, :2])
     except InputError:
         return False
 
 
-def _is_same(axes: StatedAxes, world: str) -> bool:
+def _is_same_crs(axes: StatedAxes, world: str) -> bool:
     """Return whether a CRS is that of the World frame, apart from its unit."""
     from pyproj import CRS
 

@@ -14,13 +14,13 @@ from vomstudio.io.gis.crs import read_sidecar, sidecar_path
 
 WORLD_COMMENT = "# CRS: local; x East, y North, z Up, metres\n"
 """First line of a table of World coordinates that this program writes for its commands."""
-_CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
+_EPSG_CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CRS_COMMENT = re.compile(
     r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE
 )
 _WKT = re.compile(r"\s*([A-Z]{3,}_?(?:CRS|CS)\[.*\])\s*$", re.IGNORECASE)
-_LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
+_LOCAL_WORDS = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class StatedCrs:
     unit_m: float | None = None
 
 
-def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
+def parse_crs_comments(comments: Sequence[str]) -> StatedCrs:
     """Return the CRS that is stated in the comments of a table.
 
     The accepted forms are ``CRS: EPSG:32633``, ``CoordinateSystem: WKT`` (as written by Metashape),
@@ -60,9 +60,9 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
         text = match[1].strip()
         if _WKT.match(text):
             return StatedCrs(text)
-        if text.casefold().startswith(_LOCAL):
+        if text.casefold().startswith(_LOCAL_WORDS):
             return StatedCrs(is_local=text.casefold().startswith(("local", "eng")))
-        if (code := _CODE.match(text)) is not None:
+        if (code := _EPSG_CODE.match(text)) is not None:
             return StatedCrs(f"EPSG:{code[1]}")
         return StatedCrs(text.partition(";")[0].strip())
     for comment in comments:
@@ -89,7 +89,7 @@ def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Fin
         ``frame.crs-replaced`` if the comments and `NAME.prj` disagree, in which case the comments
         are used.
     """
-    stated_crs = crs_in_comments(comments)
+    stated_crs = parse_crs_comments(comments)
     findings: list[Finding] = []
     if stated_crs.text is not None and _axes(stated_crs.text) is None:
         findings.append(Finding("frame.crs-unreadable", file=path.name, crs=stated_crs.text[:80]))
@@ -108,7 +108,7 @@ def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Fin
         findings.append(Finding("frame.crs-unreadable", file=name, crs=shown_text))
     elif stated_crs.text is None and not stated_crs.is_local:
         stated_crs = StatedCrs(sidecar_text)
-    elif stated_crs.text is not None and _differ(stated_crs.text, axes):
+    elif stated_crs.text is not None and _has_other_crs(stated_crs.text, axes):
         findings.append(
             Finding(
                 "frame.crs-replaced",
@@ -127,6 +127,6 @@ def _axes(text: str) -> StatedAxes | None:
         return None
 
 
-def _differ(text: str, axes: StatedAxes) -> bool:
-    axes_of_text = _axes(text)
-    return axes_of_text is not None and axes_of_text.crs != axes.crs
+def _has_other_crs(text: str, axes: StatedAxes) -> bool:
+    text_axes = _axes(text)
+    return text_axes is not None and text_axes.crs != axes.crs

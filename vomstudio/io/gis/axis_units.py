@@ -18,7 +18,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 
 Units = tuple[str, str, str]
 """Units of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another name."""
@@ -97,18 +97,18 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     text : str or None
         Code, name or WKT of the CRS; None if the file states no CRS.
     height_unit : str, optional
-        Unit of heights that the file states in addition to the CRS, as a key of `METRES`.
+        Unit of heights that the file states in addition to the CRS, as a key of `METRES_PER_UNIT`.
 
     Raises
     ------
     InputError
         If the text is not a CRS.
     """
-    stated_height_m = None if height_unit is None else METRES.get(height_unit)
+    stated_height_m = None if height_unit is None else METRES_PER_UNIT.get(height_unit)
     if text is None or not text.strip():
-        high = height_unit or "unknown"
+        vertical_unit = height_unit or "unknown"
         return StatedAxes(
-            units=("unknown", "unknown", high),
+            units=("unknown", "unknown", vertical_unit),
             height_m=stated_height_m,
             has_heights=bool(stated_height_m),
         )
@@ -125,36 +125,42 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
         if crs.is_compound
         else [_remove_datum_shift(crs)]
     )
-    horizontal_axis = next((part for part in parts if not part.is_vertical), None)
-    axes = [] if horizontal_axis is None else horizontal_axis.axis_info
-    up = next((part.axis_info for part in parts if part.is_vertical), axes[2:3])
-    unusual_directions = _unusual_directions(axes[:2], up)
-    kind = "none" if horizontal_axis is None else _crs_kind(horizontal_axis)
-    name, unit_m = _axis_unit(axes[0]) if axes else ("unknown", None)
-    high, height_m = _axis_unit(up[0]) if up else (name, unit_m)
-    replaced_height_unit = high if up and height_unit not in (None, high) else None
+    horizontal_part = next((part for part in parts if not part.is_vertical), None)
+    axes = [] if horizontal_part is None else horizontal_part.axis_info
+    vertical_axes = next((part.axis_info for part in parts if part.is_vertical), axes[2:3])
+    unusual_directions = _unusual_directions(axes[:2], vertical_axes)
+    kind = "none" if horizontal_part is None else _crs_kind(horizontal_part)
+    horizontal_unit, unit_m = _axis_unit(axes[0]) if axes else ("unknown", None)
+    vertical_unit, height_m = (
+        _axis_unit(vertical_axes[0]) if vertical_axes else (horizontal_unit, unit_m)
+    )
+    replaced_height_unit = (
+        vertical_unit if vertical_axes and height_unit not in (None, vertical_unit) else None
+    )
     if height_unit is not None:
-        high, height_m = height_unit, stated_height_m
-    has_heights = bool(up) or height_unit is not None
+        vertical_unit, height_m = height_unit, stated_height_m
+    has_heights = bool(vertical_axes) or height_unit is not None
     if kind == "geographic":
         unit_m = None
         if not has_heights:
-            high, height_m = "unknown", None
+            vertical_unit, height_m = "unknown", None
     # A compound system may state a unit of z other than that of the stored model.
-    has_mixed_units = unit_m is not None and height_m is not None and not _is_same(unit_m, height_m)
+    has_mixed_units = (
+        unit_m is not None and height_m is not None and not _are_equal_units(unit_m, height_m)
+    )
     stored_crs = None
-    if horizontal_axis is not None and kind not in ("local", "none") and not unusual_directions:
+    if horizontal_part is not None and kind not in ("local", "none") and not unusual_directions:
         # The datum shift of a system with an EPSG code is defined by the EPSG register.
-        use_horizontal_part = (
+        uses_horizontal_part = (
             has_mixed_units
             or replaced_height_unit is not None
-            or (crs.is_bound and horizontal_axis.to_epsg() is not None)
+            or (crs.is_bound and horizontal_part.to_epsg() is not None)
         )
-        stored_crs = _crs_name(horizontal_axis if use_horizontal_part else crs)
+        stored_crs = _crs_name(horizontal_part if uses_horizontal_part else crs)
     return StatedAxes(
         stored_crs,
         kind,
-        (name, name, high),
+        (horizontal_unit, horizontal_unit, vertical_unit),
         unit_m,
         height_m,
         has_heights,
@@ -163,18 +169,22 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     )
 
 
-def _unusual_directions(flat_value: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
+def _unusual_directions(
+    horizontal_axes: Any, vertical_axes: Any
+) -> frozenset[Literal["west", "south", "down"]]:
     """Return the directions of pyproj axes other than east, north and up.
 
     Both axes of a polar system point along meridians in the same direction.
     """
-    directions = {str(axis.direction) for axis in flat_value}
-    unusual: set[Literal["west", "south", "down"]] = set()
+    directions = {str(axis.direction) for axis in horizontal_axes}
+    unusual_directions: set[Literal["west", "south", "down"]] = set()
     if len(directions) == 2:
-        unusual |= {direction for direction in ("west", "south") if direction in directions}
-    if up and str(up[0].direction) == "down":
-        unusual.add("down")
-    return frozenset(unusual)
+        unusual_directions |= {
+            direction for direction in ("west", "south") if direction in directions
+        }
+    if vertical_axes and str(vertical_axes[0].direction) == "down":
+        unusual_directions.add("down")
+    return frozenset(unusual_directions)
 
 
 def _remove_datum_shift(crs: Any) -> Any:
@@ -192,7 +202,7 @@ def _crs_kind(crs: Any) -> Literal["projected", "geographic", "geocentric", "loc
     return "local" if crs.is_engineering and len(crs.axis_info) >= 2 else "none"
 
 
-def _is_same(first_factor: float, second_factor: float) -> bool:
+def _are_equal_units(first_factor: float, second_factor: float) -> bool:
     return isclose(first_factor, second_factor, rel_tol=_UNIT_TOLERANCE)
 
 
@@ -200,13 +210,13 @@ def _axis_unit(axis: Any) -> tuple[str, float | None]:
     """Return the name of the unit of a pyproj axis and its length in metres (None for angles)."""
     name, factor = str(axis.unit_name), float(axis.unit_conversion_factor)
     if name in ("degree", "grad", "gon", "radian") or (
-        axis.direction in ("north", "east") and _is_same(factor, 0.017453292519943295)
+        axis.direction in ("north", "east") and _are_equal_units(factor, 0.017453292519943295)
     ):
-        return ("degree" if _is_same(factor, 0.017453292519943295) else name), None
+        return ("degree" if _are_equal_units(factor, 0.017453292519943295) else name), None
     if not isfinite(factor) or factor <= 0 or (name == "unknown" and factor == 1.0):
         return "unknown", None
-    for unit_name, metres in METRES.items():
-        if _is_same(factor, metres):
+    for unit_name, metres in METRES_PER_UNIT.items():
+        if _are_equal_units(factor, metres):
             return unit_name, factor
     return name, factor
 
@@ -219,7 +229,7 @@ def _crs_name(crs: Any) -> str:
 
         epsg_axes = CRS.from_epsg(code).axis_info
         if all(
-            _is_same(epsg_axis.unit_conversion_factor, crs_axis.unit_conversion_factor)
+            _are_equal_units(epsg_axis.unit_conversion_factor, crs_axis.unit_conversion_factor)
             for epsg_axis, crs_axis in zip(epsg_axes, crs.axis_info, strict=False)
         ):
             return f"EPSG:{code}"
@@ -233,35 +243,41 @@ def unit_text(unit: str) -> str:
 
 def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     """Return the findings about converted or assumed units; empty for metres."""
-    horizontal_unit, _, high = axes.units
+    horizontal_unit, _, vertical_unit = axes.units
     findings: list[Finding] = []
     if axes.has_heights and horizontal_unit == "unknown":
-        findings.append(Finding("frame.height-unit-only", height_unit=unit_text(high)))
+        findings.append(Finding("frame.height-unit-only", height_unit=unit_text(vertical_unit)))
     if axes.unusual_directions:
         findings.append(Finding("frame.axes-unused"))
     if axes.replaced_height_unit is not None:
         findings.append(
             Finding(
                 "frame.height-unit-replaced",
-                height_unit=unit_text(high),
+                height_unit=unit_text(vertical_unit),
                 crs_unit=unit_text(axes.replaced_height_unit),
             )
         )
     is_converted = (
         (axes.kind == "local" and axes.unit_factor != 1.0)
-        or not _is_same(axes.height_factor, 1.0)
-        or (axes.kind == "projected" and axes.unit_m is not None and not _is_same(axes.unit_m, 1.0))
+        or not _are_equal_units(axes.height_factor, 1.0)
+        or (
+            axes.kind == "projected"
+            and axes.unit_m is not None
+            and not _are_equal_units(axes.unit_m, 1.0)
+        )
     )
     if is_converted:
         findings.append(
             Finding(
-                "frame.unit-converted", unit=unit_text(horizontal_unit), height_unit=unit_text(high)
+                "frame.unit-converted",
+                unit=unit_text(horizontal_unit),
+                height_unit=unit_text(vertical_unit),
             )
         )
     return tuple(findings)
 
 
-def refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
+def axes_refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
     """Return the reason why coordinates have no true scale or up direction, or None.
 
     Parameters

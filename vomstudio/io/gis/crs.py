@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gis.axis_units import stated_axes
@@ -179,7 +179,7 @@ def metric_crs(text: str, field: str) -> str:
 
 
 def degrees_to_grid(
-    code: str, geographic: str = "EPSG:4326"
+    code: str, geographic_crs: str = "EPSG:4326"
 ) -> Callable[[float, float], tuple[float, float] | None]:
     """Return a function that projects longitude and latitude.
 
@@ -187,7 +187,7 @@ def degrees_to_grid(
     ----------
     code : str
         Projected CRS in metres.
-    geographic : str
+    geographic_crs : str
         CRS of longitude and latitude in degrees.
 
     Returns
@@ -198,7 +198,7 @@ def degrees_to_grid(
     """
     from pyproj import Transformer
 
-    transformer = Transformer.from_crs(geographic, code, always_xy=True)
+    transformer = Transformer.from_crs(geographic_crs, code, always_xy=True)
 
     def to_grid(longitude: float, latitude: float) -> tuple[float, float] | None:
         x, y = transformer.transform(longitude, latitude)
@@ -224,13 +224,13 @@ def to_degrees(
     """
     import numpy as np
 
-    longitude, latitude = _to_wgs84(code).transform(np.asarray(x), np.asarray(y))
+    longitude, latitude = _wgs84_transformer(code).transform(np.asarray(x), np.asarray(y))
     degrees = np.asarray(longitude, np.float64), np.asarray(latitude, np.float64)
     return degrees if all(np.isfinite(part).all() for part in degrees) else None
 
 
 @lru_cache(maxsize=4)
-def _to_wgs84(code: str) -> Any:
+def _wgs84_transformer(code: str) -> Any:
     from pyproj import Transformer
 
     return Transformer.from_crs(code, "EPSG:4326", always_xy=True)
@@ -247,7 +247,9 @@ def read_sidecar(file: Path) -> str:
         If the file cannot be read.
     """
     # Names in a Windows code page do not affect the numbers.
-    return convert_to_utf8(read_small(sidecar_path(file), _MAX_BYTES)).decode("utf-8", "replace")
+    return convert_to_utf8(read_small_file(sidecar_path(file), _MAX_BYTES)).decode(
+        "utf-8", "replace"
+    )
 
 
 def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | None, Finding | None]:
@@ -279,17 +281,17 @@ def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | No
     try:
         axes = stated_axes(text)
     except InputError:
-        return None, Finding("frame.crs-unreadable", file=name, crs=_quote_shortened(text))
+        return None, Finding("frame.crs-unreadable", file=name, crs=_quote_text(text))
     if bounds is not None and _can_have_kind(axes.kind, bounds):
         return text, None
     if axes.kind != "projected":
-        return None, Finding("frame.crs-unused", file=name, crs=_quote_shortened(text))
+        return None, Finding("frame.crs-unused", file=name, crs=_quote_text(text))
     if axes.height_factor != 1.0 or axes.unusual_directions:
         return text, None
     return axes.crs, None
 
 
-def _quote_shortened(text: str) -> str:
+def _quote_text(text: str) -> str:
     return " ".join(text.split())[:80] or tr("nothing")
 
 

@@ -68,14 +68,14 @@ def search_systems(
     if not search_words:
         return []
 
-    def rank(named_cr: NamedCrs) -> tuple[bool, bool, bool, int]:
-        code = named_cr.code.rpartition(":")[2]
-        is_wgs84 = named_cr.name.startswith(_DEFAULT_DATUM)
+    def rank(candidate: NamedCrs) -> tuple[bool, bool, bool, int]:
+        code = candidate.code.rpartition(":")[2]
+        is_wgs84 = candidate.name.startswith(_DEFAULT_DATUM)
         return (
-            named_cr.code not in preferred_names,
+            candidate.code not in preferred_names,
             code not in search_words,
             not is_wgs84,
-            len(named_cr.name),
+            len(candidate.name),
         )
 
     name_matches, area_matches = [], []
@@ -87,9 +87,9 @@ def search_systems(
             description = f"{name} {item.area.casefold()}"
             if all(word in description for word in search_words):
                 area_matches.append(item)
-    return (sorted(name_matches, key=rank) + sorted(area_matches, key=lambda each: len(each.name)))[
-        :max_count
-    ]
+    return (
+        sorted(name_matches, key=rank) + sorted(area_matches, key=lambda system: len(system.name))
+    )[:max_count]
 
 
 def _area(area: AreaOfUse | None) -> str:

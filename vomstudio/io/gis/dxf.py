@@ -23,11 +23,11 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, ByteArray
 
-APPLICATION = "VOMSTUDIO"
+APPLICATION_NAME = "VOMSTUDIO"
 MAX_NAME_LENGTH, MAX_TEXT_LENGTH = 31, 250
 WHITE_COLOR_NUMBER = 7
-METRES = 6
-POLYLINE_3D, CLOSED, VERTEX_3D = 8, 1, 32
+METRES_CODE = 6
+POLYLINE_3D_FLAG, CLOSED_FLAG, VERTEX_3D_FLAG = 8, 1, 32
 
 
 def plain_text(text: str) -> str:
@@ -96,7 +96,7 @@ class DxfWriter:
         write((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
         if is_metric:
             # This variable belongs to later releases; other programs ignore it.
-            write((9, "$INSUNITS"), (70, METRES))
+            write((9, "$INSUNITS"), (70, METRES_CODE))
         if bounds is not None:
             for name, corner in zip(("$EXTMIN", "$EXTMAX"), bounds.tolist(), strict=True):
                 write((9, name), *zip((10, 20, 30), corner, strict=True))
@@ -107,7 +107,7 @@ class DxfWriter:
         for name, color in {"0": WHITE_COLOR_NUMBER, **layers}.items():
             write((0, "LAYER"), (2, plain_text(name)), (70, 0), (62, color), (6, "CONTINUOUS"))
         write((0, "ENDTAB"), (0, "TABLE"), (2, "APPID"), (70, 1))
-        write((0, "APPID"), (2, APPLICATION), (70, 0), (0, "ENDTAB"), (0, "ENDSEC"))
+        write((0, "APPID"), (2, APPLICATION_NAME), (70, 0), (0, "ENDTAB"), (0, "ENDSEC"))
         write((0, "SECTION"), (2, "ENTITIES"))
 
     def close(self) -> None:
@@ -145,11 +145,11 @@ class DxfWriter:
     ) -> None:
         """Write a 3D polyline (n, 3) with values as extended data."""
         name = plain_text(layer)
-        flags = POLYLINE_3D | (CLOSED if is_closed else 0)
+        flags = POLYLINE_3D_FLAG | (CLOSED_FLAG if is_closed else 0)
         self._write((0, "POLYLINE"), (8, name), (66, 1), *_point_groups(np.zeros(3)), (70, flags))
         self._write_values(values)
         for point in points:
-            self._write((0, "VERTEX"), (8, name), *_point_groups(point), (70, VERTEX_3D))
+            self._write((0, "VERTEX"), (8, name), *_point_groups(point), (70, VERTEX_3D_FLAG))
         self._write((0, "SEQEND"), (8, name))
 
     def line(self, points: AnyArray, layer: str) -> None:
@@ -168,21 +168,23 @@ class DxfWriter:
         """Write triangles or planar quadrilaterals (n, 3 or 4, 3)."""
         if not len(corners):
             return
-        four = corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
+        quads = corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
         template = "0\n3DFACE\n8\n" + plain_text(layer).replace("%", "%%") + "\n"
         template += "".join(f"{10 + k}\n%r\n{20 + k}\n%r\n{30 + k}\n%r\n" for k in range(4))
-        columns = four.reshape(-1, 12).T.tolist()
+        columns = quads.reshape(-1, 12).T.tolist()
         self._file.write("".join(map(template.__mod__, zip(*columns, strict=True))))
 
     def _write_values(self, values: Mapping[str, Any]) -> None:
         """Write values as extended data, with one text `name=value` per value."""
-        texts = [f"{name}={_format(value)}" for name, value in values.items() if _has_value(value)]
+        texts = [
+            f"{name}={_format_value(value)}" for name, value in values.items() if _has_value(value)
+        ]
         if texts:
             groups = [(1000, plain_text(text)[:MAX_TEXT_LENGTH]) for text in texts]
-            self._write((1001, APPLICATION), *groups)
+            self._write((1001, APPLICATION_NAME), *groups)
 
     def _write(self, *groups: tuple[int, Any]) -> None:
-        self._file.write("".join(f"{code}\n{_format(value)}\n" for code, value in groups))
+        self._file.write("".join(f"{code}\n{_format_value(value)}\n" for code, value in groups))
 
 
 def _point_groups(point: AnyArray) -> Sequence[tuple[int, float]]:
@@ -195,7 +197,7 @@ def _has_value(value: Any) -> bool:
     return not (isinstance(value, float | np.floating) and not np.isfinite(value))
 
 
-def _format(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if isinstance(value, bool | np.bool_):
         return str(int(value))
     if isinstance(value, float | np.floating):
@@ -209,7 +211,7 @@ def _format(value: Any) -> str:
 @functools.cache
 def _palette() -> AnyArray:
     """Return the RGB values (255, 3) of colours from 1: 24 hues in ten shades, and greys."""
-    first = [
+    standard_colors = [
         (255, 0, 0),
         (255, 255, 0),
         (0, 255, 0),
@@ -228,7 +230,7 @@ def _palette() -> AnyArray:
         strength = np.clip(np.minimum(sectors, 4 - sectors), 0, 1)
         shades.append(tuple((value * (1 - saturation * strength)).astype(int).tolist()))
     greys = [(g, g, g) for g in (0, 101, 102, 153, 204, 255)]
-    return np.array([*first, *shades, *greys], np.float64)
+    return np.array([*standard_colors, *shades, *greys], np.float64)
 
 
 @functools.cache
@@ -238,7 +240,7 @@ def color_table() -> AnyArray:
 
 
 @functools.cache
-def _nearest() -> ByteArray:
+def _nearest_color_table() -> ByteArray:
     """Return the nearest colour number for each of 32 x 32 x 32 colours."""
     from scipy.spatial import cKDTree
 
@@ -251,13 +253,13 @@ def _nearest() -> ByteArray:
 def color_numbers(rgb: ByteArray) -> ByteArray:
     """Return the numbers (n,) of the nearest release 12 colours."""
     r, g, b = (rgb.astype(np.int32) * 31 + 127).T // 255
-    nearest_colors: ByteArray = _nearest()[(r * 32 + g) * 32 + b]
+    nearest_colors: ByteArray = _nearest_color_table()[(r * 32 + g) * 32 + b]
     return nearest_colors
 
 
-def color_number(hex_: str) -> int:
+def color_number(hex_color: str) -> int:
     """Return the colour number for "#rrggbb", or white (black on paper) for other text."""
-    if not re.fullmatch(r"#[0-9a-fA-F]{6}", hex_):
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", hex_color):
         return WHITE_COLOR_NUMBER
-    rgb = np.array([[int(hex_[k : k + 2], 16) for k in (1, 3, 5)]], np.uint8)
+    rgb = np.array([[int(hex_color[k : k + 2], 16) for k in (1, 3, 5)]], np.uint8)
     return int(color_numbers(rgb)[0])

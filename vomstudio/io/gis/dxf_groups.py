@@ -14,19 +14,19 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 
 Value = bytes | int | float
 Groups = list[tuple[int, Value]]
 
 MAX_BYTES = 512 << 20
-_BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
+_BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\0"
 # A code has only digits: a line 0 before a line with a letter is a code and not a value.
 _ENTITY_START = re.compile(
     rb"(?m)^[ \t]*0[ \t]*\r?\n[ \t]*(?=[0-9]*[A-Za-z_])([A-Za-z0-9_]+)[ \t]*\r?(?:\n|\Z)"
 )
 # A line 60 may also be a value; only the groups show which it is.
-_INVISIBLE = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
+_INVISIBLE_FLAG = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class DxfPiece:
 
     kind: bytes
     _data: bytes
-    _begin: int
+    _start: int
     _end: int
     _groups: Groups | None = None
 
@@ -49,7 +49,7 @@ class DxfPiece:
         """Return the groups after the first, up to an invalid one, parsed on request."""
         if self._groups is not None:
             return self._groups
-        lines = self._data[self._begin : self._end].splitlines()
+        lines = self._data[self._start : self._end].splitlines()
         groups: Groups = []
         for code, value in zip(lines[0::2], lines[1::2], strict=False):
             if not code.strip().isdigit():
@@ -60,14 +60,14 @@ class DxfPiece:
     @property
     def span(self) -> tuple[int, int]:
         """Start and end of the groups after the first one in the text of the drawing."""
-        return self._begin, self._end
+        return self._start, self._end
 
     @property
     def may_be_invisible(self) -> bool:
         """Whether a group may mark the entity as invisible."""
         if self._groups is not None:
             return (60, 1) in self._groups
-        return _INVISIBLE.search(self._data, self._begin, self._end) is not None
+        return _INVISIBLE_FLAG.search(self._data, self._start, self._end) is not None
 
 
 def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
@@ -79,13 +79,13 @@ def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
         If the file is too large.
     OSError
     """
-    data = read_small(path, MAX_BYTES)
-    return _binary(data) if is_binary(data) else text_pieces(data)
+    data = read_small_file(path, MAX_BYTES)
+    return _binary_pieces(data) if is_binary(data) else text_pieces(data)
 
 
 def is_binary(data: bytes) -> bool:
     """Return whether a drawing is a binary DXF."""
-    return data.startswith(_BINARY)
+    return data.startswith(_BINARY_MARK)
 
 
 def value_text(value: Value) -> bytes:
@@ -102,7 +102,7 @@ def text_pieces(data: bytes) -> Iterator[DxfPiece]:
             kind, start = match[1].upper(), match.end()
 
 
-_SIZES = (
+_VALUE_SIZES = (
     (range(10), 0),
     (range(10, 60), 8),
     (range(60, 80), 2),
@@ -134,10 +134,10 @@ _SIZES = (
     (range(1071, 1072), 4),
 )
 """Bytes of a value by group code: 0 for zero-terminated text, -1 for a length byte and data."""
-_SIZE_BY_CODE = {code: size for codes, size in _SIZES for code in codes}
+_SIZE_BY_CODE = {code: size for codes, size in _VALUE_SIZES for code in codes}
 
 
-def _binary(data: bytes) -> Iterator[DxfPiece]:
+def _binary_pieces(data: bytes) -> Iterator[DxfPiece]:
     kind, groups = b"", Groups()
     for code, value in binary_groups(data):
         if code == 0:
@@ -150,7 +150,7 @@ def _binary(data: bytes) -> Iterator[DxfPiece]:
 
 def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
     """Yield the code and value of each group of a binary DXF file."""
-    offset = len(_BINARY)
+    offset = len(_BINARY_MARK)
     while offset + 2 <= len(data):
         (code,) = struct.unpack_from("<H", data, offset)
         offset += 2

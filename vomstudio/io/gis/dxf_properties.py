@@ -32,7 +32,7 @@ _ANNOTATIONS = (
     b"LARGE_RADIAL_DIMENSION",
 )
 _PARSED_KINDS = (b"SECTION", b"LAYER", b"SPLINE", b"POLYLINE", *_ANNOTATIONS)
-_BODIES = frozenset(
+_BODY_KINDS = frozenset(
     (b"3DSOLID", b"BODY", b"REGION", b"SURFACE", b"EXTRUDEDSURFACE", b"LOFTEDSURFACE", b"MESH")
     + (b"REVOLVEDSURFACE", b"SWEPTSURFACE", b"PLANESURFACE", b"NURBSURFACE")
     + (b"ACAD_PROXY_ENTITY", b"ACAD_PROXY_OBJECT")
@@ -50,11 +50,11 @@ class DxfProperties:
     ----------
     unit_m : float or None
         Metres per unit, or None if not stated.
-    hidden : frozenset of str
+    hidden_layers : frozenset of str
         Layers that are off or frozen, in lower case.
-    notes : frozenset of str
+    note_handles : frozenset of str
         Handles of dimensions and leaders.
-    invisible : frozenset of str
+    invisible_handles : frozenset of str
         Handles of invisible entities.
     fit_spline_count : int
         Number of splines with fit points but no control points.
@@ -63,9 +63,9 @@ class DxfProperties:
     """
 
     unit_m: float | None = None
-    hidden: frozenset[str] = frozenset()
-    notes: frozenset[str] = frozenset()
-    invisible: frozenset[str] = frozenset()
+    hidden_layers: frozenset[str] = frozenset()
+    note_handles: frozenset[str] = frozenset()
+    invisible_handles: frozenset[str] = frozenset()
     fit_spline_count: int = 0
     bodies: Mapping[str, int] = field(default_factory=dict)
 
@@ -111,9 +111,9 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
     handles = [str(handle).upper() for handle in fields.get("EntityHandle", np.full(count, ""))]
     classes = [str(name) for name in fields.get("SubClasses", np.full(count, ""))]
     is_in_paper_space = np.asarray(fields.get("PaperSpace", np.zeros(count)), np.float64) == 1.0
-    is_hidden = np.array([name in properties.hidden for name in layers], bool)
-    is_hidden |= np.array([handle in properties.invisible for handle in handles], bool)
-    is_note = np.array([handle in properties.notes for handle in handles], bool)
+    is_hidden = np.array([name in properties.hidden_layers for name in layers], bool)
+    is_hidden |= np.array([handle in properties.invisible_handles for handle in handles], bool)
+    is_note = np.array([handle in properties.note_handles for handle in handles], bool)
     is_note |= np.array(
         ["AcDbLeader" in class_ or "AcDbMLeader" in class_ for class_ in classes], bool
     )
@@ -133,8 +133,8 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
             findings.append(finding)
             is_kept = is_kept & ~is_excluded
     bodies = dict(properties.bodies)
-    if number_of_surfaces := int(surfaces[is_kept].sum()):
-        bodies["surface"] = number_of_surfaces
+    if surface_count := int(surfaces[is_kept].sum()):
+        bodies["surface"] = surface_count
     if bodies:
         entities = [f"{count} {name}" for name, count in sorted(bodies.items())]
         findings.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
@@ -150,13 +150,13 @@ def unreadable_reason(path: Path) -> Finding | None:
 
 def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
     unit: float | None = None
-    hidden_names, notes, invisible = set[str](), set[str](), set[str]()
+    hidden_names, note_handles, invisible_handles = set[str](), set[str](), set[str]()
     fit_spline_count = 0
     bodies = Counter[str]()
     section: object = b""
     for piece in pieces:
         kind = piece.kind
-        if kind in _BODIES and section == b"ENTITIES":
+        if kind in _BODY_KINDS and section == b"ENTITIES":
             bodies[kind.decode("ascii")] += 1
         if not (kind in _PARSED_KINDS or piece.may_be_invisible):
             continue
@@ -167,12 +167,12 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
         if kind == b"SECTION":
             section = first_values.get(2)
             if section == b"HEADER":
-                unit = _unit(groups)
+                unit = _header_unit_m(groups)
         is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first_values
         if is_layer and (
             int(first_values.get(70, 0)) & _FROZEN_FLAG or int(first_values.get(62, 7)) < 0
         ):
-            hidden_names.update(_names(first_values[2]))
+            hidden_names.update(_layer_names(first_values[2]))
         flags = value_text(first_values.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
@@ -181,32 +181,32 @@ def _collect_properties(pieces: Iterator[DxfPiece]) -> DxfProperties:
         if section == b"ENTITIES" and 5 in first_values:
             handle = value_text(first_values[5]).decode("latin-1").upper()
             if kind in _ANNOTATIONS:
-                notes.add(handle)
+                note_handles.add(handle)
             if int(first_values.get(60, 0)) == 1:
-                invisible.add(handle)
+                invisible_handles.add(handle)
         if kind == b"SPLINE" and 11 in first_values and 10 not in first_values:
             fit_spline_count += 1
     return DxfProperties(
         unit,
         frozenset(hidden_names),
-        frozenset(notes),
-        frozenset(invisible),
+        frozenset(note_handles),
+        frozenset(invisible_handles),
         fit_spline_count,
         dict(bodies),
     )
 
 
-def _unit(header: Groups) -> float | None:
-    is_unit = False
+def _header_unit_m(header: Groups) -> float | None:
+    is_unit_variable = False
     for code, value in header:
         if code == 9:
-            is_unit = value == b"$INSUNITS"
-        elif code == 70 and is_unit:
+            is_unit_variable = value == b"$INSUNITS"
+        elif code == 70 and is_unit_variable:
             return _UNITS.get(int(value))
     return None
 
 
-def _names(value: Value) -> set[str]:
+def _layer_names(value: Value) -> set[str]:
     """Return the names that GDAL may give to a layer.
 
     These names result from several code pages and from escapes (U+00E9).

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.io.gis.dxf_groups import MAX_BYTES, DxfPiece, Groups, is_binary, text_pieces
 
 _CLOSED_FLAG = 1
@@ -37,7 +37,7 @@ def add_spline_control_points(path: Path) -> Iterator[Path]:
         If the file is too large.
     OSError
     """
-    data = read_small(path, MAX_BYTES)
+    data = read_small_file(path, MAX_BYTES)
     changed_data = None if is_binary(data) or b"SPLINE" not in data else _add_control_points(data)
     if changed_data is None:
         yield path
@@ -48,7 +48,7 @@ def add_spline_control_points(path: Path) -> Iterator[Path]:
         yield copy
 
 
-def curve_through(
+def interpolate_spline(
     points: FloatArray,
     is_closed: bool,
     start: FloatArray | None = None,
@@ -105,14 +105,14 @@ def _end_condition(tangent: FloatArray | None) -> tuple[int, FloatArray]:
 def _add_control_points(data: bytes) -> bytes | None:
     """Return the drawing with control points added, or None if nothing changes."""
     parts: list[bytes] = []
-    done_count = 0
+    copied_end = 0
     for piece in text_pieces(data):
         if piece.kind != b"SPLINE" or (groups := _control_groups(piece)) is None:
             continue
         start, end = piece.span
-        parts += [data[done_count:start], groups]
-        done_count = end
-    return b"".join([*parts, data[done_count:]]) if parts else None
+        parts += [data[copied_end:start], groups]
+        copied_end = end
+    return b"".join([*parts, data[copied_end:]]) if parts else None
 
 
 def _control_groups(piece: DxfPiece) -> bytes | None:
@@ -127,7 +127,7 @@ def _control_groups(piece: DxfPiece) -> bytes | None:
         tangents = [_points(groups, code) if code in codes else None for code in (12, 13)]
         if not np.isfinite(points).all():
             return None
-        knots, control = curve_through(
+        knots, control = interpolate_spline(
             points,
             bool(flags & _CLOSED_FLAG),
             *(None if tangent is None else tangent[0] for tangent in tangents),

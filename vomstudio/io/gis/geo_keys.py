@@ -14,16 +14,16 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gis.axis_units import stated_axes
 
-COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
+COMPOUND_CRS_OPTIONS = {"GTIFF_REPORT_COMPD_CS": "YES"}
 """GDAL option that includes the vertical part of GeoTIFF 1.0 files."""
 _MAX_KEYS = 1000
-_SYSTEMS = {"projected": 3072, "geographic": 2048}
-_UNIT, _UNIT_SIZE, _VERTICAL_UNITS = 3076, 3077, 4099
+_SYSTEM_KEYS = {"projected": 3072, "geographic": 2048}
+_UNIT_KEY, _UNIT_SIZE_KEY, _VERTICAL_UNIT_KEY = 3076, 3077, 4099
 _UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
 """EPSG codes of units of length."""
 _USER_DEFINED = 32767
@@ -39,7 +39,7 @@ class Keys:
 
 
 @dataclass(frozen=True)
-class NamedKeys:
+class DecodedKeys:
     """Meaning of GeoTIFF keys.
 
     Parameters
@@ -47,7 +47,7 @@ class NamedKeys:
     crs : str or None
         CRS as WKT, or None if the keys do not state a known system.
     height_unit : str or None
-        Unit of heights that is stated in addition to the CRS, as a key of `METRES`.
+        Unit of heights that is stated in addition to the CRS, as a key of `METRES_PER_UNIT`.
     warnings : tuple of Finding
         Findings about statements that cannot be used.
     """
@@ -57,7 +57,7 @@ class NamedKeys:
     warnings: tuple[Finding, ...] = ()
 
 
-def decode_keys(keys: Keys) -> NamedKeys:
+def decode_keys(keys: Keys) -> DecodedKeys:
     """Decode GeoTIFF keys.
 
     Raises
@@ -67,23 +67,23 @@ def decode_keys(keys: Keys) -> NamedKeys:
     """
     rows = _rows(keys.directory)
     if not rows:
-        return NamedKeys()
-    text = _decode_by_gdal(keys, rows)
+        return DecodedKeys()
+    text = _decode_with_gdal(keys, rows)
     # GDAL ignores the unit if a vertical system is stated, but LAStools writes both.
-    height_unit = _UNITS.get(_value(rows, _VERTICAL_UNITS))
+    height_unit = _UNITS.get(_value(rows, _VERTICAL_UNIT_KEY))
     if text is None:
-        return NamedKeys(None, height_unit)
-    named_stated_axes = stated_axes(text)
-    stated_units = named_stated_axes.units[2]
-    if named_stated_axes.kind != "local":
-        return NamedKeys(text, None if height_unit == stated_units else height_unit)
-    if height_unit is None and named_stated_axes.has_heights and stated_units in METRES:
-        height_unit = stated_units
+        return DecodedKeys(None, height_unit)
+    axes = stated_axes(text)
+    vertical_unit = axes.units[2]
+    if axes.kind != "local":
+        return DecodedKeys(text, None if height_unit == vertical_unit else height_unit)
+    if height_unit is None and axes.has_heights and vertical_unit in METRES_PER_UNIT:
+        height_unit = vertical_unit
     # GDAL's fallback is in metres, regardless of the keys.
-    codes = [_value(rows, key) for key in _SYSTEMS.values()]
+    codes = [_value(rows, key) for key in _SYSTEM_KEYS.values()]
     code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
     warnings = () if code is None else (Finding("frame.crs-unreadable", crs=f"EPSG:{code}"),)
-    return NamedKeys(_local_system(keys, rows), height_unit, warnings)
+    return DecodedKeys(_local_crs(keys, rows), height_unit, warnings)
 
 
 def read_tiff_keys(path: Path) -> Keys:
@@ -91,7 +91,7 @@ def read_tiff_keys(path: Path) -> Keys:
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
-        with open_regular(path) as file, warnings.catch_warnings():
+        with open_regular_file(path) as file, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # truncated tags
             header = file.read(8)
             header += file.read(8) if header[2:4] in (b"+\0", b"\0+") else b""
@@ -114,12 +114,12 @@ def _value(rows: Sequence[tuple[int, int, int, int]], target_key: int) -> int:
     return next((value for key, offset, _, value in rows if key == target_key and offset == 0), 0)
 
 
-def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
+def _local_crs(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
     """Return a local CRS with the stated unit of length, or None if no unit is stated."""
-    code = _value(rows, _UNIT)
-    name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
+    code = _value(rows, _UNIT_KEY)
+    name, size = _UNITS.get(code, ""), METRES_PER_UNIT.get(_UNITS.get(code, ""), 0.0)
     for key, offset, _, position in rows:
-        if code == _USER_DEFINED and key == _UNIT_SIZE and offset == 34736:
+        if code == _USER_DEFINED and key == _UNIT_SIZE_KEY and offset == 34736:
             name, size = "unit of the file", _read_double(keys.doubles, position)
     if not (isfinite(size) and size > 0):
         return None
@@ -132,15 +132,19 @@ def _read_double(doubles: bytes, position: int) -> float:
     return float(struct.unpack_from("<d", doubles, 8 * position)[0])
 
 
-def _decode_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
+def _decode_with_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
     from rasterio.io import MemoryFile
 
     directory = keys.directory[: 8 + 8 * len(rows)]
-    content = _picture(directory, keys.doubles[: len(keys.doubles) // 8 * 8], keys.texts)
+    content = _tiff_bytes(directory, keys.doubles[: len(keys.doubles) // 8 * 8], keys.texts)
     try:
-        with warnings.catch_warnings(), rasterio.Env(**COMPOUND), MemoryFile(content) as file:
+        with (
+            warnings.catch_warnings(),
+            rasterio.Env(**COMPOUND_CRS_OPTIONS),
+            MemoryFile(content) as file,
+        ):
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with file.open(driver="GTiff") as dataset:
                 return None if dataset.crs is None else str(dataset.crs.to_wkt())
@@ -162,9 +166,9 @@ def _damage_error() -> InputError:
     return InputError(Finding("frame.damaged-keys"), field="CRS")
 
 
-def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
+def _tiff_bytes(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
     """Return a TIFF of one pixel according to the TIFF 6.0 and GeoTIFF 1.1 specifications."""
-    short_type, long_type, double_type, ascii_ = 3, 4, 12, 2
+    short_type, long_type, double_type, ascii_type = 3, 4, 12, 2
     short_tags = {256: 1, 257: 1, 258: 8, 259: 1, 262: 1, 277: 1, 278: 1, 279: 1}
     long_tags = {
         33550: (double_type, 3, struct.pack("<3d", 1, 1, 0)),
@@ -177,7 +181,7 @@ def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
         text = texts.rstrip(b"\0") + b"\0"
         # Data of four bytes or less would be stored in the tag itself.
         text = text.ljust(5, b"\0")
-        long_tags[34737] = (ascii_, len(text), text)
+        long_tags[34737] = (ascii_type, len(text), text)
     count = len(short_tags) + 1 + len(long_tags)
     offset = 8 + 2 + 12 * count + 4
     tags = {

@@ -20,18 +20,18 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import recognise_kind
 from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.names import utf8_name
-from vomstudio.core.files.regular import open_regular, read_json, require_regular_siblings
-from vomstudio.core.files.untrusted.databases import SQLITE_MARK, require_geopackage
+from vomstudio.core.files.regular import open_regular_file, read_json, require_regular_siblings
+from vomstudio.core.files.untrusted.databases import SQLITE_SIGNATURE, require_geopackage
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import count_block_entities
 from vomstudio.io.gis.dxf_splines import add_spline_control_points
 from vomstudio.io.text.xml_tree import refuse_many_tags
 
-NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
+OFFLINE_OPTIONS = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
 """GDAL options that send all requests to the discard port of this machine."""
 
-SYMBOLS = "_symbols"
+SYMBOL_SUFFIX = "_symbols"
 """Suffix of the name of a layer that contains symbols for the features of another layer."""
 
 _HEAD_BYTES = 4096
@@ -54,14 +54,14 @@ _gdal_lock = threading.Lock()
 
 @contextlib.contextmanager
 def readable_layers(
-    path: Path, read_error: Callable[[], InputError], *, has_sheets: bool = False
+    path: Path, reading_error: Callable[[], InputError], *, has_sheets: bool = False
 ) -> Iterator[Path]:
     """Yield a path of the file from which pyogrio can read layers inside the block.
 
     Parameters
     ----------
     path : Path
-    read_error : callable
+    reading_error : callable
         Function that returns the error for a file that is not a valid GeoPackage, GeoJSON,
         shapefile, DXF or KML file.
     has_sheets : bool
@@ -76,37 +76,37 @@ def readable_layers(
 
     require_regular_siblings(path)
     try:
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             header = file.read(_HEAD_BYTES)
         if not (is_vector_file(header) or (has_sheets and is_spreadsheet(header))):
-            raise read_error()
-        if header.startswith(SQLITE_MARK):
+            raise reading_error()
+        if header.startswith(SQLITE_SIGNATURE):
             require_geopackage(path)
         elif _JSON.match(header):
             _refuse_many_attributes(path)
         elif _KML.match(header):
-            with open_regular(path) as file:
+            with open_regular_file(path) as file:
                 refuse_many_tags(iter(partial(file.read, _BLOCK_BYTES), b""), path, _MAX_KML_TAGS)
         elif _DXF.match(header):
             _refuse_truncated_dxf(path, header)
             _refuse_zero_bytes(path, header)
             count_block_entities(path)
-        readable_control_points = (
+        drawing_context = (
             add_spline_control_points(path) if _DXF.match(header) else contextlib.nullcontext(path)
         )
         with (
-            readable_control_points as source,
+            drawing_context as source,
             utf8_name(source) as utf8_path,
             _gdal_lock,
             limit_for_file(path),
         ):
-            pyogrio.set_gdal_config_options(NO_NETWORK)
+            pyogrio.set_gdal_config_options(OFFLINE_OPTIONS)
             # GDAL reports the faces of a DXF, which are valid rings that are not closed.
             warnings.filterwarnings("ignore", "Non closed ring detected", RuntimeWarning)
             try:
                 yield utf8_path
             finally:
-                pyogrio.set_gdal_config_options(dict.fromkeys(NO_NETWORK))
+                pyogrio.set_gdal_config_options(dict.fromkeys(OFFLINE_OPTIONS))
     except MemoryError as error:
         raise InputError(Finding("file.memory-exceeded"), file=path) from error
     except (
@@ -119,7 +119,7 @@ def readable_layers(
         # Raised in pyogrio if GDAL cannot write a damaged CRS as text.
         UnboundLocalError,
     ) as error:
-        raise read_error() from error
+        raise reading_error() from error
 
 
 def is_vector_file(head: bytes) -> bool:
@@ -130,7 +130,7 @@ def is_vector_file(head: bytes) -> bool:
     head : bytes
         First bytes of the file.
     """
-    return head.startswith((SQLITE_MARK, _SHAPEFILE)) or (
+    return head.startswith((SQLITE_SIGNATURE, _SHAPEFILE)) or (
         any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
     )
 
@@ -158,7 +158,7 @@ def _refuse_truncated_dxf(path: Path, head: bytes) -> None:
     """
     if head.startswith(_BINARY_DXF):
         return
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         file.seek(-1, os.SEEK_END)
         last_byte = file.read(1)
     if last_byte == b"\r":
@@ -176,7 +176,7 @@ def _refuse_zero_bytes(path: Path, head: bytes) -> None:
     if head.startswith(_BINARY_DXF):
         return
     last_bytes, offset = b"", 0
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         while block := file.read(_BLOCK_BYTES):
             position = block.find(b"\0")
             last_bytes = (
@@ -198,7 +198,7 @@ def _refuse_many_attributes(path: Path) -> None:
     Each name becomes a column of every shape, so a short file could exhaust the memory.
     """
     names: set[bytes] = set()
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         while block := file.read(_BLOCK_BYTES):
             # Read to the end of the line so that no name is split.
             block += file.readline(_NAME_BYTES)
@@ -215,7 +215,7 @@ def symbol_layers(names: Iterable[str]) -> set[str]:
     all_names = {name.casefold() for name in names}
     layers = set()
     for name in all_names:
-        base = name.removesuffix(SYMBOLS)
+        base = name.removesuffix(SYMBOL_SUFFIX)
         has_base = any(
             other_name == base or other_name.startswith(f"{base}_")
             for other_name in all_names - {name}
@@ -252,5 +252,5 @@ def is_local_geojson(path: Path) -> bool:
     """
     if path.suffix.lower() not in (".json", ".geojson"):
         return False
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         return _NO_CRS.search(file.read(_HEAD_BYTES)) is not None

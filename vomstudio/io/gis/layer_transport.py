@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray
 
-_LENGTH = struct.Struct("<Q")
+_LENGTH_FORMAT = struct.Struct("<Q")
 
 
 def pack(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
@@ -72,13 +72,13 @@ def _arrays(blocks: Iterator[memoryview]) -> Iterator[AnyArray]:
 
 def _block(data: bytes | memoryview) -> bytes:
     content = bytes(data)
-    return _LENGTH.pack(len(content)) + content
+    return _LENGTH_FORMAT.pack(len(content)) + content
 
 
 def _blocks(data: memoryview) -> Iterator[memoryview]:
     offset = 0
     while offset < len(data):
-        (size,) = _LENGTH.unpack_from(data, offset)
-        offset += _LENGTH.size
+        (size,) = _LENGTH_FORMAT.unpack_from(data, offset)
+        offset += _LENGTH_FORMAT.size
         yield data[offset : offset + size]
         offset += size

@@ -11,28 +11,28 @@ from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.names import replace_surrogates
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.units import WORLD
+from vomstudio.geometry.units import WORLD_AXES
 
 VERSION = "1.2"
 """GeoPackage version. QGIS 3.22 warns about version 1.4 and ignores its styles."""
 
 
 def write_layer(
-    part: Path,
+    path: Path,
     layer: str,
     geometry_type: str,
     geometry: AnyArray,
     columns: Mapping[str, AnyArray],
     crs: str | None,
     *,
-    described_text: str = "",
+    description: str = "",
     append: bool = False,
 ) -> None:
     """Write a layer to a GeoPackage.
 
     Parameters
     ----------
-    part : Path
+    path : Path
     layer : str
         Name of the layer.
     geometry_type : str
@@ -40,7 +40,7 @@ def write_layer(
     columns : mapping of str to (n,) array
     crs : str or None
         CRS of the layer, or None for a local frame.
-    described_text : str
+    description : str
         Description of the layer.
     append : bool
         Whether to add the layer to the existing layers of the file.
@@ -55,7 +55,7 @@ def write_layer(
 
     try:
         write(
-            str(part),
+            str(path),
             shapely.to_wkb(geometry),
             [_to_encodable(values) for values in columns.values()],
             np.array(list(columns), dtype=object),
@@ -63,14 +63,14 @@ def write_layer(
             driver="GPKG",
             geometry_type=geometry_type,
             # Without a CRS, GDAL would state East and North.
-            crs=crs or WORLD.wkt,
+            crs=crs or WORLD_AXES.wkt,
             append=append,
-            layer_options={"DESCRIPTION": described_text},
+            layer_options={"DESCRIPTION": description},
             dataset_options=None if append else {"VERSION": VERSION},
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(
-            Finding("output.unwritable", layer=layer, reason=error), file=part
+            Finding("output.unwritable", layer=layer, reason=error), file=path
         ) from error
 
 

@@ -40,7 +40,7 @@ class Layer:
         """Class of each feature, which determines its colour; empty if the layer has no classes."""
         return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
 
-    def colors_of(self, types: Mapping[str, str], default: str) -> dict[str, str]:
+    def colors_by_class(self, types: Mapping[str, str], default: str) -> dict[str, str]:
         """Return the colours of the classes.
 
         Parameters

@@ -49,7 +49,7 @@ NO_ATTRIBUTES = FeatureAttributes()
 
 
 @dataclass(frozen=True, eq=False)
-class ReadLine:
+class GisLine:
     """Line or outline of a drawing.
 
     Parameters
@@ -74,7 +74,7 @@ class ReadLine:
 
 
 @dataclass(frozen=True, eq=False)
-class ReadLines:
+class GisLines:
     """Lines of a file.
 
     Parameters
@@ -88,14 +88,14 @@ class ReadLines:
         Findings about excluded shapes.
     """
 
-    lines: tuple[ReadLine, ...]
+    lines: tuple[GisLine, ...]
     systems: tuple[str, ...]
     described: Mapping[str, str]
     warnings: tuple[Finding, ...]
 
 
 @np.errstate(all="ignore")
-def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLines:
+def read_gis_lines(path: str | Path, progress: Progress | None = None) -> GisLines:
     """Read all lines and polygons of a GeoPackage, GeoJSON, shapefile or DXF.
 
     Rings of polygons and parts of collections become separate lines. Symbols, hidden layers of a
@@ -108,7 +108,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     Cancelled
     """
     path = Path(path)
-    all_lines: list[ReadLine] = []
+    all_lines: list[GisLine] = []
     layer_descriptions: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[Finding] = []
@@ -120,7 +120,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     layers = list_layers(path, reading_error, progress)
     symbols = symbol_layers(layer.name for layer in layers)
     names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
-    read = (
+    vector_layers = (
         read_layers(
             path,
             names,
@@ -131,7 +131,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
         if names
         else []
     )
-    for layer in read:
+    for layer in vector_layers:
         systems += [] if layer.crs is None else [layer.crs]
         layer_descriptions[layer.name] = layer.described
         columns, shapes = dict(layer.columns or {}), layer.shapes
@@ -150,9 +150,11 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             layer_names = _column_texts(columns, "layer") or layer_names
         line_names = _names(columns, len(geometries))
         words = _feature_attributes(columns, len(geometries))
-        lines, other_kinds = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
+        lines, n_other_kinds = _lines(
+            layer_names, line_names, words, geometries, layer.crs, progress
+        )
         all_lines += lines
-        skipped_count += other_kinds - sum(
+        skipped_count += n_other_kinds - sum(
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
     if skipped_count:
@@ -160,7 +162,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     valid_lines = tuple(line for line in all_lines if _is_valid(line.points))
     if len(valid_lines) < len(all_lines):
         warnings.append(Finding("drawing.invalid-shapes", count=len(all_lines) - len(valid_lines)))
-    return ReadLines(valid_lines, tuple(systems), layer_descriptions, tuple(warnings))
+    return GisLines(valid_lines, tuple(systems), layer_descriptions, tuple(warnings))
 
 
 def _is_valid(points: FloatArray) -> bool:
@@ -204,8 +206,8 @@ def _lines(
     shapes: ObjectArray,
     crs: str | None,
     progress: Progress | None,
-) -> tuple[list[ReadLine], int]:
-    lines: list[ReadLine] = []
+) -> tuple[list[GisLine], int]:
+    lines: list[GisLine] = []
     skipped_count = 0
     rows = zip(layers, names, words, shapes, strict=True)
     for index, (layer, name, word, shape) in enumerate(rows):
@@ -213,8 +215,8 @@ def _lines(
             progress.step(index)
         parts = _parts(shape)
         skipped_count += not parts
-        for points, closed_part in parts:
-            lines.append(ReadLine(layer, name, points, closed_part, crs, word))
+        for points, is_closed in parts:
+            lines.append(GisLine(layer, name, points, is_closed, crs, word))
     return lines, skipped_count
 
 

@@ -10,7 +10,7 @@ from uuid import NAMESPACE_OID, uuid5
 from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.io.gis.qml import VERSION, Style, elements
 
-_GEOMETRY = {"point": "Point", "line": "Line", "ring": "Polygon"}
+_GEOMETRY_TYPES = {"point": "Point", "line": "Line", "ring": "Polygon"}
 
 
 @dataclass(frozen=True)
@@ -59,17 +59,17 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
             source=_source(source, layer),
         )
         _add_empty_properties(node)
-    custom = ElementTree.SubElement(tree, "custom-order", enabled="0")
+    custom_order = ElementTree.SubElement(tree, "custom-order", enabled="0")
     for index, layer in enumerate(layers):
-        ElementTree.SubElement(custom, "item").text = _id(index, layer)
+        ElementTree.SubElement(custom_order, "item").text = _id(index, layer)
     canvas = ElementTree.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     ElementTree.SubElement(canvas, "units").text = "meters"
-    _extent(canvas, _common_extent([layer.extent for layer in layers]))
+    _add_extent(canvas, _common_extent([layer.extent for layer in layers]))
     ElementTree.SubElement(canvas, "rotation").text = "0"
     ElementTree.SubElement(canvas, "destinationsrs").append(_crs(crs))
     map_layers = ElementTree.SubElement(root, "projectlayers")
     for index, layer in enumerate(layers):
-        _layer(map_layers, index, layer, source, crs)
+        _add_layer(map_layers, index, layer, source, crs)
     layer_order = ElementTree.SubElement(root, "layerorder")
     for index, layer in enumerate(layers):
         ElementTree.SubElement(layer_order, "layer", id=_id(index, layer))
@@ -89,21 +89,21 @@ def _add_empty_properties(node: ElementTree.Element) -> None:
     ElementTree.SubElement(ElementTree.SubElement(node, "customproperties"), "Option")
 
 
-def _layer(
+def _add_layer(
     map_layers: ElementTree.Element, index: int, layer: MapLayer, source: str, crs: str | None
 ) -> None:
     layer_element = ElementTree.SubElement(
         map_layers,
         "maplayer",
         type="vector",
-        geometry=_GEOMETRY[layer.style.geometry],
+        geometry=_GEOMETRY_TYPES[layer.style.geometry],
         labelsEnabled="1" if layer.style.labels is not None else "0",
         readOnly="0",
         hasScaleBasedVisibilityFlag="0",
         refreshOnNotifyEnabled="0",
         simplifyDrawingHints="0",
     )
-    _extent(layer_element, layer.extent)
+    _add_extent(layer_element, layer.extent)
     ElementTree.SubElement(layer_element, "id").text = _id(index, layer)
     ElementTree.SubElement(layer_element, "datasource").text = _source(source, layer)
     ElementTree.SubElement(layer_element, "layername").text = layer.name
@@ -136,7 +136,7 @@ def _wkt(crs: str) -> str:
     return str(CRS.from_user_input(crs).to_wkt())
 
 
-def _extent(parent: ElementTree.Element, extent: tuple[float, float, float, float]) -> None:
+def _add_extent(parent: ElementTree.Element, extent: tuple[float, float, float, float]) -> None:
     root = ElementTree.SubElement(parent, "extent")
     for name, value in zip(("xmin", "ymin", "xmax", "ymax"), extent, strict=True):
         ElementTree.SubElement(root, name).text = repr(float(value))

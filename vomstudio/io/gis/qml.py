@@ -16,8 +16,8 @@ from vomstudio.core.files.plain_characters import replace_control_characters
 
 VERSION = "3.22.16"
 Geometry = Literal["point", "line", "ring"]
-_SYMBOL = {"point": "marker", "line": "line", "ring": "fill"}
-_GEOMETRY_TYPE = {"point": "0", "line": "1", "ring": "2"}
+_SYMBOL_TYPES = {"point": "marker", "line": "line", "ring": "fill"}
+_GEOMETRY_TYPES = {"point": "0", "line": "1", "ring": "2"}
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def qml(style: Style) -> str:
     """Return a style as the text of a QML file."""
     root = ElementTree.Element("qgis", version=VERSION)
     root.extend(elements(style))
-    ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPE[style.geometry]
+    ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPES[style.geometry]
     ElementTree.indent(root)
     header = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
     return header + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
@@ -129,44 +129,44 @@ def _renderer(style: Style) -> ElementTree.Element:
         symbol = ElementTree.SubElement(
             symbols,
             "symbol",
-            type=_SYMBOL[style.geometry],
+            type=_SYMBOL_TYPES[style.geometry],
             name=str(index),
             alpha="1",
             clip_to_extent="1",
             force_rhr="0",
         )
         for piece in category.pieces:
-            _piece(symbol, piece)
+            _add_symbol_layer(symbol, piece)
     return root
 
 
-def _piece(symbol: ElementTree.Element, piece: SymbolLayer) -> None:
+def _add_symbol_layer(symbol: ElementTree.Element, piece: SymbolLayer) -> None:
     layer = ElementTree.SubElement(
         symbol, "layer", {"class": piece.kind, "enabled": "1", "locked": "0", "pass": "0"}
     )
     values = ElementTree.SubElement(layer, "Option", type="Map")
     for name, value in piece.values.items():
-        _option(values, name, value)
-    _properties(layer, "data_defined_properties", piece.by)
+        _add_option(values, name, value)
+    _add_properties(layer, "data_defined_properties", piece.by)
 
 
-def _properties(
+def _add_properties(
     parent: ElementTree.Element, tag: str, expression_by_property: Mapping[str, str]
 ) -> None:
     root = ElementTree.SubElement(parent, tag)
     options = ElementTree.SubElement(root, "Option", type="Map")
-    _option(options, "name", "")
+    _add_option(options, "name", "")
     properties = ElementTree.SubElement(options, "Option", name="properties", type="Map")
     for name, expression in expression_by_property.items():
         entry = ElementTree.SubElement(properties, "Option", name=name, type="Map")
-        _option(entry, "active", "true", "bool")
-        _option(entry, "expression", expression)
+        _add_option(entry, "active", "true", "bool")
+        _add_option(entry, "expression", expression)
         # 3 is QGIS's code for an expression, and 2 its code for a field.
-        _option(entry, "type", "3", "int")
-    _option(options, "type", "collection")
+        _add_option(entry, "type", "3", "int")
+    _add_option(options, "type", "collection")
 
 
-def _option(parent: ElementTree.Element, name: str, value: str, type_: str = "QString") -> None:
+def _add_option(parent: ElementTree.Element, name: str, value: str, type_: str = "QString") -> None:
     ElementTree.SubElement(parent, "Option", name=name, value=value, type=type_)
 
 
@@ -229,7 +229,7 @@ def _labeling(labels: Labels) -> ElementTree.Element:
         fontMinPixelSize="3",
         fontMaxPixelSize="10000",
     )
-    _properties(settings, "dd_properties", labels.by)
+    _add_properties(settings, "dd_properties", labels.by)
     return root
 
 

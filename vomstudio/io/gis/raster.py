@@ -25,7 +25,7 @@ from vomstudio.core.files.untrusted.pictures import check_raster
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-BLOCK = 512
+BLOCK_SIZE_PX = 512
 """Side length of the blocks in the files, in pixels."""
 
 
@@ -118,8 +118,8 @@ def open_geotiff(
         "transform": rasterio.Affine(*raster.transform),
         "crs": None if raster.crs is None else CRS.from_user_input(raster.crs),
         "tiled": True,
-        "blockxsize": BLOCK,
-        "blockysize": BLOCK,
+        "blockxsize": BLOCK_SIZE_PX,
+        "blockysize": BLOCK_SIZE_PX,
         "compress": "deflate",
         "zlevel": 3,
         "num_threads": "all_cpus",
@@ -143,8 +143,10 @@ def open_geotiff(
                 del _checksums[id(dataset)]
                 with silence_libtiff():
                     dataset.close()
-        with rasterio.Env(), rasterio.open(path, num_threads="all_cpus") as written:
-            is_complete = _is_complete(written, path.stat().st_size) and _has_tiles(written, tiles)
+        with rasterio.Env(), rasterio.open(path, num_threads="all_cpus") as saved_dataset:
+            is_complete = _is_complete(saved_dataset, path.stat().st_size) and _has_tiles(
+                saved_dataset, tiles
+            )
     except RasterioError as error:
         raise _incomplete_error(display_path or path) from error
     if not is_complete:
@@ -208,13 +210,13 @@ def silence_libtiff() -> Iterator[None]:
 
 def _is_complete(dataset: Any, size: int) -> bool:
     """Return whether all blocks are within the file."""
-    for row in range(-(-dataset.height // BLOCK)):
-        for column in range(-(-dataset.width // BLOCK)):
-            tile_position = [
+    for row in range(-(-dataset.height // BLOCK_SIZE_PX)):
+        for column in range(-(-dataset.width // BLOCK_SIZE_PX)):
+            tile_location = [
                 dataset.get_tag_item(f"BLOCK_{domain}_{column}_{row}", "TIFF", bidx=1)
                 for domain in ("OFFSET", "SIZE")
             ]
-            if None in tile_position or sum(map(int, tile_position)) > size:
+            if None in tile_location or sum(map(int, tile_location)) > size:
                 return False
     return True
 
@@ -230,8 +232,8 @@ def _has_tiles(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> 
     block empty.
     """
     return all(
-        zlib.crc32(dataset.read(window=_window(*tile_position))) == tile_count
-        for tile_position, tile_count in tiles.items()
+        zlib.crc32(dataset.read(window=_window(*tile_position))) == checksum
+        for tile_position, checksum in tiles.items()
     )
 
 

@@ -35,15 +35,15 @@ def read_map_placement(path: Path) -> dict[str, Any] | None:
             with utf8_name(path) as safe_path, rasterio.open(safe_path, driver="GTiff") as dataset:
                 if dataset.crs is None or not dataset.crs.is_projected:
                     return None
-                wkt, offset, box = dataset.crs.to_wkt(), dataset.transform, dataset.bounds
+                wkt, transform, box = dataset.crs.to_wkt(), dataset.transform, dataset.bounds
         crs, metres = parse_crs(wkt)
     except (RasterioError, InputError, OSError):
         return None
-    if metres != 1.0 or offset.b or offset.d or offset.a <= 0 or offset.e >= 0:
+    if metres != 1.0 or transform.b or transform.d or transform.a <= 0 or transform.e >= 0:
         return None
     return {
         "crs": crs,
         "bounds": [[box.left, box.bottom, None], [box.right, box.top, None]],
         "units": ["m", "m", "unknown"],
-        "resolution_m": max(offset.a, -offset.e),
+        "resolution_m": max(transform.a, -transform.e),
     }

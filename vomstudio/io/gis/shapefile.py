@@ -27,7 +27,7 @@ from vomstudio.core.arrays import AnyArray
 POINT_Z, LINE_Z, RING_Z = 11, 13, 15
 MAX_BYTES = 2**31 - 1
 """Maximum file size that many programs support."""
-NO_M = -1e39
+NO_MEASURE = -1e39
 MAX_NAME_LENGTH, MAX_TEXT_LENGTH = 10, 254
 POINT_BYTES = 44
 
@@ -73,13 +73,13 @@ def column(name: str, values: AnyArray) -> DbfColumn:
         ends = (int(values.min(initial=0)), int(values.max(initial=0)))
         return DbfColumn(name, values.astype(np.int64), "N", max(len(str(end)) for end in ends), 0)
     if kind == "f":
-        total_width = values.dtype.itemsize > 4
+        is_double = values.dtype.itemsize > 4
         return DbfColumn(
             name,
             values,
-            "N" if total_width else "F",
-            24 if total_width else 16,
-            15 if total_width else 9,
+            "N" if is_double else "F",
+            24 if is_double else 16,
+            15 if is_double else 9,
         )
     texts = np.array(
         [_encode_text("" if value is None else str(value)) for value in values], object
@@ -129,7 +129,7 @@ def write_points(
             block["head"][:, 1] = (POINT_BYTES - 8) // 2
             block["type"] = POINT_Z
             block["xyzm"][:, :3] = points[rows]
-            block["xyzm"][:, 3] = NO_M
+            block["xyzm"][:, 3] = NO_MEASURE
             shapes.write(block.tobytes())
             positions = np.empty((len(block), 2), ">i4")
             positions[:, 0] = 50 + np.arange(rows.start, rows.stop) * (POINT_BYTES // 2)
@@ -159,7 +159,7 @@ def write_shapes(
     shapes : sequence of (m, 3) float
     columns : sequence of DbfColumn
     """
-    contents = [_content(kind, shape) for shape in shapes]
+    contents = [_record_content(kind, shape) for shape in shapes]
     all_points = np.concatenate(shapes) if shapes else np.empty((0, 3))
     file_bytes = 100 + sum(8 + len(content) for content in contents)
     with open(shp, "wb") as file, open(shx, "wb") as index, open(dbf, "wb") as table:
@@ -175,7 +175,7 @@ def write_shapes(
         table.write(b"\x1a")
 
 
-def _content(kind: int, shape: AnyArray) -> bytes:
+def _record_content(kind: int, shape: AnyArray) -> bytes:
     if kind == RING_Z:
         shape = np.concatenate([shape, shape[:1]])
         x, y = (shape[:, :2] - shape[0, :2]).T
@@ -239,23 +239,23 @@ def _cells(column: DbfColumn, rows: slice) -> AnyArray:
     if column.kind == "L":
         return np.where(values, ord("T"), ord("F")).astype(np.uint8)[:, None]
     if values.dtype.kind == "i":
-        return _integers(values, column.width)
+        return _format_integers(values, column.width)
     if values.dtype.kind == "f":
-        texts = [_number(value, column.width) for value in values.tolist()]
+        texts = [_format_number(value, column.width) for value in values.tolist()]
         if values.dtype.itemsize < 8:
-            texts = [_number(float(str(value)), column.width) for value in values]
+            texts = [_format_number(float(str(value)), column.width) for value in values]
     else:
         texts = [text.ljust(column.width) for text in values.tolist()]
     return np.frombuffer(b"".join(texts), np.uint8).reshape(len(values), column.width)
 
 
-def _number(value: float, width: int) -> bytes:
+def _format_number(value: float, width: int) -> bytes:
     """Format a number as the shortest decimals that restore it; blank if not finite."""
     text = repr(value) if value - value == 0.0 else ""
     return text.encode()[:width].rjust(width)
 
 
-def _integers(values: AnyArray, width: int) -> AnyArray:
+def _format_integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
     # Use Python integers because the minimum of int64 has no positive counterpart.
     magnitudes = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
@@ -266,9 +266,9 @@ def _integers(values: AnyArray, width: int) -> AnyArray:
     for k in range(width - 1, -1, -1):
         has_digit = (magnitudes > 0) if k < width - 1 else np.ones(len(values), bool)
         cells[has_digit, k] = (magnitudes[has_digit] % 10 + ord("0")).astype(np.uint8)
-        sign = ~has_digit & is_negative
-        cells[sign, k] = ord("-")
-        is_negative &= ~sign
+        needs_sign = ~has_digit & is_negative
+        cells[needs_sign, k] = ord("-")
+        is_negative &= ~needs_sign
         magnitudes = magnitudes // 10
     return cells
 
@@ -280,7 +280,7 @@ def short_names(
     used_names: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
-        plain_names = (
+        plain_name = (
             (short_by_long or {})
             .get(name, name)
             .encode("ascii", "ignore")
@@ -288,7 +288,7 @@ def short_names(
         )
         unused_name = next(
             label
-            for label in _name_candidates(plain_names or "field")
+            for label in _name_candidates(plain_name or "field")
             if label.casefold() not in used_names
         )
         used_names.add(unused_name.casefold())

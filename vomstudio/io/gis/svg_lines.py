@@ -15,10 +15,10 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.gis.line_reading import FeatureAttributes, ReadLine
+from vomstudio.io.gis.line_reading import FeatureAttributes, GisLine
 from vomstudio.io.gis.svg_paths import (
     NUMBER,
     count_numbers,
@@ -35,11 +35,11 @@ PROGRAM_CLASS = "vomstudio"
 _MAX_BYTES = 256 << 20
 _MAX_NUMBERS = 500_000
 """Maximum for all paths, read in a few seconds; drawings by hand have about a hundredth of it."""
-_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
-_MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
-_ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
-_LINK = "{http://www.w3.org/1999/xlink}href"
-_WORDS = ("id", "data-kind", "data-set")
+_LABEL_ATTRIBUTE = "{http://www.inkscape.org/namespaces/inkscape}label"
+_MODE_ATTRIBUTE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
+_ABSOLUTE_PATH_ATTRIBUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
+_LINK_ATTRIBUTE = "{http://www.w3.org/1999/xlink}href"
+_FEATURE_ATTRIBUTES = ("id", "data-kind", "data-set")
 _INVISIBLE_TAGS = (
     "defs",
     "clipPath",
@@ -87,11 +87,11 @@ class SvgImage:
             self.corners[1] - self.corners[0],
             self.corners[3] - self.corners[0],
         )
-        width, high = float(np.hypot(*width_vector)), float(np.hypot(*height_vector))
-        if self.fit == "none" or not (width > 0 and high > 0):
+        width, height = float(np.hypot(*width_vector)), float(np.hypot(*height_vector))
+        if self.fit == "none" or not (width > 0 and height > 0):
             return self.corners
         limit = max if self.fit == "slice" else min
-        x, y = limit(high * ratio / width, 1.0), limit(width / ratio / high, 1.0)
+        x, y = limit(height * ratio / width, 1.0), limit(width / ratio / height, 1.0)
         offset = (
             self.corners[0]
             + self.align[0] * (1 - x) * width_vector
@@ -123,7 +123,7 @@ class SvgDrawing:
         Descriptions in the drawing.
     """
 
-    lines: tuple[ReadLine, ...]
+    lines: tuple[GisLine, ...]
     images: tuple[SvgImage, ...]
     page: FloatArray | None
     marks: tuple[str, ...]
@@ -145,16 +145,16 @@ def read_svg(path: str | Path) -> SvgDrawing:
     root = parse_xml(_simplify_svg(_content(path), path), path)
     if _tag(root) != "svg":
         raise InputError(Finding("file.other-format", format="SVG"), file=path)
-    lines: list[ReadLine] = []
+    lines: list[GisLine] = []
     images: list[SvgImage] = []
     marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
     remaining_numbers = _MAX_NUMBERS
     try:
-        for element, offset in _ElementWalk(root).all():
+        for element, context in _ElementWalk(root).iterate():
             tag = _tag(element)
             if tag == "image":
-                images.append(_image(element, offset))
-            elif tag != "desc" and offset.is_visible:
+                images.append(_image(element, context))
+            elif tag != "desc" and context.is_visible:
                 remaining_numbers -= count_numbers(element)
                 if remaining_numbers < 0:
                     raise InputError(
@@ -162,18 +162,23 @@ def read_svg(path: str | Path) -> SvgDrawing:
                         file=path,
                     )
                 name = str(
-                    element.get(_LABEL) or _title(element) or element.get("id") or offset.name
+                    element.get(_LABEL_ATTRIBUTE)
+                    or _title(element)
+                    or element.get("id")
+                    or context.name
                 )
-                words = FeatureAttributes(*(str(element.get(key) or "") for key in _WORDS))
+                words = FeatureAttributes(
+                    *(str(element.get(key) or "") for key in _FEATURE_ATTRIBUTES)
+                )
                 lines += [
-                    ReadLine(
-                        offset.layer,
+                    GisLine(
+                        context.layer,
                         name,
-                        transform_points(points, offset.matrix),
-                        closed,
+                        transform_points(points, context.matrix),
+                        is_closed,
                         words=words,
                     )
-                    for points, closed in element_pieces(element, tag, offset.view)
+                    for points, is_closed in element_pieces(element, tag, context.view)
                     if len(points) > 1
                 ]
     except (ValueError, IndexError, OverflowError) as error:
@@ -188,22 +193,22 @@ def read_svg(path: str | Path) -> SvgDrawing:
 
 def _content(path: Path) -> bytes:
     """Read a file that may be compressed (.svgz)."""
-    too_large = InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
+    size_error = InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     try:
-        data = read_small(path, _MAX_BYTES)
+        data = read_small_file(path, _MAX_BYTES)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(Finding("file.unreadable", reason=reason), file=path) from error
     if not data.startswith(b"\x1f\x8b"):
         return data
     try:
-        with gzip.GzipFile(fileobj=io.BytesIO(data)) as packed:
-            data = packed.read(_MAX_BYTES + 1)
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as compressed_file:
+            data = compressed_file.read(_MAX_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
-        damaged = Finding("file.damaged", format="SVG", reason=error)
-        raise InputError(damaged, file=path) from error
+        damage_finding = Finding("file.damaged", format="SVG", reason=error)
+        raise InputError(damage_finding, file=path) from error
     if len(data) > _MAX_BYTES:
-        raise too_large
+        raise size_error
     return data
 
 
@@ -228,8 +233,8 @@ def _simplify_svg(data: bytes, path: Path) -> bytes:
     if len(entities) > _MAX_ENTITIES or _ENTITY.sub(b"", doctype.group(1)).strip():
         return data
     body = data[doctype.end() :]
-    for name, double_names, single_names in entities:
-        body = body.replace(b"&" + name + b";", double_names or single_names)
+    for name, double_quoted_text, single_quoted_text in entities:
+        body = body.replace(b"&" + name + b";", double_quoted_text or single_quoted_text)
         if len(body) > _MAX_BYTES:
             raise InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     return data[: doctype.start()] + body
@@ -276,7 +281,7 @@ class _ElementWalk:
         self._rules = _style_rules(root)
         self._count = 0
 
-    def all(self) -> Iterator[tuple[Any, _Context]]:
+    def iterate(self) -> Iterator[tuple[Any, _Context]]:
         page = _page(self._root)
         view = (100.0, 100.0) if page is None else (float(page[2]), float(page[3]))
         return self._walk(self._root, _Context(np.eye(3), view))
@@ -306,8 +311,8 @@ class _ElementWalk:
             has_visibility = style["visibility"] not in ("hidden", "collapse")
         matrix = context.matrix @ _transform_matrix(style)
         layer, view = context.layer, context.view
-        if tag == "g" and (element.get(_MODE) == "layer" or not layer):
-            layer = str(element.get(_LABEL) or element.get("id") or layer)
+        if tag == "g" and (element.get(_MODE_ATTRIBUTE) == "layer" or not layer):
+            layer = str(element.get(_LABEL_ATTRIBUTE) or element.get("id") or layer)
         if tag in ("svg", "symbol") and element is not self._root:
             matrix, view = _viewport(element, matrix, context.view)
         return replace(
@@ -321,13 +326,13 @@ class _ElementWalk:
         )
 
     def _clone(self, element: Any, context: _Context) -> Iterator[tuple[Any, _Context]]:
-        link = str(element.get(_LINK) or element.get("href") or "")
+        link = str(element.get(_LINK_ATTRIBUTE) or element.get("href") or "")
         target = self._elements.get(link[1:]) if link.startswith("#") else None
         if target is None or context.uses >= _MAX_CLONE_DEPTH:
             return
         step = np.eye(3)
         step[:2, 2] = parse_lengths(element, ("x", "y"), context.view)
-        name = str(element.get(_LABEL) or element.get("id") or context.name)
+        name = str(element.get(_LABEL_ATTRIBUTE) or element.get("id") or context.name)
         inner_context = replace(
             context, matrix=context.matrix @ step, name=name, uses=context.uses + 1
         )
@@ -365,7 +370,7 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
     Each rule consists of its number in the drawing and its properties.
     """
     rules_by_selector: dict[str, list[tuple[int, dict[str, str]]]] = {}
-    rules = 0
+    rule_count = 0
     for sheet in root.iter():
         if _tag(sheet) != "style":
             continue
@@ -374,9 +379,11 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
         for rule in text.split("}"):
             selectors, _, body = rule.partition("{")
             if properties := _declarations(body):
-                rules += 1
+                rule_count += 1
                 for selector in selectors.split(","):
-                    rules_by_selector.setdefault(selector.strip(), []).append((rules, properties))
+                    rules_by_selector.setdefault(selector.strip(), []).append(
+                        (rule_count, properties)
+                    )
     return rules_by_selector
 
 
@@ -390,17 +397,17 @@ def _transform_matrix(style: dict[str, str]) -> FloatArray:
         return matrix
     shift = np.eye(3)
     shift[:2, 2] = [parse_length(word) for word in origin[:2]]
-    back_shift = shift.copy()
-    back_shift[:2, 2] *= -1
-    return np.asarray(shift @ matrix @ back_shift)
+    inverse_shift = shift.copy()
+    inverse_shift[:2, 2] *= -1
+    return np.asarray(shift @ matrix @ inverse_shift)
 
 
 def _viewport(
-    element: Any, matrix: FloatArray, outer_values: tuple[float, float]
+    element: Any, matrix: FloatArray, outer_view: tuple[float, float]
 ) -> tuple[FloatArray, tuple[float, float]]:
     """Return the matrix to the units of an inner viewport, and its size in these units."""
-    x, y, width, height = parse_lengths(element, ("x", "y", "width", "height"), outer_values)
-    width, height = width or outer_values[0], height or outer_values[1]
+    x, y, width, height = parse_lengths(element, ("x", "y", "width", "height"), outer_view)
+    width, height = width or outer_view[0], height or outer_view[1]
     step = np.eye(3)
     step[:2, 2] = (x, y) if _tag(element) == "svg" else (0.0, 0.0)
     box = [float(n) for n in re.findall(NUMBER, str(element.get("viewBox") or ""))]
@@ -432,9 +439,9 @@ def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
 def _image(element: Any, context: _Context) -> SvgImage:
     x, y, width, height = parse_lengths(element, ("x", "y", "width", "height"), context.view)
     corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-    link = str(element.get(_LINK) or element.get("href") or "")
+    link = str(element.get(_LINK_ATTRIBUTE) or element.get("href") or "")
     if link.startswith("data:") or not link:
-        link = str(element.get(_ABSOLUTE) or "")
+        link = str(element.get(_ABSOLUTE_PATH_ATTRIBUTE) or "")
     fit, align = _aspect(element)
     name = re.split(r"[/\\]", link.partition("?")[0])[-1]
     return SvgImage(transform_points(corners, context.matrix), name, fit, align)

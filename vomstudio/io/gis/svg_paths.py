@@ -88,7 +88,7 @@ def element_pieces(
         If the coordinates are damaged.
     """
     if tag == "path":
-        return _path(str(element.get("d") or ""))
+        return _path_pieces(str(element.get("d") or ""))
     if tag in ("polyline", "polygon"):
         coordinates = [float(n) for n in re.findall(NUMBER, str(element.get("points") or ""))]
         points = np.array(coordinates).reshape(-1, 2)
@@ -130,7 +130,7 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
                 True,
             )
         ]
-    quarter = np.linspace(0.0, 0.5 * math.pi, CURVE_STEPS + 1)
+    quarter_angles = np.linspace(0.0, 0.5 * math.pi, CURVE_STEPS + 1)
     centres = (
         (x + width - rx, y + height - ry),
         (x + rx, y + height - ry),
@@ -138,13 +138,16 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
         (x + width - rx, y + ry),
     )
     arcs = [
-        np.stack([mx + rx * np.cos(quarter + angle), my + ry * np.sin(quarter + angle)], axis=1)
+        np.stack(
+            [mx + rx * np.cos(quarter_angles + angle), my + ry * np.sin(quarter_angles + angle)],
+            axis=1,
+        )
         for (mx, my), angle in zip(centres, np.arange(4) * 0.5 * math.pi, strict=True)
     ]
     return [(_close(np.concatenate(arcs)), True)]
 
 
-def _path(text: str) -> list[tuple[FloatArray, bool]]:
+def _path_pieces(text: str) -> list[tuple[FloatArray, bool]]:
     """Return the pieces of a `d` attribute."""
     tokens = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER}", _separate_flags(text))
     pieces: list[tuple[FloatArray, bool]] = []
@@ -184,7 +187,7 @@ def _path(text: str) -> list[tuple[FloatArray, bool]]:
             continue
         if not points:
             points = [offset]
-        ends, control = _segment(kind, take_numbers, base, offset, control)
+        ends, control = _segment_points(kind, take_numbers, base, offset, control)
         points += ends
         offset = ends[-1]
     if len(points) > 1:
@@ -192,7 +195,7 @@ def _path(text: str) -> list[tuple[FloatArray, bool]]:
     return pieces
 
 
-def _segment(
+def _segment_points(
     kind: str, take_numbers: Any, base: complex, offset: complex, control: complex
 ) -> tuple[list[complex], complex]:
     """Return the points after `offset`, and the control point that a smooth curve reflects."""
@@ -211,7 +214,7 @@ def _segment(
     if kind == "A":
         rx, ry, rotation_deg, is_large_arc, sweep, x, y = take_numbers(7)
         end = base + complex(x, y)
-        return _arc(offset, end, rx, ry, rotation_deg, bool(is_large_arc), bool(sweep)), end
+        return _arc_points(offset, end, rx, ry, rotation_deg, bool(is_large_arc), bool(sweep)), end
     count = {"C": 3, "S": 2, "Q": 2, "T": 1}[kind]
     v = take_numbers(2 * count)
     control_points = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]
@@ -238,7 +241,7 @@ _BERNSTEIN = {count: _bernstein(count) for count in (3, 4)}
 _ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 
 
-def _arc(
+def _arc_points(
     offset: complex,
     end: complex,
     rx: float,
@@ -259,26 +262,28 @@ def _arc(
         rx, ry = rx * math.sqrt(scale), ry * math.sqrt(scale)
     square = (rx * ry) ** 2 / ((rx * y) ** 2 + (ry * x) ** 2) - 1
     root = math.sqrt(max(square, 0.0)) * (-1 if is_large_arc == is_clockwise else 1)
-    middle = complex(root * rx * y / ry, -root * ry * x / rx)
-    centre = middle * axis + (offset + end) / 2
-    first, last = (
-        math.atan2((v - middle).imag / ry, (v - middle).real / rx)
+    local_centre = complex(root * rx * y / ry, -root * ry * x / rx)
+    centre = local_centre * axis + (offset + end) / 2
+    start_angle, end_angle = (
+        math.atan2((v - local_centre).imag / ry, (v - local_centre).real / rx)
         for v in (half_chord, -half_chord)
     )
-    sweep_rad = (last - first) % (2 * math.pi)
+    sweep_rad = (end_angle - start_angle) % (2 * math.pi)
     if not is_clockwise:
         sweep_rad -= 2 * math.pi
-    angles = first + sweep_rad * _ARC_STEPS
+    angles = start_angle + sweep_rad * _ARC_STEPS
     points = (rx * np.cos(angles) + 1j * ry * np.sin(angles)) * axis + centre
     return [*points.tolist(), end]
 
 
 def _separate_flags(text: str) -> str:
     """Separate the two flags of an arc from the next number, as in `a1 1 0 01.5 2`."""
-    return re.sub(r"([Aa])([^A-DF-Za-df-z]*)", lambda arc: f"{arc[1]} {_arc_numbers(arc[2])}", text)
+    return re.sub(
+        r"([Aa])([^A-DF-Za-df-z]*)", lambda arc: f"{arc[1]} {_separate_arc_numbers(arc[2])}", text
+    )
 
 
-def _arc_numbers(text: str) -> str:
+def _separate_arc_numbers(text: str) -> str:
     """Separate the numbers of arcs: two radii, a rotation, two flags and an end point."""
     number_texts: list[str] = []
     offset = 0
@@ -319,17 +324,17 @@ def parse_lengths(element: Any, names: tuple[str, ...], view: tuple[float, float
     ]
 
 
-def parse_length(text: str | None, whole_value: float = 100.0) -> float:
+def parse_length(text: str | None, reference_length: float = 100.0) -> float:
     """Convert a length to user units, or return 0 if it is missing.
 
     Parameters
     ----------
     text : str or None
-    whole_value : float
+    reference_length : float
         Length that corresponds to 100 per cent.
     """
     match = re.match(rf"\s*({NUMBER})\s*(%|[A-Za-z]*)", text or "")
     if match is None:
         return 0.0
     value, unit = float(match.group(1)), match.group(2).lower()
-    return value * whole_value / 100.0 if unit == "%" else value * _UNITS.get(unit, 1.0)
+    return value * reference_length / 100.0 if unit == "%" else value * _UNITS.get(unit, 1.0)

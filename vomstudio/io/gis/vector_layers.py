@@ -15,10 +15,10 @@ from typing import Any
 
 from vomstudio.core.arrays import AnyArray, ObjectArray
 from vomstudio.core.errors import InputError, from_dict
-from vomstudio.core.files.file_kinds import kind_of
-from vomstudio.core.files.regular import open_regular, require_regular
+from vomstudio.core.files.file_kinds import find_file_kind
+from vomstudio.core.files.regular import open_regular_file, require_regular_file
 from vomstudio.core.files.untrusted import reader_process
-from vomstudio.core.files.untrusted.databases import SQLITE_MARK
+from vomstudio.core.files.untrusted.databases import SQLITE_SIGNATURE
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
@@ -67,7 +67,7 @@ class VectorLayer:
 
 def list_layers(
     path: Path,
-    read_error: Callable[[], InputError],
+    reading_error: Callable[[], InputError],
     progress: Progress | None = None,
     *,
     has_sheets: bool = False,
@@ -77,7 +77,7 @@ def list_layers(
     Parameters
     ----------
     path : Path
-    read_error : callable
+    reading_error : callable
         As for `readable_layers`.
     progress : Progress, optional
     has_sheets : bool
@@ -87,14 +87,14 @@ def list_layers(
     ------
     InputError, Cancelled
     """
-    return _request_layers(path, {"names": [], "sheets": has_sheets}, read_error, progress)
+    return _request_layers(path, {"names": [], "sheets": has_sheets}, reading_error, progress)
 
 
 def read_layers(
     path: Path,
     names: Iterable[str | None],
     columns: Collection[str] | None,
-    read_error: Callable[[], InputError],
+    reading_error: Callable[[], InputError],
     progress: Progress | None = None,
     *,
     is_flat: bool = True,
@@ -128,27 +128,27 @@ def read_layers(
         "sheets": has_sheets,
         "max_features": MAX_OBJECTS,
     }
-    return _request_layers(path, request, read_error, progress)
+    return _request_layers(path, request, reading_error, progress)
 
 
 def _request_layers(
     path: Path,
     request: dict[str, Any],
-    read_error: Callable[[], InputError],
+    reading_error: Callable[[], InputError],
     progress: Progress | None,
 ) -> list[VectorLayer]:
-    require_regular(path)
+    require_regular_file(path)
     reporter = SilentProgress() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
-        with readable_layers(path, read_error, has_sheets=request["sheets"]) as readable:
-            return read_named_layers(path, readable, request)
+        with readable_layers(path, reading_error, has_sheets=request["sheets"]) as readable_path:
+            return read_named_layers(path, readable_path, request)
     message = {"path": os.fspath(path.absolute()), **request}
     header, arrays = unpack(reader_process.run_reader(__name__, message, reporter, path))
     if header.get("unreadable"):
-        raise read_error()
+        raise reading_error()
     if "refused" in header:
-        raise _refusal(header["refused"], path)
+        raise _reader_error(header["refused"], path)
     return [
         VectorLayer(
             item["name"],
@@ -163,7 +163,7 @@ def _request_layers(
     ]
 
 
-def _refusal(error_fields: dict[str, Any], path: Path) -> InputError:
+def _reader_error(error_fields: dict[str, Any], path: Path) -> InputError:
     """Return the error of the reader process, which contains the absolute path of the file."""
     error = from_dict(error_fields, InputError.exit_code)
     file = path if error.file in (None, os.fspath(path.absolute())) else error.file
@@ -173,9 +173,9 @@ def _refusal(error_fields: dict[str, Any], path: Path) -> InputError:
 def _is_small(path: Path) -> bool:
     """Return whether GDAL reads a file and its sidecar files in a fraction of a second."""
     try:
-        with open_regular(path) as file:
-            mark = file.read(len(SQLITE_MARK))
-            if mark == SQLITE_MARK or mark.startswith(_ZIP_MARK):
+        with open_regular_file(path) as file:
+            mark = file.read(len(SQLITE_SIGNATURE))
+            if mark == SQLITE_SIGNATURE or mark.startswith(_ZIP_MARK):
                 return False
         size = sum(path.stat().st_size for path in path.parent.glob(f"{_escape_glob(path.stem)}.*"))
         if max(size, path.stat().st_size) > _MAX_SMALL_BYTES:
@@ -189,7 +189,7 @@ def _is_small(path: Path) -> bool:
 
 
 def _escape_glob(stem: str) -> str:
-    return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)
+    return "".join(f"[{character}]" if character in "*?[" else character for character in stem)
 
 
 def read_named_layers(
@@ -221,7 +221,7 @@ def read_named_layers(
     if not listed_layers:
         return []
     kinds = dict(listed_layers)
-    kind = kind_of(readable_path)
+    kind = find_file_kind(readable_path)
     is_spreadsheet = kind is not None and kind.key in SPREADSHEETS
     # Otherwise, GDAL guesses the header and the types of the columns.
     options = {"HEADERS": "DISABLE", "FIELD_TYPES": "STRING"} if is_spreadsheet else {}
@@ -266,14 +266,14 @@ def read_named_layers(
 
 
 # --- the process ----------------------------------------------------------------------------------
-def _answer(request: dict[str, Any]) -> bytes:
+def _process_request(request: dict[str, Any]) -> bytes:
     """Process a request in the reader process."""
     path = Path(request["path"])
     try:
         with readable_layers(
             path, lambda: _Unreadable(path.name), has_sheets=request["sheets"]
-        ) as readable:
-            layers = read_named_layers(path, readable, request)
+        ) as readable_path:
+            layers = read_named_layers(path, readable_path, request)
         header: dict[str, Any] = {"layers": []}
         arrays = []
         for layer in layers:
@@ -297,6 +297,6 @@ class _Unreadable(InputError):
 
 if __name__ == "__main__":
     # If pyogrio finds these modules it imports them, which takes longer than reading most files.
-    for unused in ("pandas", "pyarrow", "pyproj"):
-        sys.modules[unused] = None  # type: ignore[assignment]
-    raise SystemExit(reader_process.serve(_answer))
+    for module_name in ("pandas", "pyarrow", "pyproj"):
+        sys.modules[module_name] = None  # type: ignore[assignment]
+    raise SystemExit(reader_process.serve(_process_request))

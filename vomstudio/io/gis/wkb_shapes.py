@@ -67,7 +67,7 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
         raise ValueError("not WKB")
     byte_order = "<" if data[offset] else ">"
     (code,) = struct.unpack_from(f"{byte_order}I", data, offset + 1)
-    kind, dimensions = _kind(code)
+    kind, dimensions = _decode_type(code)
     start, offset = offset, offset + (9 if code & _HAS_SRID else 5)
     if kind == _POINT:
         return data[start : offset + 8 * dimensions], offset + 8 * dimensions, 0
@@ -84,22 +84,22 @@ def _remove_surfaces(data: bytes, offset: int, depth: int) -> tuple[bytes | None
         return None if is_surface else data[start:offset], offset, int(is_surface)
     if kind not in (*_MULTI, *_SURFACES):
         raise ValueError(f"unknown type {kind}")
-    members, surfaces = [], 0
+    members, n_surfaces = [], 0
     for _ in range(count):
         member, offset, surface_count = _remove_surfaces(data, offset, depth + 1)
         members += [] if member is None else [member]
-        surfaces += surface_count
+        n_surfaces += surface_count
     if kind in _SURFACES:
         return None, offset, 1
     header = data[start : start + (9 if code & _HAS_SRID else 5)]
     return (
         header + struct.pack(f"{byte_order}I", len(members)) + b"".join(members),
         offset,
-        surfaces,
+        n_surfaces,
     )
 
 
-def _kind(code: int) -> tuple[int, int]:
+def _decode_type(code: int) -> tuple[int, int]:
     """Return the type and number of dimensions of an ISO or EWKB type code."""
     thousands, kind = divmod(code & 0x1FFFFFFF, 1000)
     has_z = bool(code & _HAS_Z) or thousands in (1, 3)

@@ -25,7 +25,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular, require_regular
+from vomstudio.core.files.regular import open_regular_file, require_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
@@ -36,7 +36,7 @@ from vomstudio.geometry.streaming.octree import (
     parent_rows,
     split_cloud,
 )
-from vomstudio.io.gis.axis_units import refusal, stated_axes, unit_findings
+from vomstudio.io.gis.axis_units import axes_refusal, stated_axes, unit_findings
 from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
@@ -47,12 +47,12 @@ from vomstudio.io.models.formats._las_header import (
     read_las_header,
 )
 from vomstudio.io.models.formats._las_records import (
-    Choice,
+    FieldSelection,
     RecordLayout,
+    build_cloud,
     choose_fields,
-    cloud_of,
-    layout_of,
-    withheld_of,
+    record_layout,
+    withheld_mask,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 
@@ -91,7 +91,7 @@ class OctreeNodes:
     def __len__(self) -> int:
         return len(self.keys)
 
-    def take(self, rows: AnyArray) -> OctreeNodes:
+    def select_rows(self, rows: AnyArray) -> OctreeNodes:
         """Return the nodes selected by a mask or by row numbers."""
         return OctreeNodes(
             self.keys[rows],
@@ -109,7 +109,7 @@ class CopcFile:
     def __init__(self, path: str | Path) -> None:
         """Open the file. Raises InputError if it is damaged or not a COPC file."""
         self.path = Path(path)
-        require_regular(self.path)
+        require_regular_file(self.path)
         if not is_copc(path):
             raise InputError(Finding("file.other-format", format="COPC"), file=path)
         self.top: LasHeader = read_las_header(self.path)
@@ -120,14 +120,14 @@ class CopcFile:
         x, y, z, half_size, spacing, offset, size = struct.unpack_from("<5d2Q", info)
         if not np.isfinite([x, y, z, half_size, spacing]).all() or half_size <= 0 or spacing <= 0:
             raise self._damage_error(tr("the bounding cube is not valid"))
-        self._corner = np.array([x, y, z]) - half_size
-        self._side, self._spacing = 2.0 * half_size, spacing
-        self._layout: RecordLayout = layout_of(self.top, self.path)
-        self._choice: Choice | None = None
+        self._root_corner = np.array([x, y, z]) - half_size
+        self._root_size, self._root_spacing = 2.0 * half_size, spacing
+        self._layout: RecordLayout = record_layout(self.top, self.path)
+        self._field_selection: FieldSelection | None = None
         self._pages: list[tuple[int, int, Key]] = [(offset, size, (0, 0, 0, 0))]
         self._read_offsets: set[int] = set()
         self._entries: dict[Key, tuple[int, int, int]] = {}
-        self._file: BinaryIO = open_regular(self.path)
+        self._file: BinaryIO = open_regular_file(self.path)
         try:
             self._load_pages(range(1), None)
         except BaseException:
@@ -171,7 +171,7 @@ class CopcFile:
             text, problem = sidecar_crs(self.path, self.top.bounds)
             findings += [problem] if problem else []
         self._axes = stated_axes(text, reference.height_unit)
-        self.refusal_finding = refusal(self._axes, self.top.bounds)
+        self.refusal_finding = axes_refusal(self._axes, self.top.bounds)
         self.warnings = (
             *findings,
             *(unit_findings(self._axes) if self.refusal_finding is None else ()),
@@ -205,10 +205,10 @@ class CopcFile:
         cubes = self._cubes(keys)
         if bounds is not None:
             is_selected &= _intersect(cubes, bounds)
-        spacing = self._spacing * self._factors[0] / 2.0 ** keys[:, 0]
-        return OctreeNodes(keys, cubes, values[:, 2], spacing, values[:, 0], values[:, 1]).take(
-            is_selected
-        )
+        spacing = self._root_spacing * self._factors[0] / 2.0 ** keys[:, 0]
+        return OctreeNodes(
+            keys, cubes, values[:, 2], spacing, values[:, 0], values[:, 1]
+        ).select_rows(is_selected)
 
     def overview(self, count: int) -> OctreeNodes:
         """Return the first levels with a total of about `count` points, at least one level."""
@@ -226,15 +226,15 @@ class CopcFile:
         The colours and fields are those of the root node, so that pieces can be joined. Raises
         InputError if a node is damaged.
         """
-        if self._choice is None:
+        if self._field_selection is None:
             root = self.nodes(range(1))
-            sample_nodes = root if len(root) else self.nodes().take(np.arange(1))
-            self._choice = choose_fields(self._records(sample_nodes), self._layout)
-        return cloud_of(self._records(nodes), self._layout, self.top, self._choice)
+            sample_nodes = root if len(root) else self.nodes().select_rows(np.arange(1))
+            self._field_selection = choose_fields(self._records(sample_nodes), self._layout)
+        return build_cloud(self._records(nodes), self._layout, self.top, self._field_selection)
 
     def has_withheld(self) -> bool:
         """Return whether any points of the first level are marked as withheld."""
-        return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
+        return bool(withheld_mask(self._records(self.nodes(range(1))), self._layout).any())
 
     def _records(self, nodes: OctreeNodes) -> AnyArray:
         point_count = int(nodes.points.sum())
@@ -303,8 +303,8 @@ class CopcFile:
         )
 
     def _cubes(self, keys: AnyArray) -> AnyArray:
-        cube_size = self._side / 2.0 ** keys[:, :1]
-        low = self._corner + keys[:, 1:] * cube_size
+        cube_size = self._root_size / 2.0 ** keys[:, :1]
+        low = self._root_corner + keys[:, 1:] * cube_size
         cubes: AnyArray = np.stack([low, low + cube_size], axis=1) * self._factors
         return cubes
 
@@ -320,7 +320,7 @@ def nodes(
         return file.nodes(levels, bounds)
 
 
-def crs_of(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
+def read_crs(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
     """Return the CRS of a COPC file or its `NAME.prj`, and findings about it.
 
     Raises InputError if x and y are in degrees.
@@ -362,7 +362,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
         starts = np.empty(len(nodes), np.int64)
         starts[order] = np.concatenate([[0], np.cumsum(nodes.points[order])[:-1]])
         rows = _first_levels(nodes, OVERVIEW_POINTS)
-        overview = file.read(nodes.take(np.array(rows)))
+        overview = file.read(nodes.select_rows(np.array(rows)))
     except BaseException:
         file.close()
         raise
@@ -371,7 +371,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     def read(rows: Sequence[int]) -> PointCloud:
         # Only one thread at a time, because threads share the file position.
         with lock:
-            return file.read(nodes.take(np.array(rows)))
+            return file.read(nodes.select_rows(np.array(rows)))
 
     store = NodeStore(
         nodes.bounds,
@@ -387,7 +387,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     for row, part in zip(
         rows, split_cloud(overview, nodes.points[list(rows)].tolist()), strict=True
     ):
-        store.put(row, part)
+        store.store_node(row, part)
     return StreamedCloud(
         overview.points,
         overview.colors,

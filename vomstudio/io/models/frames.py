@@ -15,8 +15,8 @@ from vomstudio.geometry.frames import Frame, UpAxis
 from vomstudio.geometry.matrices import IDENTITY, Matrix
 from vomstudio.geometry.registration_frames import change_file_frame, change_world
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.axes import assumed_frame, choose_axes
+from vomstudio.geometry.units import METRES_PER_UNIT
+from vomstudio.io.gate.axes import assumed_frame_findings, choose_axes
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
@@ -85,8 +85,8 @@ def establish_frame(
     """
     field = "--to-crs" if options.to_crs else "--crs" if options.crs else "CRS"
     bounds = np.asarray(loaded_model.data.bounds, np.float64)
-    stored_frame = stored_registration(loaded_model, options)
-    registration = stored_frame.registration
+    sidecar = stored_registration(loaded_model, options)
+    registration = sidecar.registration
     if registration is not None:
         placed_bounds = world_bounds(bounds, registration.matrix)
         findings = check_frame(
@@ -98,7 +98,7 @@ def establish_frame(
         findings = _assumption_findings(loaded_model, options, frame.up_axis)
     else:
         findings = check_frame(frame, bounds, file=loaded_model.path, field=field)
-    return FrameWithFindings(frame, (*stored_frame.findings, *findings))
+    return FrameWithFindings(frame, (*sidecar.findings, *findings))
 
 
 def stored_registration(
@@ -123,10 +123,10 @@ def stored_registration(
     # With `to_crs`, the CRS of the file was already converted when the file was read.
     if options.to_crs is None:
         stated_crs = loaded_model.crs if options.crs is None else parse_crs_option(options.crs)[0]
-    stored = registration_beside(loaded_model.path, loaded_model.content_hash, stated_crs)
-    registration = stored.registration
+    sidecar = find_matching_registration(loaded_model.path, loaded_model.content_hash, stated_crs)
+    registration = sidecar.registration
     if registration is None:
-        return stored
+        return sidecar
     if options.to_crs is not None:
         crs = registration.frame.crs
         if crs is not None and _is_in_world(registration):
@@ -134,13 +134,13 @@ def stored_registration(
         return _unused_registration(loaded_model.path, registration, options.to_crs)
     if options.up == "y" and loaded_model.turned_about is None:
         return _unused_registration(loaded_model.path, registration, "--up y")
-    if options.unit is not None and METRES[options.unit] != 1.0:
+    if options.unit is not None and METRES_PER_UNIT[options.unit] != 1.0:
         return _unused_registration(loaded_model.path, registration, options.unit)
-    return stored
+    return sidecar
 
 
-def registration_beside(
-    path: Path, content_hash: str, stated_text: str | None
+def find_matching_registration(
+    path: Path, content_hash: str, stated_crs: str | None
 ) -> SidecarRegistration:
     """Find the registration next to a model and compare its CRS with that of the file.
 
@@ -149,20 +149,20 @@ def registration_beside(
     path : Path
     content_hash : str
         SHA-256 of the model file.
-    stated_text : str, optional
+    stated_crs : str, optional
         CRS stated by the file.
     """
-    stored = find_registration(path, content_hash)
-    registration = stored.registration
+    sidecar = find_registration(path, content_hash)
+    registration = sidecar.registration
     if registration is None or registration.rotation_covariance() is None:
-        return SidecarRegistration(None, stored.findings)
+        return SidecarRegistration(None, sidecar.findings)
     frame = registration.frame
-    if stated_text is None or (frame.crs is not None and _is_same_crs(stated_text, frame.crs)):
-        return stored
-    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated_text) == 1.0:
+    if stated_crs is None or (frame.crs is not None and _is_same_crs(stated_crs, frame.crs)):
+        return sidecar
+    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated_crs) == 1.0:
         # The CRS was stated later: the local frame is now that of the map.
-        return SidecarRegistration(replace(registration, frame=Frame("crs", stated_text)))
-    return _unused_registration(path, registration, stated_text)
+        return SidecarRegistration(replace(registration, frame=Frame("crs", stated_crs)))
+    return _unused_registration(path, registration, stated_crs)
 
 
 def _is_in_world(registration: Registration) -> bool:
@@ -171,20 +171,20 @@ def _is_in_world(registration: Registration) -> bool:
 
 
 def _unused_registration(
-    model: Path, registration: Registration, stated_text: str
+    model: Path, registration: Registration, stated_crs: str
 ) -> SidecarRegistration:
     file = registration_path(model).name
     crs = registration.frame.crs or registration.frame.name()
-    finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated_text)
+    finding = Finding("registration.other-frame", file=file, crs=crs, stated=stated_crs)
     return SidecarRegistration(None, (finding,))
 
 
-def _is_same_crs(first: str, second: str) -> bool:
-    if first == second:
+def _is_same_crs(crs: str, other_crs: str) -> bool:
+    if crs == other_crs:
         return True
     from pyproj import CRS
 
-    return CRS.from_user_input(first).equals(CRS.from_user_input(second), ignore_axis_order=True)
+    return CRS.from_user_input(crs).equals(CRS.from_user_input(other_crs), ignore_axis_order=True)
 
 
 def _reproject_registration(
@@ -192,19 +192,21 @@ def _reproject_registration(
 ) -> Registration:
     """Return the registration of a model whose coordinates were converted from `crs`."""
     assert loaded_model.crs is not None
-    conversion = Reprojection.create(crs, loaded_model.crs)
+    reprojection = Reprojection.create(crs, loaded_model.crs)
     if registration.centre is not None:
         centre = np.array(registration.centre)
     else:
         midpoint = np.asarray(loaded_model.data.bounds, np.float64).mean(axis=0)
         centre = Reprojection.create(loaded_model.crs, crs).apply(midpoint[None])[0]
-    left_vectors, singular_values, right_vectors = np.linalg.svd(conversion.jacobian(centre))
+    left_vectors, singular_values, right_vectors = np.linalg.svd(reprojection.jacobian(centre))
     transformation = np.eye(4)
     transformation[:3, :3] = np.cbrt(singular_values.prod()) * left_vectors @ right_vectors
-    transformation[:3, 3] = conversion.apply(centre[None])[0] - transformation[:3, :3] @ centre
-    placed_registration = change_world(registration, transformation, Frame("crs", loaded_model.crs))
+    transformation[:3, 3] = reprojection.apply(centre[None])[0] - transformation[:3, :3] @ centre
+    converted_registration = change_world(
+        registration, transformation, Frame("crs", loaded_model.crs)
+    )
     # The coordinates of the file were converted as well.
-    return change_file_frame(placed_registration, placed_registration.matrix)
+    return change_file_frame(converted_registration, converted_registration.matrix)
 
 
 def world_bounds(bounds: FloatArray, to_world: Matrix) -> FloatArray:
@@ -270,7 +272,9 @@ def _frame(loaded_model: LoadedModel, options: FrameOptions) -> Frame:
         return Frame("crs", axes.crs, axes.metres[0], up)
     if options.unit is None and has_known_scale(loaded_model.path) is False:
         return Frame(up_axis=up)
-    unit_m = METRES[options.unit] if options.unit is not None else loaded_model.unit_m or 1.0
+    unit_m = (
+        METRES_PER_UNIT[options.unit] if options.unit is not None else loaded_model.unit_m or 1.0
+    )
     return Frame("local", None, unit_m, up)
 
 
@@ -283,7 +287,7 @@ def _map_bounds(bounds: FloatArray, frame: Frame) -> FloatArray:
     return np.array([low[:2], high[:2]])
 
 
-def frame_of_file(path: Path, crs: str | None) -> Frame:
+def file_frame(path: Path, crs: str | None) -> Frame:
     """Return the frame stated by a file; it is undeclared if the file states none.
 
     A model that was reconstructed with control points in a local system is in metres and has a
@@ -310,9 +314,9 @@ def _assumption_findings(
         # A reconstruction by this program stores its known properties in the file next to the
         # model.
         return ()
-    doubt_finding = degrees_finding(np.asarray(loaded_model.data.bounds, np.float64))
-    findings = () if doubt_finding is None or options.unit is not None else (doubt_finding,)
-    assumed = assumed_frame(
+    degrees_warning = degrees_finding(np.asarray(loaded_model.data.bounds, np.float64))
+    findings = () if degrees_warning is None or options.unit is not None else (degrees_warning,)
+    assumption_findings = assumed_frame_findings(
         loaded_model.path,
         options,
         up=up,
@@ -320,4 +324,4 @@ def _assumption_findings(
         has_up=loaded_model.turned_about is not None,
         has_unit=loaded_model.unit_m is not None,
     )
-    return (*assumed, *findings)
+    return (*assumption_findings, *findings)

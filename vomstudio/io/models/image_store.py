@@ -32,7 +32,7 @@ def folder() -> Path:
     return user_cache("images")
 
 
-def suffix_of(content: bytes) -> str:
+def image_suffix(content: bytes) -> str:
     """Return the file suffix for the first bytes of an image; ".img" if unknown."""
     if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
         return ".webp"
@@ -43,7 +43,7 @@ def store_image(content: bytes, name: str) -> Path:
     """Store `content` under `name` and return its path. Raises OSError."""
     stem = plain_name(name) or "image"
     target_folder = folder() / hashlib.sha256(content).hexdigest()[:32]
-    path = target_folder / f"{stem}{suffix_of(content)}"
+    path = target_folder / f"{stem}{image_suffix(content)}"
     if path.is_file() and path.stat().st_size == len(content):
         return path
     target_folder.mkdir(parents=True, exist_ok=True)

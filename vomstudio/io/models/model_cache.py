@@ -37,29 +37,29 @@ from vomstudio.geometry.progressive_order import ProgressiveOrder, arrange
 from vomstudio.io.gis.axis_units import Units
 from vomstudio.io.gis.crs import sidecar_path
 from vomstudio.io.models import image_store
-from vomstudio.io.models.offset_file import checked_origin, offset_path
+from vomstudio.io.models.offset_file import offset_path, parse_origin
 from vomstudio.io.models.opening import file_hash, read_model, resolution
 from vomstudio.io.models.reader import LoadedModel
 
 VERSION = 5
-META = "meta.json"
+META_FILE = "meta.json"
 TRANSFER_PREFIX = "vomstudio-model-"
 """Prefix of temporary folders that contain a model in transfer between processes."""
 _SIDECARS = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
 """Files next to a model that shift or scale its coordinates."""
 BLOCK_BYTES = 64 << 20
-_ORDER = ("rows", "starts", "bounds", "spacing", "parents")
+_ORDER_FIELDS = ("rows", "starts", "bounds", "spacing", "parents")
 
 
-def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
+def save(loaded_model: LoadedModel, folder: Path) -> LoadedModel:
     """Write a loaded model to `folder`, replacing an existing folder.
 
-    Returns the model that `open_cached` would return.
+    Returns the model that `open_cache_folder` would return.
 
     Raises TargetError.
     """
     folder = Path(folder)
-    data = loaded.data
+    data = loaded_model.data
     arrays: dict[str, AnyArray] = {}
     materials: list[dict[str, object]] = []
     if isinstance(data, Mesh):
@@ -82,17 +82,17 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         arrays[f"field_{i}"] = data.fields[name]
     meta: dict[str, object] = {
         "version": VERSION,
-        "kind": loaded.kind,
-        "crs": loaded.crs,
-        "warnings": [warning.to_dict() for warning in loaded.warnings],
-        "path": os.fspath(Path(loaded.path).absolute()),
-        "content_hash": loaded.content_hash,
+        "kind": loaded_model.kind,
+        "crs": loaded_model.crs,
+        "warnings": [warning.to_dict() for warning in loaded_model.warnings],
+        "path": os.fspath(Path(loaded_model.path).absolute()),
+        "content_hash": loaded_model.content_hash,
         "materials": materials,
         "fields": fields,
-        "turned_about": loaded.turned_about,
-        "units": list(loaded.units),
-        "unit_m": loaded.unit_m,
-        **_stamp(loaded.path),
+        "turned_about": loaded_model.turned_about,
+        "units": list(loaded_model.units),
+        "unit_m": loaded_model.unit_m,
+        **_file_stamp(loaded_model.path),
     }
     try:
         make_folder(folder.parent)
@@ -102,20 +102,20 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     try:
         # The computation takes as long as the writing and runs in parallel with it.
         with thread_pool(2) as pool:
-            spacing = pool.submit(resolution, data)
-            order = pool.submit(_order_of, data)
+            spacing_future = pool.submit(resolution, data)
+            order_future = pool.submit(_point_order, data)
             _write(draft, arrays)
-            arrangement = order.result()
+            arrangement = order_future.result()
             order_arrays = {} if arrangement is None else _order_arrays(arrangement)
             _write(draft, order_arrays)
-            spacing_value = spacing.result()
+            spacing_value = spacing_future.result()
         arrays |= order_arrays
         meta["arrays"] = {
             n: {"shape": list(array.shape), "dtype": array.dtype.str} for n, array in arrays.items()
         }
         spacing_or_none = spacing_value if spacing_value == spacing_value else None
         meta["resolution"] = spacing_or_none
-        (draft / META).write_text(json.dumps(meta), encoding="utf-8")
+        (draft / META_FILE).write_text(json.dumps(meta), encoding="utf-8")
         _replace_folder(draft, folder)
     except OSError as error:
         raise _writing_error(folder, error) from error
@@ -123,8 +123,10 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         shutil.rmtree(draft, ignore_errors=True)
     if isinstance(data, PointCloud):
         data = replace(data, arrangement=arrangement)
-    source = Path(loaded.path).absolute()
-    return replace(loaded, data=data, path=source, resolution=spacing_or_none, height_unit=None)
+    source = Path(loaded_model.path).absolute()
+    return replace(
+        loaded_model, data=data, path=source, resolution=spacing_or_none, height_unit=None
+    )
 
 
 def _writing_error(folder: Path, error: OSError) -> TargetError:
@@ -138,12 +140,12 @@ def _material_values(material: Material) -> dict[str, object]:
     return {"name": material.name, "texture": texture, "diffuse": material.diffuse}
 
 
-def _order_of(data: Mesh | PointCloud) -> ProgressiveOrder | None:
+def _point_order(data: Mesh | PointCloud) -> ProgressiveOrder | None:
     return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
 
 
 def _order_arrays(order: ProgressiveOrder) -> dict[str, AnyArray]:
-    return {f"order_{name}": getattr(order, name) for name in _ORDER}
+    return {f"order_{name}": getattr(order, name) for name in _ORDER_FIELDS}
 
 
 def _write(folder: Path, arrays: dict[str, AnyArray]) -> None:
@@ -165,15 +167,15 @@ def _replace_folder(draft: Path, folder: Path) -> None:
         os.rename(draft, folder)
 
 
-def _stamp(path: Path) -> dict[str, object]:
+def _file_stamp(path: Path) -> dict[str, object]:
     """Return the size and times with which changes of a file and its sidecars are detected."""
     file_stamp: dict[str, object] = dict.fromkeys(("size", "mtime_ns", *_SIDECARS))
     with contextlib.suppress(OSError):
         status = os.stat(path)
         file_stamp |= {"size": status.st_size, "mtime_ns": status.st_mtime_ns}
-    for name, path_of in _SIDECARS.items():
+    for name, get_path in _SIDECARS.items():
         with contextlib.suppress(OSError):
-            file_stamp[name] = os.stat(path_of(path)).st_mtime_ns
+            file_stamp[name] = os.stat(get_path(path)).st_mtime_ns
     return file_stamp
 
 
@@ -187,7 +189,7 @@ def _has_missing_image(meta: dict[str, Any]) -> bool:
     )
 
 
-def open_cached(folder: Path) -> LoadedModel:
+def open_cache_folder(folder: Path) -> LoadedModel:
     """Return the model in a cache folder, with its arrays in memory and read-only.
 
     Shapes, types, file sizes and face indices are checked; missing images are dropped with a
@@ -197,14 +199,14 @@ def open_cached(folder: Path) -> LoadedModel:
     folder = Path(folder)
     meta = _read_meta(folder)
     try:
-        return _open(folder, meta)
+        return _open_folder(folder, meta)
     except InputError:
         raise
     except (OSError, EOFError, ValueError, TypeError, LookupError, AttributeError) as error:
         raise _damage_error(folder, str(error)) from error
 
 
-def folder_of(path: Path, cache: Path) -> Path:
+def cache_folder(path: Path, cache: Path) -> Path:
     """Return the cache folder of the model at `path`."""
     return cache / f"model-{sha256(str(path).encode()).hexdigest()[:16]}"
 
@@ -249,10 +251,10 @@ def load_for_transfer(
             raise
 
 
-def read_transferred(folder: Path) -> LoadedModel:
-    """Read the folder from `load_for_transfer`. Raises the errors of `open_cached`."""
+def read_transfer_folder(folder: Path) -> LoadedModel:
+    """Read the folder from `load_for_transfer`. Raises the errors of `open_cache_folder`."""
     try:
-        return open_cached(folder)
+        return open_cache_folder(folder)
     finally:
         if folder.parent.name.startswith(TRANSFER_PREFIX):
             shutil.rmtree(folder.parent, ignore_errors=True)
@@ -261,7 +263,7 @@ def read_transferred(folder: Path) -> LoadedModel:
 def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
     try:
         meta = _read_meta(folder)
-        file_stamp = _stamp(path)
+        file_stamp = _file_stamp(path)
         is_valid = meta.get("path") == os.fspath(path.absolute())
         is_valid = is_valid and all(meta.get(key) == value for key, value in file_stamp.items())
         if not is_valid:
@@ -271,7 +273,7 @@ def _valid_cache(path: Path, folder: Path) -> LoadedModel | None:
                 and meta.get("content_hash") == file_hash(path)
             )
         if is_valid and not _has_missing_image(meta):
-            cache = open_cached(folder)
+            cache = open_cache_folder(folder)
             if os.fspath(cache.path) == os.fspath(path.absolute()):
                 return cache
     except (InputError, LookupError, TypeError, AttributeError):
@@ -285,17 +287,17 @@ def _damage_error(folder: Path, reason: str) -> InputError:
 
 def _read_meta(folder: Path) -> dict[str, Any]:
     try:
-        meta = read_json(Path(folder) / META)
+        meta = read_json(Path(folder) / META_FILE)
     except OSError as error:
-        raise _damage_error(folder, f"{META}: {error.strerror}") from error
+        raise _damage_error(folder, f"{META_FILE}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise _damage_error(folder, tr("{file} is not JSON", file=META)) from error
+        raise _damage_error(folder, tr("{file} is not JSON", file=META_FILE)) from error
     if not isinstance(meta, dict) or meta.get("version") != VERSION:
         raise _damage_error(folder, tr("it was written by another version"))
     return meta
 
 
-def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
+def _open_folder(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     arrays: dict[str, AnyArray] = {}
     for name, stored_array in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
@@ -322,18 +324,18 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         colors = (
             _checked_array(folder, arrays, "colors", np.uint8, 3) if "colors" in arrays else None
         )
-        order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER))
+        order = ProgressiveOrder(*(arrays[f"order_{k}"] for k in _ORDER_FIELDS))
         if not order.is_valid(n):
             raise _damage_error(folder, tr("the order does not agree with the points"))
         data = PointCloud(points, colors, normals, fields, order)
     else:
         raise _damage_error(folder, tr("it is neither mesh nor cloud"))
-    per_row = [
+    row_arrays = [
         array
         for k, array in arrays.items()
         if k in ("colors", "uv", "normals") or k[:6] == "field_"
     ]
-    if n == 0 or any(len(array) != n for array in per_row):
+    if n == 0 or any(len(array) != n for array in row_arrays):
         raise _damage_error(folder, tr("the arrays have different lengths"))
     crs = meta["crs"]
     if crs is not None and not isinstance(crs, str):
@@ -345,7 +347,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         tuple(warnings),
         Path(meta["path"]),
         str(meta["content_hash"]),
-        checked_origin(meta["turned_about"]),
+        parse_origin(meta["turned_about"]),
         None if meta["resolution"] is None else float(meta["resolution"]),
         units=_units(meta["units"]),
         unit_m=None if meta["unit_m"] is None else float(meta["unit_m"]),
@@ -353,16 +355,16 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
 
 
 def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> AnyArray:
-    wrong_size = tr("{file} has the wrong size", file=path.name)
+    size_reason = tr("{file} has the wrong size", file=path.name)
     header = _npy_header(shape, kind)
     with open_unbuffered(path) as file:
         size = math.prod(shape) * kind.itemsize
         # Checked before memory is allocated.
         if os.fstat(file.fileno()).st_size != len(header) + size:
-            raise _damage_error(folder, wrong_size)
+            raise _damage_error(folder, size_reason)
         if file.read(len(header)) != header:
             raise _damage_error(
-                folder, tr("{file} does not agree with {index}", file=path.name, index=META)
+                folder, tr("{file} does not agree with {index}", file=path.name, index=META_FILE)
             )
         array = np.empty(shape, kind)
         view, position = array.reshape(-1).view(np.uint8).data, 0
@@ -370,7 +372,7 @@ def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype
         while position < size and (n := file.readinto(view[position : position + BLOCK_BYTES])):
             position += n
     if position < size:
-        raise _damage_error(folder, wrong_size)
+        raise _damage_error(folder, size_reason)
     array.flags.writeable = False
     return array
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project, make_folder, require_inside
-from vomstudio.core.files.regular import open_regular, require_regular
+from vomstudio.core.files.regular import open_regular_file, require_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
@@ -100,31 +100,31 @@ def copy_model(
     progress = progress or SilentProgress()
     base = model.parent.resolve()
     files = [(file, file.resolve().relative_to(base)) for file in (model, *companions(model))]
-    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME), model)
-    if cameras_of_model is not None and photos and cameras_of_model.photos.is_dir():
-        files += _photo_files(cameras_of_model)
-        cameras_of_model = replace(cameras_of_model, photos=PHOTOS)
+    model_cameras = _read_cameras(cameras or model.with_name(FILE_NAME), model)
+    if model_cameras is not None and photos and model_cameras.photos.is_dir():
+        files += _photo_files(model_cameras)
+        model_cameras = replace(model_cameras, photos=PHOTOS)
     check_in_project(folder / model.stem)
     target = folder / model.stem
     suffix = 1
     while target.exists():
         suffix += 1
         target = folder / f"{model.stem}-{suffix}"
-    part = target.with_name(target.name + ".part")
+    partial_folder = target.with_name(target.name + ".part")
     try:
-        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(partial_folder, ignore_errors=True)
         progress.stage(tr("Copying files"), len(files))
         for count, (file, name) in enumerate(files, 1):
-            copy = part / name
-            make_folder(require_inside(copy, part).parent, part)
-            require_regular(file)
+            copy = partial_folder / name
+            make_folder(require_inside(copy, partial_folder).parent, partial_folder)
+            require_regular_file(file)
             shutil.copyfile(file, copy)
             progress.step(count)
-        if cameras_of_model is not None:
-            write_cameras(part / FILE_NAME, cameras_of_model)
+        if model_cameras is not None:
+            write_cameras(partial_folder / FILE_NAME, model_cameras)
         if registration is not None:
-            write_registration(registration, [part / model.name], force=True)
-        part.rename(target)
+            write_registration(registration, [partial_folder / model.name], force=True)
+        partial_folder.rename(target)
     except OSError as error:
         copy = Path(error.filename2 or error.filename or target)
         if copy.is_relative_to(folder):
@@ -133,11 +133,11 @@ def copy_model(
             ) from error
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=copy) from error
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(partial_folder, ignore_errors=True)
     return target / model.name
 
 
-def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
+def count_photos(model: Path, cameras: Path | None = None) -> tuple[int, int]:
     """Return the photos that `copy_model` could copy.
 
     Returns
@@ -146,11 +146,11 @@ def photos_of(model: Path, cameras: Path | None = None) -> tuple[int, int]:
     size : int
         Total size, bytes.
     """
-    cameras_of_model = _read_cameras(cameras or model.with_name(FILE_NAME))
+    model_cameras = _read_cameras(cameras or model.with_name(FILE_NAME))
     files = (
         []
-        if cameras_of_model is None or not cameras_of_model.photos.is_dir()
-        else _photo_files(cameras_of_model)
+        if model_cameras is None or not model_cameras.photos.is_dir()
+        else _photo_files(model_cameras)
     )
     return len(files), sum(file.stat().st_size for file, _ in files)
 
@@ -207,7 +207,7 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
 def _libraries(model: Path) -> list[Path]:
     """Return the material files to which an OBJ file refers anywhere."""
     names: dict[str, None] = {}
-    with open_regular(model) as lines:
+    with open_regular_file(model) as lines:
         for line in lines:
             if line.startswith(b"mtllib"):
                 names.setdefault(decode(line[len(b"mtllib") :]).strip())
@@ -226,7 +226,7 @@ def _libraries(model: Path) -> list[Path]:
 def _ply_images(model: Path) -> list[Path]:
     from vomstudio.io.models.formats._ply_header import MAX_HEADER_BYTES, read_header
 
-    with contextlib.suppress(InputError, OSError), open_regular(model) as file:
+    with contextlib.suppress(InputError, OSError), open_regular_file(model) as file:
         header = read_header(file.read(MAX_HEADER_BYTES), model)
         paths = [find_companion(model.parent, name)[0] for name in header.textures]
         return [path for path in paths if path is not None]

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import is_regular, read_small
+from vomstudio.core.files.regular import is_regular_file, read_small_file
 from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -39,9 +39,9 @@ _FIXED_OPTIONS = {
     "-texres": 1,
     "-type": 1,
 }
-_UP_TO_THREE_NUMBERS = {"-o", "-s", "-t"}
+_VECTOR_OPTIONS = {"-o", "-s", "-t"}
 _IMAGE_SUFFIXES = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
-_OTHER_MAP = re.compile(
+_OTHER_MAP_NAME = re.compile(
     r"(?i)norm|nrm|rough|metal|occl|bump|disp|height|spec|gloss|alpha|opac|emis"
 )
 """Pattern for the names of textures other than colour, such as normal or roughness maps."""
@@ -69,13 +69,18 @@ def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
     Backslashes separate folders; case matters only if both files exist. A path outside the folder
     is never opened: a file with the same name in the folder is used instead if it exists.
     """
-    name_in_posix = unquote(name).replace("\\", "/")
-    if not name_in_posix or "\0" in name_in_posix:
+    posix_name = unquote(name).replace("\\", "/")
+    if not posix_name or "\0" in posix_name:
         return None, tr("'{file}' is not a file name", file=name)
-    relative = posixpath.normpath(name_in_posix)
-    drive = ntpath.splitdrive(name_in_posix)[0]
-    if drive or posixpath.isabs(relative) or relative == ".." or relative.startswith("../"):
-        file_name = posixpath.basename(relative)
+    relative_path = posixpath.normpath(posix_name)
+    drive = ntpath.splitdrive(posix_name)[0]
+    if (
+        drive
+        or posixpath.isabs(relative_path)
+        or relative_path == ".."
+        or relative_path.startswith("../")
+    ):
+        file_name = posixpath.basename(relative_path)
         path = (
             _find_case_insensitive(folder, file_name) if file_name not in ("", ".", "..") else None
         )
@@ -89,17 +94,17 @@ def find_companion(folder: Path, name: str) -> tuple[Path | None, str | None]:
                 found=path.name,
             ),
         )
-    path = _find_case_insensitive(folder, relative)
+    path = _find_case_insensitive(folder, relative_path)
     return (path, None) if path is not None else (None, tr("'{file}' was not found", file=name))
 
 
-def _find_case_insensitive(folder: Path, relative_text: str) -> Path | None:
+def _find_case_insensitive(folder: Path, relative_path: str) -> Path | None:
     try:
-        exact_path = folder / relative_text
+        exact_path = folder / relative_path
         if exact_path.is_file():
             return exact_path
         path = folder
-        for part in relative_text.split("/"):
+        for part in relative_path.split("/"):
             names = {n.casefold(): n for n in sorted(os.listdir(path), reverse=True)}
             if part.casefold() not in names:
                 return None
@@ -109,7 +114,7 @@ def _find_case_insensitive(folder: Path, relative_text: str) -> Path | None:
         return None
 
 
-def map_name(value: str) -> tuple[str, tuple[str, ...]]:
+def parse_map_statement(value: str) -> tuple[str, tuple[str, ...]]:
     """Return the file name in a map statement and the options before it."""
     remaining_text = value.strip()
     options: list[str] = []
@@ -123,7 +128,7 @@ def map_name(value: str) -> tuple[str, tuple[str, ...]]:
                 break
             options.append(" ".join([key, *words[:n]]))
             remaining_text = words[n]
-        elif key in _UP_TO_THREE_NUMBERS:
+        elif key in _VECTOR_OPTIONS:
             number_texts: list[str] = []
             remaining_text = next_words.strip()
             while len(number_texts) < 3:
@@ -148,8 +153,10 @@ def _is_number(word: str) -> bool:
 
 def _is_shifting_image(option: str) -> bool:
     key, *number_texts = option.split()
-    neutral = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
-    return key in neutral and any(float(number) != neutral[key] for number in number_texts)
+    neutral_values = {"-s": 1.0, "-o": 0.0, "-t": 0.0}
+    return key in neutral_values and any(
+        float(number) != neutral_values[key] for number in number_texts
+    )
 
 
 def texture_finding(material: str | int, texture: Path | None, reason: str) -> Finding:
@@ -188,8 +195,8 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     """
     findings: list[Finding] = []
     try:
-        raw = convert_to_utf8(read_small(path, MAX_LIBRARY_BYTES))
-        if b"\0" in raw:
+        content = convert_to_utf8(read_small_file(path, MAX_LIBRARY_BYTES))
+        if b"\0" in content:
             raise ValueError
     except (InputError, ValueError):
         return {}, [
@@ -210,7 +217,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     colors: dict[str, tuple[float, float, float]] = {}
     names: dict[str, None] = {}
     current_name: str | None = None
-    text = decode(raw).replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
+    text = decode(content).replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
     for line_number, line in enumerate(text.split("\n"), 1):
         word, _, value = line.strip().replace("\t", " ").partition(" ")
         key = word.lower()
@@ -236,15 +243,15 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
             colors[current_name] = (r, g, b)
         elif key == "map_kd" and value:
             textures[current_name] = value
-    image_of_statement: dict[str, tuple[Path | None, str | None, bool]] = {}
+    images_by_statement: dict[str, tuple[Path | None, str | None, bool]] = {}
     materials: dict[str, Material] = {}
     for name in names:
         texture: Path | None = None
         if name in textures:
             value = textures[name]
-            if value not in image_of_statement:
-                image_of_statement[value] = _find_image(value, path.parent, folder)
-            texture, problem, is_image_missing = image_of_statement[value]
+            if value not in images_by_statement:
+                images_by_statement[value] = _find_image(value, path.parent, folder)
+            texture, problem, is_image_missing = images_by_statement[value]
             image_by_name = (
                 _image_by_material_name(name, names, (path.parent, folder))
                 if is_image_missing
@@ -257,13 +264,13 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
                         "texture.by-name",
                         file=path.name,
                         material=name,
-                        missing=map_name(value)[0],
+                        missing=parse_map_statement(value)[0],
                         picture=image_by_name.name,
                     )
                 )
             elif problem:
                 findings.append(texture_finding(name, texture, problem))
-            if texture is not None and any(map(_is_shifting_image, map_name(value)[1])):
+            if texture is not None and any(map(_is_shifting_image, parse_map_statement(value)[1])):
                 findings.append(Finding("texture.shift-unused", material=name, statement=value))
         materials[name] = Material(name, texture, colors.get(name))
     return materials, findings
@@ -274,7 +281,7 @@ def _find_image(
 ) -> tuple[Path | None, str | None, bool]:
     """Return the image of a map statement, a warning about it, and whether it is missing."""
     problem: str | None = None
-    for name in dict.fromkeys((unquote(value), map_name(value)[0])):
+    for name in dict.fromkeys((unquote(value), parse_map_statement(value)[0])):
         for search_folder in dict.fromkeys((library_folder, folder)):
             path, warning = find_companion(search_folder, name)
             if path is not None:
@@ -292,7 +299,7 @@ def _image_by_material_name(
     Polycam 3.4.5 writes ``map_Kd not_found`` next to ``NAME_ab12.jpg``. An image whose name begins
     with the longer name of another material belongs to that material.
     """
-    longer_names = [name for name in materials if name != material and _begins_with(name, material)]
+    longer_names = [name for name in materials if name != material and _has_prefix(name, material)]
     pictures: dict[str, Path] = {}
     for folder in folders:
         try:
@@ -303,10 +310,10 @@ def _image_by_material_name(
             stem, suffix = posixpath.splitext(name)
             if (
                 suffix.casefold() in _IMAGE_SUFFIXES
-                and _begins_with(stem, material)
-                and not any(_begins_with(stem, longer_name) for longer_name in longer_names)
-                and not _OTHER_MAP.search(stem[len(material) :])
-                and is_regular(folder / name)
+                and _has_prefix(stem, material)
+                and not any(_has_prefix(stem, longer_name) for longer_name in longer_names)
+                and not _OTHER_MAP_NAME.search(stem[len(material) :])
+                and is_regular_file(folder / name)
             ):
                 pictures.setdefault(name, folder / name)
     if len(pictures) != 1:
@@ -315,7 +322,7 @@ def _image_by_material_name(
     return None if check_image(picture) else picture
 
 
-def _begins_with(name: str, prefix: str) -> bool:
+def _has_prefix(name: str, prefix: str) -> bool:
     """Return whether a name equals another one or continues it after a separator."""
     if not prefix or not name.casefold().startswith(prefix.casefold()):
         return False

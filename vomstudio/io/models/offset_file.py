@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.io.gis.crs import parse_crs
@@ -21,9 +21,9 @@ from vomstudio.io.text.encodings import decode_text
 MAX_BYTES = 100_000
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _SEPARATOR = r"[\s,;]+"
-_THREE = f"({_NUMBER}){_SEPARATOR}({_NUMBER}){_SEPARATOR}({_NUMBER})"
-_OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE}(?![\w.])", re.IGNORECASE)
-_NUMBERS_ONLY = re.compile(rf"\s*{_THREE}\s*")
+_THREE_NUMBERS = f"({_NUMBER}){_SEPARATOR}({_NUMBER}){_SEPARATOR}({_NUMBER})"
+_OFFSET = re.compile(rf"(?:offset|origin|shift)[\s:=(\[]*{_THREE_NUMBERS}(?![\w.])", re.IGNORECASE)
+_NUMBERS_ONLY = re.compile(rf"\s*{_THREE_NUMBERS}\s*")
 _EPSG = re.compile(r"\bEPSG:\s*(\d{4,6})\b", re.IGNORECASE)
 _WKT = re.compile(r"^[ \t]*CRS:[ \t]*(\S.*)$", re.IGNORECASE | re.MULTILINE)
 
@@ -56,22 +56,22 @@ def read_offset(model: Path) -> Offset:
     """Read `NAME.offset.txt` of a model; the result is empty if the file is missing."""
     path = offset_path(model)
     try:
-        text = decode_text(read_small(path, MAX_BYTES))
+        text = decode_text(read_small_file(path, MAX_BYTES))
     except FileNotFoundError:
         return Offset()
     except (InputError, OSError, UnicodeDecodeError):
         return Offset(problem=Finding("model.origin-invalid", file=path.name))
     match = _OFFSET.search(text) or _NUMBERS_ONLY.fullmatch(text)
-    crs, crs_finding = crs_or_problem(named_crs(text), path.name)
+    crs, crs_finding = parse_file_crs(extract_crs_text(text), path.name)
     if match is None:
         return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
-    origin = checked_origin([float(number) for number in match.groups()])
+    origin = parse_origin([float(number) for number in match.groups()])
     if origin is None:
         return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
     return Offset(origin, crs, crs_finding)
 
 
-def named_crs(text: str) -> str | None:
+def extract_crs_text(text: str) -> str | None:
     """Return the CRS stated in a text as a code or WKT."""
     code, wkt = _EPSG.search(text), _WKT.search(text)
     if wkt is not None:
@@ -79,7 +79,7 @@ def named_crs(text: str) -> str | None:
     return None if code is None else f"EPSG:{code.group(1)}"
 
 
-def crs_or_problem(text: object, file_name: str) -> tuple[str | None, Finding | None]:
+def parse_file_crs(text: object, file_name: str) -> tuple[str | None, Finding | None]:
     """Return the CRS stated by a file if it is valid, and otherwise a finding."""
     if text is None:
         return None, None
@@ -91,7 +91,7 @@ def crs_or_problem(text: object, file_name: str) -> tuple[str | None, Finding | 
     return None, Finding("frame.crs-unreadable", file=file_name, crs=str(text)[:60])
 
 
-def checked_origin(numbers: object) -> tuple[float, float, float] | None:
+def parse_origin(numbers: object) -> tuple[float, float, float] | None:
     """Return three finite numbers that are plausible as a position in metres, or None."""
     if not isinstance(numbers, Sequence) or len(numbers) != 3:
         return None

@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.memory_limit import limit_for_file
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.threads import run_in_thread
@@ -30,14 +30,14 @@ from vomstudio.geometry.resolution import (
     effective_resolution,
     resolving_points,
 )
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gate.axes import choose_axes, crs_reading_finding, require_crs
 from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN_UNITS,
     StatedAxes,
-    refusal,
+    axes_refusal,
     unit_findings,
 )
 from vomstudio.io.gis.crs import sidecar_crs
@@ -92,18 +92,18 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     """Return the model in the form in which the reader of the format returns it."""
     progress = progress or SilentProgress()
     reader = choose_reader(path, read_head(path))
-    is_stopped = threading.Event()
+    stop_event = threading.Event()
     # hashlib releases the GIL, and the file is read only once while it is in memory.
-    content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
+    content_hash = run_in_thread(file_hash, path, lambda: not stop_event.is_set(), name="file hash")
     try:
         # Damaged files contain NaN values of every kind; readers check for them.
         with np.errstate(all="ignore"), limit_for_file(path):
             loaded_model = reader.read(path, progress)
     except MemoryError:
-        is_stopped.set()
+        stop_event.set()
         raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except BaseException:
-        is_stopped.set()
+        stop_event.set()
         raise
     loaded_model = _limit_fields(loaded_model)
     return replace(
@@ -132,7 +132,7 @@ def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
     """
     hasher = hashlib.sha256()
     try:
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             while is_needed() and (block := file.read(HASH_BLOCK_BYTES)):
                 hasher.update(block)
     except OSError as error:
@@ -182,24 +182,24 @@ def _point_spacing(points: FloatArray) -> float:
     if n < 2:
         return float("nan")
     if n <= MAX_POINTS_WITHOUT_TREE:
-        return _mean_of(_brute_force_distances(points - points[0]))
+        return _mean_nearest_distance(_brute_force_distances(points - points[0]))
     from scipy.spatial import cKDTree
 
     if n <= 10 * MAX_SAMPLED_POINTS:
         local_points = points - points[0]
-        return _mean_nearest(
+        return _mean_spacing(
             cKDTree(local_points), local_points[:: max(1, n // MAX_SAMPLED_POINTS)]
         )
     rough_spacing = _rough_spacing(points)
     if not np.isfinite(rough_spacing) or rough_spacing <= 0:
         return float("nan")
     half_width = 15.0 * rough_spacing
-    distances_of_windows: list[FloatArray] = []
+    window_distances: list[FloatArray] = []
     for local_points in _windows(points, half_width):
         inner_points = local_points[(np.abs(local_points) <= 0.6 * half_width).all(axis=1)]
         distance, _ = cKDTree(local_points).query(inner_points, k=min(4, len(local_points)))
-        distances_of_windows.append(_first_positive(distance))
-    distances = np.concatenate(distances_of_windows) if distances_of_windows else np.empty(0)
+        window_distances.append(_first_positive(distance))
+    distances = np.concatenate(window_distances) if window_distances else np.empty(0)
     distances = distances[np.isfinite(distances)]
     return float(distances.mean()) if len(distances) else float(rough_spacing)
 
@@ -229,7 +229,7 @@ def _rough_spacing(points: FloatArray) -> float:
 
     step = len(points) // MAX_SAMPLED_POINTS
     thinned_points = np.ascontiguousarray(points[::step]) - points[0]
-    return float(_mean_nearest(cKDTree(thinned_points), thinned_points) / np.sqrt(step))
+    return float(_mean_spacing(cKDTree(thinned_points), thinned_points) / np.sqrt(step))
 
 
 def _cloud_resolution(points: FloatArray) -> float:
@@ -282,10 +282,10 @@ def _window_tree(local_points: FloatArray) -> NeighbourTree:
     return tree
 
 
-def _mean_nearest(tree: object, queries: FloatArray) -> float:
+def _mean_spacing(tree: object, queries: FloatArray) -> float:
     k = min(4, tree.n)  # type: ignore[attr-defined]
     distance, _ = tree.query(queries, k=k)  # type: ignore[attr-defined]
-    return _mean_of(distance)
+    return _mean_nearest_distance(distance)
 
 
 def _brute_force_distances(local_points: FloatArray) -> FloatArray:
@@ -294,7 +294,7 @@ def _brute_force_distances(local_points: FloatArray) -> FloatArray:
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
 
-def _mean_of(distance: FloatArray) -> float:
+def _mean_nearest_distance(distance: FloatArray) -> float:
     nearest_distance = _first_positive(distance)
     nearest_distance = nearest_distance[np.isfinite(nearest_distance)]
     return float(nearest_distance.mean()) if len(nearest_distance) else float("nan")
@@ -321,17 +321,19 @@ def convert_axes(
     findings: list[Finding] = list(loaded_model.warnings)
     axes = _axes(loaded_model, options, findings)
     if axes.kind == "none" and loaded_model.units != UNKNOWN_UNITS:
-        axes = replace(axes, units=loaded_model.units, unit_m=METRES.get(loaded_model.units[0]))
+        axes = replace(
+            axes, units=loaded_model.units, unit_m=METRES_PER_UNIT.get(loaded_model.units[0])
+        )
     if options.to_crs is not None and not axes.unusual_directions:
         return _reproject(loaded_model, axes, options, findings), None
-    refusal_finding = refusal(axes, loaded_model.data.bounds)
+    refusal_finding = axes_refusal(axes, loaded_model.data.bounds)
     findings += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
     if axes.crs is None and has_crs and not axes.unusual_directions:
         findings.append(crs_reading_finding(loaded_model.path, loaded_model.crs or axes.kind))
     data = _scale(loaded_model.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
-    converted_data = replace(
+    converted_model = replace(
         loaded_model,
         data=data,
         crs=axes.crs,
@@ -339,7 +341,7 @@ def convert_axes(
         units=axes.units,
         unit_m=unit_m,
     )
-    return converted_data, refusal_finding
+    return converted_model, refusal_finding
 
 
 def _axes(loaded_model: LoadedModel, options: FrameOptions, findings: list[Finding]) -> StatedAxes:
@@ -363,30 +365,30 @@ def _reproject(
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""
     assert options.to_crs is not None
-    conversion = Reprojection.create(
+    reprojection = Reprojection.create(
         require_crs(axes, loaded_model.path), options.to_crs, height_factor=axes.metres[2]
     )
     data, turned_about = loaded_model.data, loaded_model.turned_about
     if options.up == "y" and turned_about is None:
         data, turned_about = transform_model(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
     if isinstance(data, Mesh):
-        data = replace(data, vertices=conversion.apply(data.vertices))
+        data = replace(data, vertices=reprojection.apply(data.vertices))
     else:
         normals = data.normals
         if normals is not None:
             # A normal is perpendicular to the surface, so it is transformed by the inverse
             # transpose.
             centre = np.asarray(data.bounds, np.float64).mean(axis=0)
-            normals = normals @ np.linalg.inv(conversion.jacobian(centre))
+            normals = normals @ np.linalg.inv(reprojection.jacobian(centre))
             normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
             normals = np.ascontiguousarray(normals, np.float32)
-        points = conversion.apply(data.points)
+        points = reprojection.apply(data.points)
         data = replace(data, points=points, normals=normals, arrangement=None)
-    findings.append(conversion.finding)
+    findings.append(reprojection.finding)
     return replace(
         loaded_model,
         data=data,
-        crs=conversion.target,
+        crs=reprojection.target,
         warnings=tuple(findings),
         units=axes.units,
         unit_m=1.0,
@@ -396,14 +398,14 @@ def _reproject(
 
 def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
     """Scale heights to the unit of x and y, and for a local CRS all axes to metres."""
-    horizontal, height_factor = axes.unit_factor, axes.unit_factor * axes.height_factor
-    if horizontal == height_factor == 1.0:
+    horizontal_factor, height_factor = axes.unit_factor, axes.unit_factor * axes.height_factor
+    if horizontal_factor == height_factor == 1.0:
         return data
-    factors = np.array([horizontal, horizontal, height_factor])
+    factors = np.array([horizontal_factor, horizontal_factor, height_factor])
     if isinstance(data, Mesh):
         return replace(data, vertices=data.vertices * factors)
     normals = data.normals
-    if normals is not None and horizontal != height_factor:
+    if normals is not None and horizontal_factor != height_factor:
         # The normal of a plane that is stretched along z is scaled by the inverse factor.
         stretched_normals = normals / factors
         length = np.sqrt(np.einsum("ij,ij->i", stretched_normals, stretched_normals))[:, None]
@@ -437,9 +439,14 @@ def describe(
     if units == UNKNOWN_UNITS and has_known_scale(loaded_model.path):
         units, metres = ("m", "m", "m"), 1.0
     spacing_or_none = spacing if np.isfinite(spacing) else None
-    size: dict[str, float | None] = {"resolution_m": None, "resolution": spacing_or_none}
+    resolution_values: dict[str, float | None] = {
+        "resolution_m": None,
+        "resolution": spacing_or_none,
+    }
     if metres:
-        size = {"resolution_m": None if spacing_or_none is None else spacing_or_none * metres}
+        resolution_values = {
+            "resolution_m": None if spacing_or_none is None else spacing_or_none * metres
+        }
     return {
         "path": os.fspath(loaded_model.path),
         "kind": loaded_model.kind,
@@ -456,7 +463,7 @@ def describe(
         "bounds": (data.bounds * (metres or 1.0)).tolist(),
         "crs": loaded_model.crs,
         "units": list(units),
-        **size,
+        **resolution_values,
         "fields": fields,
         "warnings": [*loaded_model.warnings, *frame_warnings],
         "content_hash": loaded_model.content_hash,

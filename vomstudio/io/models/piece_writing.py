@@ -19,7 +19,7 @@ from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.units import UNPLACED_AXES, WORLD
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD_AXES
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model
 
@@ -84,7 +84,7 @@ def write_piece(
     while target.exists():
         suffix += 1
         target = folder / f"{stem}-{suffix}"
-    part = target.with_name(target.name + ".part")
+    partial_folder = target.with_name(target.name + ".part")
     metadata: dict[str, Any] = {
         "piece_of": source.name,
         "content_hash": content_hash,
@@ -94,26 +94,26 @@ def write_piece(
         "made_by": f"VOM Studio {__version__}",
     }
     try:
-        shutil.rmtree(part, ignore_errors=True)
-        part.mkdir(parents=True)
-        file = part / f"{stem}{'.obj' if needs_obj else '.ply'}"
+        shutil.rmtree(partial_folder, ignore_errors=True)
+        partial_folder.mkdir(parents=True)
+        file = partial_folder / f"{stem}{'.obj' if needs_obj else '.ply'}"
         findings = write_model(
             piece,
             crs,
             file,
             progress=progress,
-            axes=UNPLACED_AXES if crs is None else WORLD,
+            axes=UNPLACED_AXES if crs is None else WORLD_AXES,
             registration=registration,
         )
         text = json.dumps(metadata, indent=1, ensure_ascii=False) + "\n"
-        (part / f"{stem}.piece.json").write_text(text, "utf-8")
-        part.rename(target)
+        (partial_folder / f"{stem}.piece.json").write_text(text, "utf-8")
+        partial_folder.rename(target)
     except OSError as error:
         raise TargetError(
             Finding("output.unwritable", reason=error.strerror), file=target
         ) from error
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(partial_folder, ignore_errors=True)
     return target / file.name, findings
 
 
@@ -128,10 +128,10 @@ def extract_piece(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud
         raise GeometryError(Finding("model.other-selection", selected=len(mask), count=count))
     if not mask.any():
         raise GeometryError(Finding("model.empty-selection"))
-    return _faces_of(data, mask) if isinstance(data, Mesh) else data.select_rows(mask)
+    return _extract_faces(data, mask) if isinstance(data, Mesh) else data.select_rows(mask)
 
 
-def _faces_of(mesh: Mesh, mask: BoolArray) -> Mesh:
+def _extract_faces(mesh: Mesh, mask: BoolArray) -> Mesh:
     selected_rows = np.flatnonzero(mask)
     faces = np.asarray(mesh.faces)[selected_rows]
     is_used = np.zeros(len(mesh.vertices), np.bool_)

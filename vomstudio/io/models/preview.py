@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import sidecar_crs
@@ -23,7 +23,7 @@ from vomstudio.io.models.formats._las_header import (
     read_las_header,
     replace_chunk_table,
 )
-from vomstudio.io.models.formats._las_records import choose_fields, cloud_of, layout_of
+from vomstudio.io.models.formats._las_records import build_cloud, choose_fields, record_layout
 from vomstudio.io.models.formats._las_reference import las_reference
 
 MAX_CHUNKS = 256
@@ -45,37 +45,39 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
     try:
         if is_copc(path):
             return _copc_points(path, count)
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             if file.read(4) != b"LASF":
                 return None
-        top = _convert_units(read_las_header(path), path)
-        if top.is_compressed and replace_chunk_table(path, top.size) is not None:
+        header = _convert_units(read_las_header(path), path)
+        if header.is_compressed and replace_chunk_table(path, header.size) is not None:
             return None
         records = (
-            _laz_records(path, top, count) if top.is_compressed else _las_records(path, top, count)
+            _laz_records(path, header, count)
+            if header.is_compressed
+            else _las_records(path, header, count)
         )
-        layout = layout_of(top, path)
+        layout = record_layout(header, path)
         if not len(records):
             return None
-        records_of_layout = records.view(layout.kind).reshape(-1)
-        cloud = cloud_of(records_of_layout, layout, top, choose_fields(records_of_layout, layout))
+        typed_records = records.view(layout.kind).reshape(-1)
+        cloud = build_cloud(typed_records, layout, header, choose_fields(typed_records, layout))
     except (InputError, OSError):
         return None
     return cloud if np.isfinite(cloud.points).all() else None
 
 
-def _convert_units(top: LasHeader, path: Path) -> LasHeader:
+def _convert_units(header: LasHeader, path: Path) -> LasHeader:
     """Convert heights to the unit of x and y, as in the complete model."""
     reference = las_reference(path)
     axes = stated_axes(reference.text or sidecar_crs(path)[0], reference.height_unit)
     factors = axes.unit_factor * np.array([1.0, 1.0, axes.height_factor])
     if (factors == 1.0).all():
-        return top
+        return header
     return replace(
-        top,
-        scales=top.scales * factors,
-        offsets=top.offsets * factors,
-        bounds=top.bounds * factors,
+        header,
+        scales=header.scales * factors,
+        offsets=header.offsets * factors,
+        bounds=header.bounds * factors,
     )
 
 
@@ -84,36 +86,38 @@ def _copc_points(path: Path, count: int) -> PointCloud | None:
         cloud = file.read(file.overview(count))
     if not len(cloud.points):
         return None
-    return cloud.select_rows(_evenly_spaced(len(cloud.points), count))
+    return cloud.select_rows(_evenly_spaced_rows(len(cloud.points), count))
 
 
-def _evenly_spaced(n: int, count: int) -> AnyArray:
+def _evenly_spaced_rows(n: int, count: int) -> AnyArray:
     """Return at most `count` evenly spaced row numbers out of n."""
     return np.linspace(0, n - 1, min(n, count)).astype(np.int64)
 
 
-def _las_records(path: Path, top: LasHeader, count: int) -> AnyArray:
-    available_records = min(top.points, (top.size - top.points_offset) // top.record_bytes)
+def _las_records(path: Path, header: LasHeader, count: int) -> AnyArray:
+    available_records = min(
+        header.points, (header.size - header.points_offset) // header.record_bytes
+    )
     run_count = max(1, min(count, available_records) // RUN_POINTS)
     length = min(RUN_POINTS, count, available_records)
-    runs_of_records = []
-    with open_regular(path) as file:
+    record_runs = []
+    with open_regular_file(path) as file:
         for first_record in (
             np.linspace(0, max(0, available_records - length), run_count).astype(np.int64).tolist()
         ):
-            file.seek(top.points_offset + first_record * top.record_bytes)
-            runs_of_records.append(file.read(length * top.record_bytes))
-    content = np.frombuffer(b"".join(runs_of_records), np.uint8)
-    return content[: len(content) // top.record_bytes * top.record_bytes]
+            file.seek(header.points_offset + first_record * header.record_bytes)
+            record_runs.append(file.read(length * header.record_bytes))
+    content = np.frombuffer(b"".join(record_runs), np.uint8)
+    return content[: len(content) // header.record_bytes * header.record_bytes]
 
 
-def _laz_records(path: Path, top: LasHeader, count: int) -> AnyArray:
+def _laz_records(path: Path, header: LasHeader, count: int) -> AnyArray:
     import lazrs
 
-    with open_regular(path) as file:
-        file.seek(top.points_offset)
+    with open_regular_file(path) as file:
+        file.seek(header.points_offset)
         try:
-            table = lazrs.read_chunk_table(file, lazrs.LazVlr(top.laszip))
+            table = lazrs.read_chunk_table(file, lazrs.LazVlr(header.laszip))
         except lazrs.LazrsError:
             return np.empty(0, np.uint8)
         sizes = np.array([size for _, size in table], np.int64)
@@ -122,9 +126,9 @@ def _laz_records(path: Path, top: LasHeader, count: int) -> AnyArray:
             return np.empty(0, np.uint8)
         # A table of fixed chunks counts the last chunk as full.
         chunk_points = np.minimum(
-            chunk_points, top.points - np.concatenate([[0], np.cumsum(chunk_points)[:-1]])
+            chunk_points, header.points - np.concatenate([[0], np.cumsum(chunk_points)[:-1]])
         )
-        starts = top.points_offset + 8 + np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        starts = header.points_offset + 8 + np.concatenate([[0], np.cumsum(sizes)[:-1]])
         rows = np.unique(np.linspace(0, len(sizes) - 1, MAX_CHUNKS).astype(np.int64))
         rows = rows[chunk_points[rows] > 0]
         if not len(rows):
@@ -134,10 +138,10 @@ def _laz_records(path: Path, top: LasHeader, count: int) -> AnyArray:
         for row in rows.tolist():
             file.seek(int(starts[row]))
             chunk = file.read(int(sizes[row]))
-            if top.layer_count and not is_valid_chunk(chunk, int(chunk_points[row]), top):
+            if header.layer_count and not is_valid_chunk(chunk, int(chunk_points[row]), header):
                 return np.empty(0, np.uint8)
             chunks.append(chunk)
-    records = decompress(chunks, np.minimum(chunk_points[rows], points_per_chunk).tolist(), top)
+    records = decompress(chunks, np.minimum(chunk_points[rows], points_per_chunk).tolist(), header)
     if records is None:
         return np.empty(0, np.uint8)
-    return records[_evenly_spaced(len(records), count)].reshape(-1)
+    return records[_evenly_spaced_rows(len(records), count)].reshape(-1)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from vomstudio.core.files.regular import is_regular, read_json
+from vomstudio.core.files.regular import is_regular_file, read_json
 from vomstudio.core.identifiers import new_id
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
@@ -30,10 +30,10 @@ def is_reconstructed(model: Path) -> bool:
     `reconstruction.json`, but not together with `cameras.json` and a model with one of these names.
     """
     sidecars = (model.with_name(FILE_NAME), model.with_name(RESULT))
-    return model.name in MODELS and all(map(is_regular, sidecars))
+    return model.name in MODELS and all(map(is_regular_file, sidecars))
 
 
-def read_registration_of_result(model: Path) -> Registration:
+def read_result_registration(model: Path) -> Registration:
     """Read the registration of a reconstructed model from its `reconstruction.json` file.
 
     Raises

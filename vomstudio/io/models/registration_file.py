@@ -24,7 +24,12 @@ import numpy as np
 
 from vomstudio.core.errors import DocumentError, InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.regular import SIDECAR_BYTES, open_regular, path_exists, read_json
+from vomstudio.core.files.regular import (
+    MAX_SIDECAR_BYTES,
+    open_regular_file,
+    path_exists,
+    read_json,
+)
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.plain_data import NestedFields, decode_fields, encode_fields
@@ -33,8 +38,8 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registration_frames import is_same_registration
 from vomstudio.geometry.registrations import (
+    NorthReference,
     ObservationGroup,
-    ReadNorth,
     Registration,
     RegistrationPoint,
 )
@@ -42,7 +47,7 @@ from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.reconstruction_file import (
     RESULT,
     is_reconstructed,
-    read_registration_of_result,
+    read_result_registration,
 )
 
 FORMAT, VERSION = "vomstudio registration", 1
@@ -68,12 +73,12 @@ MAX_RELATIVE_DEVIATION = 1e-6
 """Relative deviation of a matrix from a similarity, and of a covariance from symmetry."""
 _MAX_ERROR = 1e9
 """Maximum standard deviation, in radians, in metres or as a ratio."""
-_NESTED = NestedFields(
-    parts={"frame": Frame, "read_north": ReadNorth},
+_NESTED_FIELDS = NestedFields(
+    parts={"frame": Frame, "read_north": NorthReference},
     lists={"control": RegistrationPoint, "observations": ObservationGroup},
 )
-_EVIDENCE = ("control", "observations", "rms_control_m", "rms_check_m", "read_north")
-_SHAPE = ("reach_m", "normal", "lens_bowing95_deg", "lens_stretch95")
+_EVIDENCE_FIELDS = ("control", "observations", "rms_control_m", "rms_check_m", "read_north")
+_SHAPE_FIELDS = ("reach_m", "normal", "lens_bowing95_deg", "lens_stretch95")
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,7 @@ def check_registration_target(
     path = registration_path(model)
     if registration is None or force or not path_exists(path):
         return
-    if _files_of_same(path, registration) is None:
+    if _listed_files(path, registration) is None:
         raise TargetError(Finding("output.other-registration"), file=path)
 
 
@@ -149,19 +154,19 @@ def write_registration(
     paths = [Path(model) for model in models]
     target = registration_path(paths[0])
     check_registration_target(paths[0], registration, force=force)
-    files = dict(_files_of_same(target, registration) or {})
+    files = dict(_listed_files(target, registration) or {})
     files |= {path.name: _sha256(path) for path in paths}
-    text = json.dumps(_to_plain(registration, files), indent=1, ensure_ascii=False)
+    text = json.dumps(_plain_content(registration, files), indent=1, ensure_ascii=False)
     write_bytes(target, (text + "\n").encode(), force=True)
     return target
 
 
 def _sha256(path: Path) -> str:
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] | None:
+def _listed_files(path: Path, registration: Registration) -> Mapping[str, str] | None:
     """Return the files listed in a registration file, or None if its registration differs."""
     try:
         stored_registration = read_registration(path)
@@ -171,11 +176,11 @@ def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] 
     return stored_registration.files if is_same else None
 
 
-def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
+def _plain_content(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
     fields = {
         field.name: getattr(registration, field.name) for field in dataclasses.fields(registration)
     }
-    plain_fields = encode_fields(fields, _NESTED)
+    plain_fields = encode_fields(fields, _NESTED_FIELDS)
     frame = registration.frame
     north = "grid" if frame.kind == "crs" else "local" if frame.has_north else None
     covariance = None
@@ -186,7 +191,7 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
             "centre": plain_fields["centre"],
             "matrix": plain_fields["covariance"],
         }
-    evidence = {name: plain_fields[name] for name in _EVIDENCE}
+    evidence = {name: plain_fields[name] for name in _EVIDENCE_FIELDS}
     evidence["observations"] = [
         {"kind": group.kind, "count": group.count, "labels": group.labels}
         for group in registration.observations
@@ -208,7 +213,7 @@ def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str,
         "rotation_error_deg": plain_fields["rotation_error_deg"],
         "scale_error": plain_fields["scale_error"],
         "evidence": evidence,
-        "shape": {name: plain_fields[name] for name in _SHAPE},
+        "shape": {name: plain_fields[name] for name in _SHAPE_FIELDS},
     }
 
 
@@ -241,16 +246,16 @@ def find_registration(model: Path, content_hash: str) -> SidecarRegistration:
                 return SidecarRegistration(None, (finding,))
             return SidecarRegistration(stored_registration.registration)
         if is_reconstructed(model):
-            return SidecarRegistration(_registration_of_result(model))
+            return SidecarRegistration(_read_reconstruction(model))
     except InputError as error:
         values = {"file": path.name, **error.values}
         return SidecarRegistration(None, (Finding(error.code, **values),))
     return SidecarRegistration()
 
 
-def _registration_of_result(model: Path) -> Registration:
+def _read_reconstruction(model: Path) -> Registration:
     try:
-        registration = read_registration_of_result(model)
+        registration = read_result_registration(model)
     except (OSError, ValueError) as error:
         raise _damage_error(model.with_name(RESULT), str(error)) from error
     _require_valid(model.with_name(RESULT), registration)
@@ -266,7 +271,7 @@ def read_registration(path: Path) -> StoredRegistration:
         With the code ``registration.damaged`` or ``registration.unknown-version``.
     """
     try:
-        registration_fields = read_json(path, SIDECAR_BYTES)
+        registration_fields = read_json(path, MAX_SIDECAR_BYTES)
     except (OSError, ValueError) as error:
         raise _damage_error(path, str(error)) from error
     if not isinstance(registration_fields, dict) or registration_fields.get("format") != FORMAT:
@@ -281,7 +286,7 @@ def read_registration(path: Path) -> StoredRegistration:
     if not isinstance(files, dict) or not all(isinstance(file, str) for file in files.values()):
         raise _damage_error(path, tr("“files” is not a list of names with their SHA-256"))
     try:
-        values = decode_fields(Registration, _values_of(registration_fields), _NESTED)
+        values = decode_fields(Registration, _field_values(registration_fields), _NESTED_FIELDS)
         registration = Registration(**values)
     except (DocumentError, KeyError, TypeError, AttributeError) as error:
         raise _damage_error(path, str(error)) from error
@@ -289,14 +294,14 @@ def read_registration(path: Path) -> StoredRegistration:
     return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
 
 
-def _values_of(registration_fields: Mapping[str, Any]) -> dict[str, Any]:
+def _field_values(registration_fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON values of the fields of a registration. Raises KeyError, TypeError."""
     covariance = registration_fields["covariance"]
     if covariance is not None and (
         tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
     ):
         raise TypeError(tr("the parameters of the covariance are not {names}", names=PARAMETERS))
-    evidence = {name: registration_fields["evidence"][name] for name in _EVIDENCE}
+    evidence = {name: registration_fields["evidence"][name] for name in _EVIDENCE_FIELDS}
     evidence["observations"] = [
         {"kind": group["kind"], "labels": group["labels"]} for group in evidence["observations"]
     ]
@@ -316,7 +321,7 @@ def _values_of(registration_fields: Mapping[str, Any]) -> dict[str, Any]:
         "rotation_error_deg": registration_fields["rotation_error_deg"],
         "scale_error": registration_fields["scale_error"],
         **evidence,
-        **{name: registration_fields["shape"][name] for name in _SHAPE},
+        **{name: registration_fields["shape"][name] for name in _SHAPE_FIELDS},
     }
 
 

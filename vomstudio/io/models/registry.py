@@ -11,7 +11,7 @@ import importlib
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import folder_finding, open_regular
+from vomstudio.core.files.regular import folder_finding, open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
@@ -32,7 +32,7 @@ def default_reader(extension: str) -> Reader | None:
     """Return the first built-in reader for an extension, without importing the others."""
     from vomstudio.io.models import formats
 
-    name = formats.USUAL.get(extension)
+    name = formats.MODULES_BY_SUFFIX.get(extension)
     if name is None:
         return None
     reader = importlib.import_module(f"{formats.__name__}.{name}").READER
@@ -51,7 +51,7 @@ def supported_formats() -> str:
     """Return the formats for messages: 'LAS/LAZ point cloud (.las, .laz), ...'."""
     readers = find_readers()
     formats = [f"{tr(reader.name)} ({', '.join(reader.extensions)})" for reader in readers.all]
-    return ", ".join([*formats, *map(str, readers.broken)])
+    return ", ".join([*formats, *map(str, readers.problems)])
 
 
 def read_head(path: Path) -> bytes:
@@ -59,7 +59,7 @@ def read_head(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise InputError(folder_finding(path), file=path)
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:
         raise InputError(Finding("file.missing"), file=path) from None

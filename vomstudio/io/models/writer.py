@@ -10,7 +10,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.geometry.units import WORLD_AXES, Axes
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class WriteRequest:
     force: bool
     progress: Progress
     inputs: tuple[Path, ...] = ()
-    axes: Axes = WORLD
+    axes: Axes = WORLD_AXES
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.geometry.units import WORLD_AXES, Axes
 from vomstudio.io.models.registration_file import (
     check_registration_target,
     registration_path,
@@ -33,7 +33,7 @@ GROUP = "vomstudio.writers"
 
 
 @functools.cache
-def find_all() -> LoadedPlugins[Writer]:
+def find_writer_plugins() -> LoadedPlugins[Writer]:
     """Return the writers of models, including plugins and their errors."""
     from vomstudio.io.models import writers
 
@@ -42,7 +42,7 @@ def find_all() -> LoadedPlugins[Writer]:
 
 def find_writers() -> tuple[Writer, ...]:
     """Return the writers of models, including plugins."""
-    return find_all().all
+    return find_writer_plugins().all
 
 
 def choose_writer(path: Path) -> Writer:
@@ -50,15 +50,15 @@ def choose_writer(path: Path) -> Writer:
     from vomstudio.io.models import writers
 
     suffix = path.suffix.lower()
-    if suffix in writers.USUAL:
-        module = importlib.import_module(f"{writers.__name__}.{writers.USUAL[suffix]}")
+    if suffix in writers.MODULES_BY_SUFFIX:
+        module = importlib.import_module(f"{writers.__name__}.{writers.MODULES_BY_SUFFIX[suffix]}")
         assert isinstance(module.WRITER, Writer)
         return module.WRITER
     for writer in find_writers():
         if suffix in writer.extensions:
             return writer
     endings = (extension for writer in find_writers() for extension in writer.extensions)
-    formats = ", ".join([*endings, *map(str, find_all().broken)])
+    formats = ", ".join([*endings, *map(str, find_writer_plugins().problems)])
     raise UsageError(Finding("output.unknown-format", suffix=suffix, formats=formats), file=path)
 
 
@@ -70,7 +70,7 @@ def write_model(
     force: bool = False,
     inputs: Iterable[Path] = (),
     progress: Progress | None = None,
-    axes: Axes = WORLD,
+    axes: Axes = WORLD_AXES,
     registration: Registration | None = None,
 ) -> list[Finding]:
     """Write a model in World in the format of the path's suffix, completely or not at all.
@@ -126,8 +126,11 @@ def write_model(
 def _require_finite(data: Mesh | PointCloud, path: Path) -> None:
     points = data.vertices if isinstance(data, Mesh) else data.points
     # Processed by column, which is many times faster than processing rows of three values.
-    bad_rows = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
-    if len(bad_rows):
+    invalid_rows = np.flatnonzero(
+        ~np.logical_and.reduce([np.isfinite(column) for column in points.T])
+    )
+    if len(invalid_rows):
         raise GeometryError(
-            Finding("model.not-finite", count=len(bad_rows), first_row=bad_rows[0]), file=path
+            Finding("model.not-finite", count=len(invalid_rows), first_row=invalid_rows[0]),
+            file=path,
         )

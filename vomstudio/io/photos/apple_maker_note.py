@@ -48,7 +48,7 @@ def acceleration(note: object) -> Vector | None:
     return None
 
 
-def down_in_photo(
+def gravity_in_photo(
     measured_vector: Vector, orientation: int, width: int, height: int
 ) -> Vector | None:
     """Return the direction of gravity in the frame of the rear camera, as a unit vector (3,).

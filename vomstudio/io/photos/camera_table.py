@@ -125,16 +125,18 @@ def similar_cameras(name: str, limit: int = 5) -> list[str]:
     """Return names from the table that contain the words of a name, or else are similar to it."""
     import difflib
 
-    normalized = _normalize(name)
+    normalized_name = _normalize(name)
     names = {
         _normalize(name): camera_label(camera_model.make, name) or name
         for camera_model in camera_models()
         for name in camera_model.names
     }
-    containing = [names[key] for key in names if normalized and normalized in key]
-    containing += [model.common_label for model in search_cameras(name) if normalized]
-    close = [names[key] for key in difflib.get_close_matches(normalized, names, limit, 0.6)]
-    return list(dict.fromkeys(containing + close))[:limit]
+    containing_names = [names[key] for key in names if normalized_name and normalized_name in key]
+    containing_names += [model.common_label for model in search_cameras(name) if normalized_name]
+    close_names = [
+        names[key] for key in difflib.get_close_matches(normalized_name, names, limit, 0.6)
+    ]
+    return list(dict.fromkeys(containing_names + close_names))[:limit]
 
 
 def _normalize(name: str) -> str:

@@ -20,7 +20,7 @@ from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.geometry.coordinate_limits import find_invalid_points
 
 FILE_NAME = "cameras.json"
@@ -61,12 +61,12 @@ def find_photos(cameras: Cameras, path: Path, other_folders: Sequence[Path] = ()
     The folders searched are `other_folders`, the stored folder, and folders next to the cameras
     file `path`.
     """
-    stored_photos = cameras.photos
+    stored_folder = cameras.photos
     folders = [
         *other_folders,
-        stored_photos if stored_photos.is_absolute() else path.parent / stored_photos,
+        stored_folder if stored_folder.is_absolute() else path.parent / stored_folder,
     ]
-    folders += [path.parent / stored_photos.name, path.parent / "photos", path.parent]
+    folders += [path.parent / stored_folder.name, path.parent / "photos", path.parent]
     names = [view.name for view in cameras.views[:3]]
     for folder in folders:
         if any((folder / name).is_file() for name in names):
@@ -203,7 +203,7 @@ def write_cameras_csv(
         )
         for view in cameras.views:
             lens = view.intrinsics
-            parameters = zip(MODELS[lens.model], lens.params, strict=True)
+            parameters = zip(CAMERA_MODELS[lens.model], lens.params, strict=True)
             writer.writerow(
                 [escape_formula(view.name)]
                 + [f"{value:.6f}" for value in view.centre + cameras.origin]

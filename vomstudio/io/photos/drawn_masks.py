@@ -71,13 +71,13 @@ def write_mask(path: Path, is_used: BoolArray) -> Path | None:
     from PIL.PngImagePlugin import PngInfo
 
     check_generated_path(path)
-    moved_file = back_up(path) if path.exists() and not is_own_mask(path) else None
+    backup = back_up(path) if path.exists() and not is_own_mask(path) else None
     png_info = PngInfo()
     png_info.add_text("Software", _SOFTWARE)
     image = Image.fromarray(is_used.astype(np.uint8) * np.uint8(255))
     with atomic_write(path, force=True) as temporary:
         image.save(temporary, format="PNG", compress_level=3, pnginfo=png_info)
-    return moved_file
+    return backup
 
 
 def is_own_mask(path: Path) -> bool:
@@ -120,9 +120,9 @@ def store_mask(
         return path, write_mask(path, is_used)
     if not path.exists():
         return None, None
-    moved_file = None if is_own_mask(path) else back_up(path)
+    backup = None if is_own_mask(path) else back_up(path)
     try:
         path.unlink()
     except OSError as error:
         raise TargetError(Finding("file.not-removed", reason=error.strerror), file=path) from error
-    return None, moved_file
+    return None, backup

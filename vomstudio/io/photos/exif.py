@@ -89,27 +89,27 @@ def exif_from_tags(
         orientation = 1
     latitude, longitude = _position(gps_tags, problems)
     altitude, reference = _altitude(gps_tags) if latitude is not None else (None, None)
-    zoom = _positive(tags.get(0xA404))
+    zoom = _positive_number(tags.get(0xA404))
     return Exif(
         make=_text(tags.get(0x010F)),
         model=_text(tags.get(0x0110)),
         serial=_text(tags.get(0xA431)),
         lens=_text(tags.get(0xA434)),
-        focal_mm=_positive(tags.get(0x920A)),
-        focal_35mm=_positive(tags.get(0xA405)),
+        focal_mm=_positive_number(tags.get(0x920A)),
+        focal_35mm=_positive_number(tags.get(0xA405)),
         focal_plane_px_per_mm=_focal_plane(tags),
         pixels=_pixels(tags),
         orientation=orientation or 1,
         taken_at=_date(tags),
-        exposure_s=_positive(tags.get(0x829A)) or _power(tags.get(0x9201), -1.0),
-        f_number=_positive(tags.get(0x829D)) or _aperture(tags),
-        iso=_positive(_first_value(tags.get(0x8827))),
+        exposure_s=_positive_number(tags.get(0x829A)) or _power(tags.get(0x9201), -1.0),
+        f_number=_positive_number(tags.get(0x829D)) or _aperture(tags),
+        iso=_positive_number(_first_value(tags.get(0x8827))),
         digital_zoom=zoom,
         latitude_deg=latitude,
         longitude_deg=longitude,
         altitude_m=altitude,
         altitude_reference=reference,
-        gps_accuracy_m=_positive(gps_tags.get(0x1F)),
+        gps_accuracy_m=_positive_number(gps_tags.get(0x1F)),
         direction_deg=_direction(gps_tags, problems),
         direction_north={"T": "true", "M": "magnetic"}.get(
             (_text(gps_tags.get(0x10)) or "").upper()
@@ -120,18 +120,20 @@ def exif_from_tags(
     )
 
 
-def _position(gps: Mapping[int, Any], problems: list[Finding]) -> tuple[float | None, float | None]:
-    if 2 not in gps and 4 not in gps:
+def _position(
+    gps_tags: Mapping[int, Any], problems: list[Finding]
+) -> tuple[float | None, float | None]:
+    if 2 not in gps_tags and 4 not in gps_tags:
         return None, None
-    status = _text(gps.get(9))
+    status = _text(gps_tags.get(9))
     if status == "V":
         problems.append(Finding("photo.position-without-fix"))
         return None, None
-    north, east = (_text(gps.get(tag)) or "" for tag in (1, 3))
-    latitude, longitude = _sexagesimal(gps.get(2)), _sexagesimal(gps.get(4))
+    north, east = (_text(gps_tags.get(tag)) or "" for tag in (1, 3))
+    latitude, longitude = _parse_sexagesimal(gps_tags.get(2)), _parse_sexagesimal(gps_tags.get(4))
     if latitude is None or longitude is None:
         problems.append(
-            Finding("photo.position-invalid", position=f"{gps.get(2)}, {gps.get(4)}"[:60])
+            Finding("photo.position-invalid", position=f"{gps_tags.get(2)}, {gps_tags.get(4)}"[:60])
         )
     elif north[:1].upper() not in ("N", "S") or east[:1].upper() not in ("E", "W"):
         problems.append(
@@ -151,20 +153,26 @@ def _position(gps: Mapping[int, Any], problems: list[Finding]) -> tuple[float | 
     return None, None
 
 
-def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
-    value = _number(gps.get(6))
+def _altitude(gps_tags: Mapping[int, Any]) -> tuple[float | None, str | None]:
+    value = _number(gps_tags.get(6))
     if value is None:
         return None, None
-    raw = gps.get(5, 0)
-    code = raw[0] if isinstance(raw, bytes) and raw else _whole_number(raw)
+    raw_reference = gps_tags.get(5, 0)
+    code = (
+        raw_reference[0]
+        if isinstance(raw_reference, bytes) and raw_reference
+        else _whole_number(raw_reference)
+    )
     # 2 and 3 were introduced with Exif 3.0.
-    is_below = code in (1, 3)
-    reference = "ellipsoid" if code in (2, 3) else "below sea level" if is_below else "sea level"
-    return (-value if is_below else value), reference
+    is_below_sea_level = code in (1, 3)
+    reference = (
+        "ellipsoid" if code in (2, 3) else "below sea level" if is_below_sea_level else "sea level"
+    )
+    return (-value if is_below_sea_level else value), reference
 
 
-def _direction(gps: Mapping[int, Any], problems: list[Finding]) -> float | None:
-    value = _number(gps.get(0x11))
+def _direction(gps_tags: Mapping[int, Any], problems: list[Finding]) -> float | None:
+    value = _number(gps_tags.get(0x11))
     if value is None:
         return None
     if not 0 <= value <= 360:
@@ -173,7 +181,7 @@ def _direction(gps: Mapping[int, Any], problems: list[Finding]) -> float | None:
     return value % 360.0
 
 
-def _sexagesimal(value: Any) -> float | None:
+def _parse_sexagesimal(value: Any) -> float | None:
     parts = [_number(part) for part in _sequence(value)[:3]]
     if not parts or parts[0] is None or parts[0] < 0:
         return None
@@ -183,7 +191,7 @@ def _sexagesimal(value: Any) -> float | None:
 
 
 def _focal_plane(tags: Mapping[int, Any]) -> float | None:
-    pixels_per_unit = _positive(tags.get(0xA20E))
+    pixels_per_unit = _positive_number(tags.get(0xA20E))
     unit = _UNITS_MM.get(_whole_number(tags.get(0xA210)) or 2)
     return pixels_per_unit / unit if pixels_per_unit and unit else None
 
@@ -200,9 +208,9 @@ def _date(tags: Mapping[int, Any]) -> datetime | None:
             date = datetime.strptime(text[:19].replace("-", ":"), "%Y:%m:%d %H:%M:%S")
         except ValueError:
             continue
-        part = _text(tags.get(0x9291)) if tag == 0x9003 else None
-        if part and part.isdigit():
-            date = date.replace(microsecond=int(float(f"0.{part}") * 1e6))
+        subseconds = _text(tags.get(0x9291)) if tag == 0x9003 else None
+        if subseconds and subseconds.isdigit():
+            date = date.replace(microsecond=int(float(f"0.{subseconds}") * 1e6))
         return date
     return None
 
@@ -226,7 +234,7 @@ def _number(value: Any) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def _positive(value: Any) -> float | None:
+def _positive_number(value: Any) -> float | None:
     number = _number(value)
     return number if number is not None and 0 < number < 1e9 else None
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MASK_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png")
 # A photo may be cropped by one or two rows and still have the same shape.
 MAX_SHAPE_DIFFERENCE = 0.01
-_MASK = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
+_MASK_STEM = re.compile(r"(?:[_.]mask)$", re.IGNORECASE)
 _FOLDER_NAMES = {"mask", "masks"}
 
 
@@ -28,7 +28,7 @@ def is_mask(path: Path, root: Path) -> bool:
     if path.suffix.lower() not in MASK_SUFFIXES:
         return False
     parent_names = path.relative_to(root).parts[:-1]
-    return bool(_MASK.search(path.stem)) or any(
+    return bool(_MASK_STEM.search(path.stem)) or any(
         name.casefold() in _FOLDER_NAMES for name in parent_names
     )
 
@@ -38,37 +38,37 @@ class MaskFinder:
 
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._masks_by_name = {self._key(path): path for path in masks}
-        self._stems: dict[Path, Counter[str]] = {}
-        self._outside: dict[Path, dict[tuple[Path, str], Path]] = {}
+        self._stem_counts: dict[Path, Counter[str]] = {}
+        self._neighbour_masks: dict[Path, dict[tuple[Path, str], Path]] = {}
         self._root = root
-        self._used: set[Path] = set()
+        self._used_masks: set[Path] = set()
 
     @staticmethod
     def _key(path: Path) -> tuple[Path, str]:
         return path.parent, path.name.casefold()
 
-    def mask_of(self, photo: Photo) -> tuple[Path | None, Finding | None]:
+    def find_mask(self, photo: Photo) -> tuple[Path | None, Finding | None]:
         """Return the mask of a photo, or the reason why the existing one is not used.
 
         If there are several masks, the first one is used, which is the one drawn with this program.
         """
         path = photo.path
-        positions = (
+        mask_paths = (
             self._masks_by_name.get(key) or self._neighbour_folder_mask(key)
-            for key in self._places(path)
+            for key in self._candidate_keys(path)
         )
         candidates = list(
             dict.fromkeys(
-                position for position in positions if position is not None and position != path
+                mask_path for mask_path in mask_paths if mask_path is not None and mask_path != path
             )
         )
-        self._used.update(candidates)
+        self._used_masks.update(candidates)
         return self._check_size(candidates[0], photo) if candidates else (None, None)
 
-    def _places(self, path: Path) -> Iterable[tuple[Path, str]]:
+    def _candidate_keys(self, path: Path) -> Iterable[tuple[Path, str]]:
         stem, name = path.stem.casefold(), path.name.casefold()
         mask_names = [f"{stem}_mask", f"{name}.mask", f"{name}_mask", f"{stem}.mask"]
-        if self._is_twin(path):
+        if self._has_twin(path):
             mask_names[:2] = mask_names[1::-1]
         for suffix in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
             for base in mask_names:
@@ -80,33 +80,33 @@ class MaskFinder:
                 for base in (*mask_names, name, stem):
                     yield folder, base + suffix
 
-    def _is_twin(self, path: Path) -> bool:
+    def _has_twin(self, path: Path) -> bool:
         """Return whether another photo in its folder differs only in its suffix.
 
         In this case, `drawn_masks.mask_path` assigns a separate mask to each of them.
         """
         folder = path.parent
-        if folder not in self._stems:
+        if folder not in self._stem_counts:
             try:
                 names = [path for path in folder.iterdir() if path.suffix.lower() in MASK_SUFFIXES]
             except OSError:
                 names = []
-            self._stems[folder] = Counter(name.stem.casefold() for name in names)
-        return self._stems[folder][path.stem.casefold()] > 1
+            self._stem_counts[folder] = Counter(name.stem.casefold() for name in names)
+        return self._stem_counts[folder][path.stem.casefold()] > 1
 
     def _neighbour_folder_mask(self, key: tuple[Path, str]) -> Path | None:
         """Return the mask in a folder next to the given one."""
         folder = key[0]
         if folder.parent != self._root.parent or folder.name not in _FOLDER_NAMES:
             return None
-        if folder not in self._outside:
+        if folder not in self._neighbour_masks:
             try:
-                self._outside[folder] = {
+                self._neighbour_masks[folder] = {
                     self._key(path): path for path in folder.iterdir() if path.is_file()
                 }
             except OSError:
-                self._outside[folder] = {}
-        return self._outside[folder].get(key)
+                self._neighbour_masks[folder] = {}
+        return self._neighbour_masks[folder].get(key)
 
     def _check_size(self, mask: Path, photo: Photo) -> tuple[Path | None, Finding | None]:
         try:
@@ -127,4 +127,4 @@ class MaskFinder:
         return None, Finding("mask.other-shape", **sizes)
 
     def unused_masks(self) -> list[Path]:
-        return [path for path in self._masks_by_name.values() if path not in self._used]
+        return [path for path in self._masks_by_name.values() if path not in self._used_masks]

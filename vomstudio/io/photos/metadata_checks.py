@@ -34,8 +34,8 @@ def signed_altitude(exif_m: float | None, xmp_m: float | None) -> float | None:
     """
     if exif_m is None or xmp_m is None:
         return exif_m
-    is_same_size = abs(abs(exif_m) - abs(xmp_m)) <= MAX_ROUNDING_M
-    return xmp_m if is_same_size and abs(exif_m - xmp_m) > MIN_CONTRADICTION_M else exif_m
+    has_same_magnitude = abs(abs(exif_m) - abs(xmp_m)) <= MAX_ROUNDING_M
+    return xmp_m if has_same_magnitude and abs(exif_m - xmp_m) > MIN_CONTRADICTION_M else exif_m
 
 
 def altitude_findings(photos: Sequence[Photo]) -> list[Finding]:
@@ -73,18 +73,18 @@ def drop_unmeasured_angles(photos: Sequence[Photo]) -> tuple[list[Photo], list[F
     for photo in photos:
         if photo.yaw_deg is not None:
             photos_by_camera[photo.camera].append(photo)
-    unmeasured = {
+    unmeasured_groups = {
         camera: group
         for camera, group in photos_by_camera.items()
         if all(photo.has_zero_angles for photo in group)
     }
     findings = [
         Finding("photo.angles-not-measured", photos=len(group), photo=group[0].name)
-        for group in unmeasured.values()
+        for group in unmeasured_groups.values()
     ]
     result = [
         replace(photo, yaw_deg=None, pitch_deg=None, roll_deg=None, has_zero_angles=False)
-        if photo.yaw_deg is not None and photo.camera in unmeasured
+        if photo.yaw_deg is not None and photo.camera in unmeasured_groups
         else photo
         for photo in photos
     ]

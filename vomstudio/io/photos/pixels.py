@@ -15,7 +15,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import (
     COLOR_BYTES,
     MASK_BYTES,
-    PHOTOS,
+    PHOTO_FORMATS,
     convert_to_8_bits,
     open_picture,
 )
@@ -41,7 +41,7 @@ def open_photo(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Itera
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with open_picture(path, PHOTOS, min_pixel_bytes=min_pixel_bytes) as image:
+            with open_picture(path, PHOTO_FORMATS, min_pixel_bytes=min_pixel_bytes) as image:
                 yield image
     except FileNotFoundError as error:
         raise InputError(Finding("file.missing"), file=path) from error
@@ -76,7 +76,9 @@ def rotate_upright(pixels: AnyArray, orientation: int) -> AnyArray:
     return np.ascontiguousarray(transpose(pixels))
 
 
-def pixels_upright(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:
+def rotate_pixels_upright(
+    pixels: npt.ArrayLike, orientation: int, width: int, height: int
+) -> FloatArray:
     """Return the positions of stored pixels (n, 2) in the upright image, in pixels."""
     x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
     a, b = {
@@ -92,7 +94,7 @@ def pixels_upright(pixels: npt.ArrayLike, orientation: int, width: int, height: 
     return np.column_stack([a, b])
 
 
-def orientation_of(photo: str | Path) -> int:
+def read_orientation(photo: str | Path) -> int:
     """Return the EXIF orientation, 1 to 8. Raises InputError."""
     from vomstudio.io.photos.exif import read_exif
 
@@ -100,7 +102,7 @@ def orientation_of(photo: str | Path) -> int:
         return read_exif(image).orientation
 
 
-def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
+def read_stored_image(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
     """Return a reduced image in the stored orientation.
 
     Returns
@@ -122,7 +124,7 @@ def read_stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int
     with open_photo(photo) as image:
         full_size = (image.width, image.height)
         orientation = read_exif(image).orientation
-        return np.asarray(_small(image, size, "RGB")), full_size, orientation
+        return np.asarray(_reduced_image(image, size, "RGB")), full_size, orientation
 
 
 def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
@@ -137,7 +139,7 @@ def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
     with open_photo(path) as image:
         orientation = read_exif(image).orientation
-        return rotate_upright(np.asarray(_small(image, size, "RGB")), orientation)
+        return rotate_upright(np.asarray(_reduced_image(image, size, "RGB")), orientation)
 
 
 def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
@@ -147,7 +149,7 @@ def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
     """
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
     with open_photo(path) as image:
-        return np.asarray(_small(image, size, "L"))
+        return np.asarray(_reduced_image(image, size, "L"))
 
 
 def read_mask(photo: Photo) -> BoolArray | None:
@@ -171,16 +173,16 @@ def read_mask(photo: Photo) -> BoolArray | None:
     return np.asarray(values > (0 if values.max(initial=0) <= 1 else 127))
 
 
-def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
+def _reduced_image(image: Image.Image, size: int | None, mode: str) -> Image.Image:
     from PIL import Image
 
     if size is not None and max(image.size) > size:
         image.draft(mode, (size, size))
     image = convert_to_8_bits(image)
     if size is not None and max(image.size) > size:
-        reduce = max(image.size) // (2 * size)
-        if reduce > 1:
-            image = image.reduce(reduce)
+        reduction = max(image.size) // (2 * size)
+        if reduction > 1:
+            image = image.reduce(reduction)
         scale = size / max(image.size)
         reduced_size = tuple(max(1, round(size * scale)) for size in image.size)
         image = image.resize((reduced_size[0], reduced_size[1]), Image.Resampling.BILINEAR)

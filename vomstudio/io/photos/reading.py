@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.io.photos.apple_maker_note import down_in_photo
+from vomstudio.io.photos.apple_maker_note import gravity_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
 from vomstudio.io.photos.mask_files import MASK_SUFFIXES, MAX_SHAPE_DIFFERENCE, MaskFinder, is_mask
@@ -112,7 +112,7 @@ class PhotoFolder(PrintableResult):
         return dict(groups)
 
 
-class NoPhotos(InputError):
+class NoPhotosError(InputError):
     """The folder exists, but none of its photos can be used."""
 
 
@@ -149,18 +149,18 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         try:
             photo, findings = _read(path, name)
         except InputError as error:
-            result.skipped.append((name, cause_of(error)))
+            result.skipped.append((name, cause_finding(error)))
             continue
-        mask, refusal = mask_finder.mask_of(photo)
-        if refusal:
-            findings.append(refusal)
+        mask, mask_finding = mask_finder.find_mask(photo)
+        if mask_finding:
+            findings.append(mask_finding)
         for finding in findings:
             problems[finding].append(name)
         result.photos.append(_add_mask(photo, mask))
     progress.step(len(candidates))
     for path in files:
         code = _UNSUPPORTED_CODES.get(path.suffix.lower())
-        if code and not _has_photo_beside(path, pictures):
+        if code and not _has_matching_photo(path, pictures):
             name = _to_printable(path.relative_to(root).as_posix())
             result.skipped.append((name, Finding(code)))
     for path in mask_finder.unused_masks():
@@ -174,7 +174,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     result.photos[:] = photos
     result.warnings.extend([*altitude_findings(photos), *findings])
     if not result.photos:
-        raise NoPhotos(_no_photos_finding(result.skipped, files), file=root)
+        raise NoPhotosError(_no_photos_finding(result.skipped, files), file=root)
     return result
 
 
@@ -219,7 +219,7 @@ def _list_files(root: Path) -> list[Path]:
         folders[:] = sorted(
             subfolder
             for subfolder in folders
-            if depth < MAX_DEPTH and not _is_other_folder(Path(folder, subfolder))
+            if depth < MAX_DEPTH and not _is_excluded_folder(Path(folder, subfolder))
         )
         files += (Path(folder, name) for name in names if not name.startswith("."))
     return sorted(
@@ -240,7 +240,7 @@ def _to_printable(name: str) -> str:
     return name.encode("utf-8", "replace").decode()
 
 
-def _is_other_folder(folder: Path) -> bool:
+def _is_excluded_folder(folder: Path) -> bool:
     """Return whether a folder is hidden, or belongs to a program, a project or a model."""
     if (folder / "request.json").is_file() and (folder / "work").is_dir():
         return True
@@ -288,7 +288,7 @@ def _drop_duplicates(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
         first_paths: dict[bytes, Path] = {}
         for path in candidates:
             try:
-                with open_regular(path) as file:
+                with open_regular_file(path) as file:
                     key = hashlib.file_digest(file, "sha256").digest()
             except (InputError, OSError):
                 continue
@@ -319,22 +319,22 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
         _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
         width, height = image.size
         tags = read_exif(image)
-        drone = read_drone_tags(_packet(image))
+        drone_tags = read_drone_tags(_packet(image))
         is_jpeg = image.format in ("JPEG", "MPO")
-    if drone.panorama:
+    if drone_tags.is_panorama:
         raise InputError(Finding("photo.panorama"))
     if is_jpeg and not has_jpeg_end(path):
         raise InputError(Finding("photo.truncated"))
-    focal, source, sensor, findings = _focal(tags, drone, width, height)
-    accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
+    focal, source, sensor, findings = _focal(tags, drone_tags, width, height)
+    accuracy = drone_tags.accuracy_m if drone_tags.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
-    altitude = signed_altitude(tags.altitude_m, drone.absolute_altitude_m)
+    altitude = signed_altitude(tags.altitude_m, drone_tags.absolute_altitude_m)
     has_contradiction = altitude != tags.altitude_m
     if has_contradiction and altitude is not None and reference != "ellipsoid":
         reference = "below sea level" if altitude < 0 else "sea level"
-    if drone.ellipsoidal and tags.altitude_m is not None:
+    if drone_tags.is_ellipsoidal and tags.altitude_m is not None:
         reference = "ellipsoid"
-    (yaw, pitch, roll), is_zero, is_comment = _angles(tags, drone)
+    (yaw, pitch, roll), has_zero_angles, has_comment_angles = _angles(tags, drone_tags)
     value_by_tag = {tag.name: getattr(tags, tag.name) for tag in fields(PhotoTags)} | {
         "altitude_m": altitude,
         "altitude_reference": reference,
@@ -351,37 +351,37 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
         focal_px=focal,
         focal_source=source,
         exif_altitude_m=tags.altitude_m if has_contradiction else None,
-        relative_altitude_m=drone.relative_altitude_m,
+        relative_altitude_m=drone_tags.relative_altitude_m,
         yaw_deg=yaw,
         pitch_deg=pitch,
         roll_deg=roll,
-        has_zero_angles=is_zero,
-        has_comment_angles=is_comment,
-        down=_down(tags, width, height),
+        has_zero_angles=has_zero_angles,
+        has_comment_angles=has_comment_angles,
+        down=_gravity_direction(tags, width, height),
     )
     return photo, [*tags.problems, *findings]
 
 
-def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
+def _angles(tags: Exif, drone_tags: DroneTags) -> tuple[Angles, bool, bool]:
     """Return yaw, pitch and roll, whether all are 0, and whether they are from a comment.
 
     Tags of the manufacturer take precedence over EXIF `UserComment`.
     """
     comment = comment_angles(tags.comment)
-    if drone.yaw_deg is not None and not (drone.has_zero_angles and comment):
-        angles = (drone.yaw_deg, drone.pitch_deg, drone.roll_deg)
-        return angles, drone.has_zero_angles, False
+    if drone_tags.yaw_deg is not None and not (drone_tags.has_zero_angles and comment):
+        angles = (drone_tags.yaw_deg, drone_tags.pitch_deg, drone_tags.roll_deg)
+        return angles, drone_tags.has_zero_angles, False
     if comment is None:
         return (None, None, None), False, False
     yaw, pitch, roll = comment
     return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll), True
 
 
-def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:
+def _gravity_direction(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:
     # The front camera faces the opposite direction.
     if tags.acceleration is None or "front" in (tags.lens or "").casefold():
         return None
-    return down_in_photo(tags.acceleration, tags.orientation, width, height)
+    return gravity_in_photo(tags.acceleration, tags.orientation, width, height)
 
 
 def _packet(image: object) -> bytes | str | None:
@@ -408,17 +408,17 @@ def has_jpeg_end(path: Path) -> bool:
     The marker does not occur inside the image (ITU T.81, B.1.1.5), and data that cameras append
     (previews, sound) do not matter.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         try:
-            scan = jpeg_scan_start(file)
+            scan_start = jpeg_scan_start(file)
         except HeaderError:
             return False
-        if scan is None:
+        if scan_start is None:
             return False
         end = file.seek(0, os.SEEK_END)
         block = 1 << 16
-        while end > scan:
-            start = max(scan, end - block)
+        while end > scan_start:
+            start = max(scan_start, end - block)
             file.seek(start)
             # One additional byte, for a marker across two blocks.
             if b"\xff\xd9" in file.read(end - start + 1):
@@ -428,7 +428,7 @@ def has_jpeg_end(path: Path) -> bool:
 
 
 def _focal(
-    tags: Exif, drone: DroneTags, width: int, height: int
+    tags: Exif, drone_tags: DroneTags, width: int, height: int
 ) -> tuple[float | None, str | None, float | None, list[Finding]]:
     """Return focal length in pixels, its source, sensor width in mm, and findings.
 
@@ -440,29 +440,30 @@ def _focal(
     long_side, short_side = max(width, height), min(width, height)
     original_long_side, note = float(long_side), ""
     if tags.pixels is not None:
-        original = max(tags.pixels), min(tags.pixels)
+        original_size = max(tags.pixels), min(tags.pixels)
         has_other_shape = (
-            abs(original[0] * short_side / (original[1] * long_side) - 1.0) > MAX_SHAPE_DIFFERENCE
+            abs(original_size[0] * short_side / (original_size[1] * long_side) - 1.0)
+            > MAX_SHAPE_DIFFERENCE
         )
-        if long_side > 1.02 * original[0]:
+        if long_side > 1.02 * original_size[0]:
             findings.append(
                 Finding(
                     "photo.enlarged",
                     size=f"{width} x {height}",
-                    original=f"{original[0]} x {original[1]}",
+                    original=f"{original_size[0]} x {original_size[1]}",
                 )
             )
-        elif has_other_shape and original[1] >= short_side:
+        elif has_other_shape and original_size[1] >= short_side:
             # Cropped and not resized, so the pixels are those of the sensor.
             original_long_side, note = (
-                float(original[0]),
-                f", cut from {original[0]} x {original[1]}",
+                float(original_size[0]),
+                f", cut from {original_size[0]} x {original_size[1]}",
             )
             findings.append(
                 Finding(
                     "photo.cropped",
                     size=f"{width} x {height}",
-                    original=f"{original[0]} x {original[1]}",
+                    original=f"{original_size[0]} x {original_size[1]}",
                 )
             )
     visible_share = long_side / original_long_side
@@ -484,8 +485,8 @@ def _focal(
                 focal = tags.focal_mm / sensor * original_long_side
                 return focal, f"focal plane resolution{note}", sensor * visible_share, findings
             findings.append(Finding("photo.sensor-unused", width_mm=sensor))
-    if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
-        return drone.focal_px, "calibration by the maker", None, findings
+    if drone_tags.focal_px is not None and 0.2 < drone_tags.focal_px / long_side < 20:
+        return drone_tags.focal_px, "calibration by the maker", None, findings
     return None, None, None, findings
 
 
@@ -493,7 +494,7 @@ def _add_mask(photo: Photo, mask: Path | None) -> Photo:
     return photo if mask is None else replace(photo, mask=mask)
 
 
-def _has_photo_beside(path: Path, photos: Sequence[Path]) -> bool:
+def _has_matching_photo(path: Path, photos: Sequence[Path]) -> bool:
     """Return whether there is a JPEG for a raw file, which therefore needs no finding."""
     return any(photo.parent == path.parent and photo.stem == path.stem for photo in photos)
 

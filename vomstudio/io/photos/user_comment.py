@@ -81,9 +81,9 @@ def comment_angles(text: str | None) -> Angles | None:
         values = angles.get(prefix)
         if values is None or not (values[0] and values[1]):
             continue
-        if any(len(values_of_axis) > 1 for values_of_axis in values):
+        if any(len(axis_values) > 1 for axis_values in values):
             return None
-        yaw, pitch, roll = (next(iter(values_of_axis), None) for values_of_axis in values)
+        yaw, pitch, roll = (next(iter(axis_values), None) for axis_values in values)
         assert yaw is not None
         assert pitch is not None
         is_plausible = (
@@ -98,5 +98,5 @@ def _utf16(data: bytes) -> str:
     """Decode UTF-16 of unknown byte order: in most characters, the high byte is 0."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", "replace")
-    is_big = data[::2].count(0) > data[1::2].count(0)
-    return data.decode("utf-16-be" if is_big else "utf-16-le", "replace")
+    is_big_endian = data[::2].count(0) > data[1::2].count(0)
+    return data.decode("utf-16-be" if is_big_endian else "utf-16-le", "replace")

@@ -40,7 +40,7 @@ class DroneTags:
         Height above the take-off position.
     accuracy_m : float or None
         Horizontal standard deviation of the camera position, as stated by the receiver.
-    ellipsoidal : bool
+    is_ellipsoidal : bool
         Whether heights refer to the ellipsoid.
     focal_px : float or None
         Focal length from the vendor's calibration.
@@ -53,14 +53,14 @@ class DroneTags:
     absolute_altitude_m: float | None = None
     relative_altitude_m: float | None = None
     accuracy_m: float | None = None
-    ellipsoidal: bool = False
+    is_ellipsoidal: bool = False
     focal_px: float | None = None
-    panorama: bool = False
+    is_panorama: bool = False
 
 
 def read_drone_tags(packet: bytes | str | None) -> DroneTags:
     """Read the tags of an XMP packet; damaged values are ignored."""
-    tags = flatten(packet)
+    tags = flatten_packet(packet)
     if not tags:
         return DroneTags()
     (yaw, pitch, roll), has_zero_angles = _angles(tags)
@@ -84,13 +84,13 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
         absolute_altitude_m=_number(tags, "AbsoluteAltitude"),
         relative_altitude_m=_number(tags, "RelativeAltitude"),
         accuracy_m=accuracy,
-        ellipsoidal=tags.get("AltitudeType", "").casefold().startswith("rtk"),
+        is_ellipsoidal=tags.get("AltitudeType", "").casefold().startswith("rtk"),
         focal_px=focal if focal is not None and focal > 0 else None,
-        panorama="ProjectionType" in tags or tags.get("UsePanoramaViewer", "").lower() == "true",
+        is_panorama="ProjectionType" in tags or tags.get("UsePanoramaViewer", "").lower() == "true",
     )
 
 
-def flatten(packet: bytes | str | None) -> dict[str, str]:
+def flatten_packet(packet: bytes | str | None) -> dict[str, str]:
     """Return the properties of a packet by their local names.
 
     Properties inside structures are named `Struct/Member`.
@@ -112,18 +112,18 @@ def flatten(packet: bytes | str | None) -> dict[str, str]:
         return {}
     tags: dict[str, str] = {}
     for description in root.iter("{http://www.w3.org/1999/02/22-rdf-syntax-ns#}Description"):
-        _collect(description, "", tags)
+        _collect_tags(description, "", tags)
     return tags
 
 
 def _text_between(data: bytes, start: bytes, end: bytes) -> bytes:
     """Return the part from the first `start` to the next `end`, in one pass."""
     start_position = data.find(start)
-    last = data.find(end, start_position) if start_position >= 0 else -1
-    return data[start_position : last + len(end)] if last >= 0 else b""
+    end_position = data.find(end, start_position) if start_position >= 0 else -1
+    return data[start_position : end_position + len(end)] if end_position >= 0 else b""
 
 
-def _collect(element: Element, prefix: str, tags: dict[str, str]) -> None:
+def _collect_tags(element: Element, prefix: str, tags: dict[str, str]) -> None:
     for key, value in element.items():
         tags.setdefault(prefix + _name(key), value.strip())
     for child in element:
@@ -134,12 +134,12 @@ def _collect(element: Element, prefix: str, tags: dict[str, str]) -> None:
             child_prefix = (
                 prefix if name.endswith(("Description", "Seq", "Bag", "li")) else name + "/"
             )
-            _collect(child, child_prefix, tags)
+            _collect_tags(child, child_prefix, tags)
 
 
 def _name(key: str) -> str:
-    space, _, local = key.rpartition("}")
-    return f"Camera:{local}" if _PIX4D in space.casefold() else local
+    namespace, _, local_name = key.rpartition("}")
+    return f"Camera:{local_name}" if _PIX4D in namespace.casefold() else local_name
 
 
 def _angles(tags: Mapping[str, str]) -> tuple[Angles, bool]:

@@ -39,14 +39,14 @@ def parse_columns(text: str | None) -> dict[str, str]:
     """
     columns: dict[str, str] = {}
     for item in (text or "").split(",") if text is not None else ():
-        name, sign, meaning = (part.strip() for part in item.rpartition("="))
-        if not (name and sign and meaning):
+        name, equals_sign, meaning = (part.strip() for part in item.rpartition("="))
+        if not (name and equals_sign and meaning):
             raise UsageError(Finding("columns.invalid", text=item.strip()), field="--columns")
-        columns[name] = known_meaning(meaning)
+        columns[name] = parse_meaning(meaning)
     return columns
 
 
-def known_meaning(text: str) -> str:
+def parse_meaning(text: str) -> str:
     """Return a known meaning or alias in its usual form.
 
     Parameters

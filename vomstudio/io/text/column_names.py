@@ -25,12 +25,12 @@ def _remove_brackets(text: str) -> str:
     quadratic.
     """
     parts, offset = [], 0
-    while opening := _OPENING.search(text, offset):
-        closing = _CLOSING.search(text, opening.end())
-        if closing is None:
+    while opening_match := _OPENING.search(text, offset):
+        closing_match = _CLOSING.search(text, opening_match.end())
+        if closing_match is None:
             break
-        parts += [text[offset : opening.start()], " "]
-        offset = closing.end()
+        parts += [text[offset : opening_match.start()], " "]
+        offset = closing_match.end()
     return "".join([*parts, text[offset:]])
 
 

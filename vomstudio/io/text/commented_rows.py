@@ -65,16 +65,16 @@ def commented_rows(
         cells = split_row(line.strip()[1:])
         if sample:
             # The label may be the entire first cell.
-            is_like_row = len(cells) == width and all(
+            resembles_row = len(cells) == width and all(
                 is_number(cells[column]) for column in columns if column
             )
         else:
-            is_like_row = len(cells) >= width and sum(map(is_number, cells)) >= 2
-        if is_like_row and len(columns) >= 2:
+            resembles_row = len(cells) >= width and sum(map(is_number, cells)) >= 2
+        if resembles_row and len(columns) >= 2:
             line_numbers.append(line_number)
     return line_numbers
 
 
-def commented_finding(lines: Sequence[int], severity: Severity = "warning") -> Finding:
+def commented_rows_finding(lines: Sequence[int], severity: Severity = "warning") -> Finding:
     """Return the finding about lines that are comments but look like rows."""
     return Finding("table.commented-rows", severity, count=len(lines), lines=lines)

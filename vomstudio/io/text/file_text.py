@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import refuse_other_kind, require_text
-from vomstudio.core.files.regular import folder_finding, is_regular, read_pipe, read_whole
+from vomstudio.core.files.regular import folder_finding, is_regular_file, read_pipe, read_whole_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
@@ -17,7 +17,7 @@ MAX_LINES = 2_000_000
 """Maximum number of lines of a numerical table; a line takes about 200 bytes of memory."""
 MAX_OBJECTS = 300_000
 """Maximum for tables of features, photos or marks, each of which takes up to 1.5 kB of memory."""
-_LONG_TEXT = 20_000_000
+_MIN_LONG_TEXT_LENGTH = 20_000_000
 _MIN_LINE_LENGTH = 4  # average number of characters in a long file: "0,0" and a line feed
 
 
@@ -42,9 +42,9 @@ def read_bytes(path: Path) -> bytes:
     if size > MAX_FILE_BYTES:
         raise InputError(Finding("table.too-large", size_gib=size / 2**30), file=path)
     try:
-        if not is_regular(path):
+        if not is_regular_file(path):
             return read_pipe(path, MAX_FILE_BYTES)
-        return read_whole(path)
+        return read_whole_file(path)
     except PermissionError as error:
         raise InputError(Finding("file.no-permission"), file=path) from error
     except OSError as error:
@@ -103,7 +103,7 @@ def read_text(
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     line_count = text.count("\n")
-    if len(text) > _LONG_TEXT and line_count * _MIN_LINE_LENGTH > len(text):
+    if len(text) > _MIN_LONG_TEXT_LENGTH and line_count * _MIN_LINE_LENGTH > len(text):
         raise InputError(Finding("file.inflated"), file=path)
     refuse_many_lines(path, line_count, max_lines)
     return text, notes

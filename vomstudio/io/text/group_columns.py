@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from vomstudio.core.findings import Finding
 
-COLUMNS = ("kind", "set")
+GROUP_COLUMNS = ("kind", "set")
 
 Group = TypeVar("Group", bound=Hashable)
 Words = dict[str, dict[Group, str]]
@@ -44,7 +44,7 @@ def group_words(
         words_by_column[column] = {
             name: min(words) for name, words in words_by_group.items() if len(words) == 1
         }
-        several = [str(name) for name, words in words_by_group.items() if len(words) > 1]
-        if several:
-            findings.append(Finding("table.several-words", column=column, names=several))
+        ambiguous_names = [str(name) for name, words in words_by_group.items() if len(words) > 1]
+        if ambiguous_names:
+            findings.append(Finding("table.several-words", column=column, names=ambiguous_names))
     return words_by_column, findings

@@ -18,12 +18,12 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import check_coordinates, check_error
 from vomstudio.io.text.column_names import normalise_name
-from vomstudio.io.text.commented_rows import commented_finding
+from vomstudio.io.text.commented_rows import commented_rows_finding
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.rows import parse_number, shorten
 from vomstudio.io.text.tables import TextTable, read_table
 
-LABEL = (
+LABEL_NAMES = (
     "label",
     "name",
     "point",
@@ -38,7 +38,7 @@ LABEL = (
     "nombre",
     "punto",
 )
-PHOTO = (
+PHOTO_NAMES = (
     "photo",
     "image",
     "image name",
@@ -109,16 +109,16 @@ WORLD = (
     ),
 )
 """Names of the columns for the World coordinates x, y and z."""
-_SIGMA = (
+_SIGMA_NAMES = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
     ("sigma y", "accuracy y", "error y", "sy", "sigma north", "sigma n"),
     ("sigma z", "accuracy z", "error z", "sz", "sigma up", "sigma h"),
 )
-_SIGMA_ALL = ("sigma", "accuracy", "sigma m", "accuracy m")
+_COMMON_SIGMA_NAMES = ("sigma", "accuracy", "sigma m", "accuracy m")
 _TEXT_COLUMNS = {"label", "photo", "from", "to"}
-_INTEGER = re.compile(r"[+-]?\d+")
-_CONTROL = {"", "control", "yes", "true", "1", "gcp"}
-_CHECK = {"check", "no", "false", "0"}
+_INTEGER_CELL = re.compile(r"[+-]?\d+")
+_CONTROL_WORDS = {"", "control", "yes", "true", "1", "gcp"}
+_CHECK_WORDS = {"check", "no", "false", "0"}
 
 
 class NamedTable:
@@ -138,8 +138,8 @@ class NamedTable:
             table = _add_header(table, order)
         if not len(table):
             finding = (
-                commented_finding(table.commented, "error")
-                if table.commented
+                commented_rows_finding(table.commented_lines, "error")
+                if table.commented_lines
                 else Finding("table.no-rows")
             )
             raise InputError(finding, file=table.path, line=table.header_line)
@@ -149,8 +149,8 @@ class NamedTable:
     @property
     def notes(self) -> tuple[Finding, ...]:
         """Findings about comments that look like rows."""
-        lines = self.table.commented
-        return (commented_finding(lines),) if lines else ()
+        lines = self.table.commented_lines
+        return (commented_rows_finding(lines),) if lines else ()
 
     def _find(self, names: Sequence[str]) -> int | None:
         for name in names:
@@ -202,7 +202,7 @@ class NamedTable:
             raise self.cell_error(int(row), Finding("table.value-missing"), title[int(column)])
         return values
 
-    def positive(self, names: Sequence[str], title: str) -> FloatArray:
+    def positive_numbers(self, names: Sequence[str], title: str) -> FloatArray:
         """Return the positive numbers (n,) in a column, NaN if missing."""
         column = self._find(names)
         if column is None:
@@ -217,30 +217,30 @@ class NamedTable:
 
     def sigma(self) -> FloatArray:
         """Return the standard errors (n, 3) of x, y and z in metres."""
-        if any(self.has(names) for names in _SIGMA):
+        if any(self.has(names) for names in _SIGMA_NAMES):
             title = ("sigma_x", "sigma_y", "sigma_z")
             return np.column_stack(
                 [
-                    self.positive(n, column_title)
-                    for n, column_title in zip(_SIGMA, title, strict=True)
+                    self.positive_numbers(n, column_title)
+                    for n, column_title in zip(_SIGMA_NAMES, title, strict=True)
                 ]
             )
-        return np.repeat(self.positive(_SIGMA_ALL, "sigma")[:, None], 3, axis=1)
+        return np.repeat(self.positive_numbers(_COMMON_SIGMA_NAMES, "sigma")[:, None], 3, axis=1)
 
-    def uses(self) -> BoolArray:
+    def is_check_point(self) -> BoolArray:
         """Return whether each row (n,) is a check point."""
         column = self._find(("use", "role", "type"))
         if column is None:
             return np.zeros(len(self.table), bool)
         texts = [cell.casefold() for cell in self.table.cells(column)]
         for row, word in enumerate(texts):
-            if word not in _CONTROL | _CHECK:
+            if word not in _CONTROL_WORDS | _CHECK_WORDS:
                 raise self.cell_error(
                     row,
                     Finding("table.unknown-word", cell=shorten(word), words=("control", "check")),
                     "use",
                 )
-        return np.array([word in _CHECK for word in texts], bool)
+        return np.array([word in _CHECK_WORDS for word in texts], bool)
 
     def require_unique(self, labels: Sequence[str]) -> None:
         """Raise InputError if a label is repeated."""
@@ -310,7 +310,7 @@ def _refuse_decimal_commas(table: TextTable, column_names: Sequence[str]) -> Non
     ):
         return
     rows = [row[text_count:] for row in table.rows]
-    if not all(_INTEGER.fullmatch(cell) for row in rows for cell in row):
+    if not all(_INTEGER_CELL.fullmatch(cell) for row in rows for cell in row):
         return
     decimals = [cell for row in rows for cell in row[1::2]]
     if any(cell[0] in "+-" for cell in decimals):

@@ -70,7 +70,7 @@ _LINE_CODE = re.compile(r"l\d*")
 _GEMS_FIELD = "orientationconfidencedegrees"
 _GEMPY_FIELDS = {"azimuth", "dip", "polarity"}
 _LOOP_FIELDS = {"featurename", "nx", "ny", "nz", "interface"}
-_AXIS = re.compile(r"k([123])(?:dec|declination|trend|azi)")
+_PRINCIPAL_AXIS = re.compile(r"k([123])(?:dec|declination|trend|azi)")
 """Declination of a principal axis of the magnetic susceptibility, such as K1dec."""
 _AXIS_PLUNGES = ("inc", "inclination", "plunge")
 _COMPASS_POINT = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
@@ -95,16 +95,16 @@ class OrientationColumns:
     def _find_columns(self) -> dict[str, int]:
         """Return the columns by meaning; a repeated meaning is an error only if it is used."""
         columns: dict[str, int] = {}
-        self._repeated: dict[str, list[str]] = {}
+        self._repeated_names: dict[str, list[str]] = {}
         for i, name in enumerate(self.table.names or ()):
-            for quantity, aliases in ALIASES.items():
+            for meaning, aliases in ALIASES.items():
                 if normalise_name(name) not in aliases:
                     continue
-                if quantity in columns:
-                    first_label = self.table.label(columns[quantity])
-                    self._repeated.setdefault(quantity, [first_label]).append(name)
+                if meaning in columns:
+                    first_label = self.table.label(columns[meaning])
+                    self._repeated_names.setdefault(meaning, [first_label]).append(name)
                 else:
-                    columns[quantity] = i
+                    columns[meaning] = i
         if "set" not in columns:
             for i, name in enumerate(self.table.names or ()):
                 if normalise_name(name) == "domain":
@@ -120,11 +120,13 @@ class OrientationColumns:
         """Return the first column with a meaning, or None."""
         return self._columns.get(meaning)
 
-    def take(self, meaning: str) -> int | None:
+    def find_unique(self, meaning: str) -> int | None:
         """Return the column with a meaning, or None. Raises InputError if there are several."""
-        if meaning in self._repeated:
+        if meaning in self._repeated_names:
             raise InputError(
-                Finding("table.repeated-column", column=meaning, columns=self._repeated[meaning]),
+                Finding(
+                    "table.repeated-column", column=meaning, columns=self._repeated_names[meaning]
+                ),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=meaning,
@@ -154,11 +156,13 @@ class OrientationColumns:
         names = [normalise_name(name) for name in self.table.names or ()]
         axes = {}
         for i, name in enumerate(names):
-            if (match := _AXIS.fullmatch(name)) is None:
+            if (match := _PRINCIPAL_AXIS.fullmatch(name)) is None:
                 continue
             plunges = [f"k{match[1]}{word}" for word in _AXIS_PLUNGES]
-            if (place := next((j for j, n in enumerate(names) if n in plunges), None)) is not None:
-                axes[f"K{match[1]}"] = (i, place)
+            if (
+                plunge_column := next((j for j, n in enumerate(names) if n in plunges), None)
+            ) is not None:
+                axes[f"K{match[1]}"] = (i, plunge_column)
         return dict(sorted(axes.items()))
 
     def attitude_column(self) -> int | None:
@@ -206,14 +210,14 @@ class OrientationColumns:
         if cells is None:
             return self._overturned_polarity(rows)
         flags = [is_overturned(cell) for cell in cells]
-        unclear = [i for i, flag in enumerate(flags) if flag is None]
-        if unclear:
+        unclear_rows = [i for i, flag in enumerate(flags) if flag is None]
+        if unclear_rows:
             self.warnings.append(
                 Finding(
                     "orientation.unclear-overturned",
                     column=self.quoted_names(self._columns["overturned"]),
-                    word=cells[unclear[0]],
-                    lines=[int(self.table.line_numbers[rows[i]]) for i in unclear],
+                    word=cells[unclear_rows[0]],
+                    lines=[int(self.table.line_numbers[rows[i]]) for i in unclear_rows],
                 )
             )
         return tuple(
@@ -244,7 +248,7 @@ class OrientationColumns:
             is_outside & ((values < _MIN_AZIMUTH_DEG) | (values > _MAX_AZIMUTH_DEG))
         )
         if is_invalid.any():
-            raise self._outside(
+            raise self._out_of_range_error(
                 int(np.argmax(is_invalid)), column, values, _MIN_AZIMUTH_DEG, _MAX_AZIMUTH_DEG
             )
         self.report_wrapped(column, [int(n) for n in self.table.line_numbers[is_outside]])
@@ -262,15 +266,17 @@ class OrientationColumns:
                 )
             )
 
-    def inclinations(self, column: int, lowest_value: float) -> FloatArray:
+    def inclinations(self, column: int, min_value: float) -> FloatArray:
         """Return dips or plunges (n,) in [lowest, 90], in degrees. Raises InputError."""
         values = self._angles(column, parse_angle)
-        is_outside = ~np.isnan(values) & ~((values >= lowest_value) & (values <= 90.0))
+        is_outside = ~np.isnan(values) & ~((values >= min_value) & (values <= 90.0))
         if is_outside.any():
-            raise self._outside(int(np.argmax(is_outside)), column, values, lowest_value, 90.0)
+            raise self._out_of_range_error(
+                int(np.argmax(is_outside)), column, values, min_value, 90.0
+            )
         return values
 
-    def _angles(self, column: int, read: Callable[[str], float]) -> FloatArray:
+    def _angles(self, column: int, parse: Callable[[str], float]) -> FloatArray:
         """Return numbers (n,) from numerical cells or field notation (N45E, 45°)."""
         try:
             return self.table.numbers([column])[:, 0]
@@ -278,14 +284,14 @@ class OrientationColumns:
             cells = self.table.cells(column)
             if not any(map(_FIELD_NOTATION.search, cells)):
                 raise
-        return np.array([self._angle(i, column, cell, read) for i, cell in enumerate(cells)])
+        return np.array([self._angle(i, column, cell, parse) for i, cell in enumerate(cells)])
 
-    def _angle(self, row: int, column: int, cell: str, read: Callable[[str], float]) -> float:
+    def _angle(self, row: int, column: int, cell: str, parse: Callable[[str], float]) -> float:
         number = parse_number(cell, decimal_comma=self.table.delimiter in ";\t")
         if number is not None:
             return number
         try:
-            return read(cell)
+            return parse(cell)
         except InputError as error:
             raise InputError(
                 error,
@@ -294,15 +300,15 @@ class OrientationColumns:
                 field=self.table.label(column),
             ) from error
 
-    def _outside(
-        self, row: int, column: int, values: FloatArray, lowest_value: float, highest_value: float
+    def _out_of_range_error(
+        self, row: int, column: int, values: FloatArray, min_value: float, max_value: float
     ) -> InputError:
         value = float(values[row])
-        if (lowest_value, highest_value) == (0.0, 90.0) and 90.0 < value < 180.0:
+        if (min_value, max_value) == (0.0, 90.0) and 90.0 < value < 180.0:
             finding = Finding("orientation.overturned-dip", value=value, dip=180.0 - value)
         else:
             finding = Finding(
-                "angle.out-of-range", value=value, minimum=lowest_value, maximum=highest_value
+                "angle.out-of-range", value=value, minimum=min_value, maximum=max_value
             )
         return InputError(
             finding,
@@ -332,7 +338,7 @@ def is_attitude(cell: str) -> bool:
     -------
     bool
     """
-    if not any(sign in cell for sign in "/→>") and _QUADRANT_PAIR.search(cell) is None:
+    if not any(separator in cell for separator in "/→>") and _QUADRANT_PAIR.search(cell) is None:
         return False
     try:
         parse_plane(cell)
@@ -354,7 +360,7 @@ def has_orientations(names: Sequence[str]) -> bool:
     """
     words = {normalise_name(name) for name in names}
     return any(words & ALIASES[meaning] for meaning in _ANGLE_MEANINGS) or any(
-        _AXIS.fullmatch(word) for word in words
+        _PRINCIPAL_AXIS.fullmatch(word) for word in words
     )
 
 
@@ -369,7 +375,7 @@ _ANGLE_MEANINGS = (
 )
 
 
-def convention_in_name(path: Path) -> Azimuth | None:
+def parse_convention(path: Path) -> Azimuth | None:
     """Return the convention stated in a file name such as `fold_strike_dip.txt`, or None."""
     name = normalise_name(path.stem)
     conventions: list[Azimuth] = []

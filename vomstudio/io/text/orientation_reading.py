@@ -27,9 +27,9 @@ from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.orientation_columns import (
     Azimuth,
     OrientationColumns,
-    convention_in_name,
     has_orientations,
     is_attitude,
+    parse_convention,
 )
 from vomstudio.io.text.registration_comments import stated_bowing_deg, table_rotation_errors
 from vomstudio.io.text.repeated_rows import exclude_repeats
@@ -39,7 +39,7 @@ from vomstudio.io.text.tables import TextTable
 _QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
 """Column names that denote a dip quadrant if the cells are compass points."""
 _PLANE, _LINE, _NONE = 1, 2, 0
-BY_FILE_NAME = to_translate("no header: strike or dip direction by file name")
+FILE_NAME_CONVENTION = to_translate("no header: strike or dip direction by file name")
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,14 +168,18 @@ class _TableReader:
         meanings = ("strike", "dip direction", "azimuth", "trend")
         names = self.table.names
         meaning = next(
-            (quantity for quantity in meanings if self.columns.take(quantity) is not None),
+            (
+                candidate
+                for candidate in meanings
+                if self.columns.find_unique(candidate) is not None
+            ),
             "azimuth",
         )
-        column = 0 if names is None else self.columns.take(meaning) or 0
+        column = 0 if names is None else self.columns.find_unique(meaning) or 0
         if meaning == "azimuth":
             meaning = {"strike": "strike", "dipdir": "dip direction"}.get(self.azimuth or "", "")
             if not meaning:
-                raise self._ambiguous_azimuth(column)
+                raise self._ambiguous_azimuth_error(column)
         azimuths = self.columns.azimuths(column, np.zeros(len(self.table), bool))
         if meaning == "trend":
             self.trend = azimuths
@@ -195,7 +199,7 @@ class _TableReader:
         self._read_planes()
         self._read_lines()
         if not self.conventions:
-            raise self._no_orientations()
+            raise self._no_orientations_error()
         return self._table(
             np.isfinite(self.dip_direction) & np.isfinite(self.dip),
             np.isfinite(self.trend) & np.isfinite(self.plunge),
@@ -227,17 +231,17 @@ class _TableReader:
         if overturned is None and self.is_downward is not None:
             overturned = tuple(self.is_downward[row_indices].tolist())
 
-        def select(values: FloatArray, mask: BoolArray) -> FloatArray:
+        def select_values(values: FloatArray, mask: BoolArray) -> FloatArray:
             return np.where(mask, values[row_indices], np.nan)
 
         return OrientationTable(
             table=table,
             row_indices=row_indices,
             is_plane=is_plane,
-            dip_direction_deg=select(self.dip_direction, is_plane),
-            dip_deg=select(self.dip, is_plane),
-            trend_deg=select(self.trend, ~is_plane),
-            plunge_deg=select(self.plunge, ~is_plane),
+            dip_direction_deg=select_values(self.dip_direction, is_plane),
+            dip_deg=select_values(self.dip, is_plane),
+            trend_deg=select_values(self.trend, ~is_plane),
+            plunge_deg=select_values(self.plunge, ~is_plane),
             ids=self.columns.words("id", row_indices)
             or tuple(str(row_index + 1) for row_index in row_indices),
             kinds=self.columns.words("kind", row_indices),
@@ -255,18 +259,21 @@ class _TableReader:
         if table.names is None:
             self._read_headerless()
             return
-        attitude, dip = self.columns.take("attitude"), self.columns.take("dip")
-        strike, direction = self.columns.take("strike"), self.columns.take("dip direction")
-        azimuth = self.columns.take("azimuth")
-        is_named = strike is not None or direction is not None
+        attitude, dip = self.columns.find_unique("attitude"), self.columns.find_unique("dip")
+        strike, direction = (
+            self.columns.find_unique("strike"),
+            self.columns.find_unique("dip direction"),
+        )
+        azimuth = self.columns.find_unique("azimuth")
+        has_named_azimuth = strike is not None or direction is not None
         if dip is None:
-            inclination = self.columns.take("inclination")
-            if inclination is not None and azimuth is not None and not is_named:
+            inclination = self.columns.find_unique("inclination")
+            if inclination is not None and azimuth is not None and not has_named_azimuth:
                 self._read_inclinations(azimuth, inclination)
                 return
-            dip = inclination if is_named else None
+            dip = inclination if has_named_azimuth else None
         if dip is None:
-            if is_named and attitude is None:
+            if has_named_azimuth and attitude is None:
                 raise InputError(
                     Finding(
                         "table.missing-column", column="dip", columns=table.names, names=("dip",)
@@ -277,7 +284,7 @@ class _TableReader:
                 )
             self._read_planes_without_dip(attitude)
             return
-        quadrant = self.columns.take("quadrant")
+        quadrant = self.columns.find_unique("quadrant")
         if (
             strike is not None
             and direction is not None
@@ -348,10 +355,10 @@ class _TableReader:
                 line=int(self.table.line_numbers[0]),
             )
         is_given = self.azimuth is not None
-        self.azimuth = self.azimuth or convention_in_name(self.table.path)
+        self.azimuth = self.azimuth or parse_convention(self.table.path)
         self._read_azimuth(0, 1)
         if not is_given:
-            self.conventions.append(tr(BY_FILE_NAME))
+            self.conventions.append(tr(FILE_NAME_CONVENTION))
 
     def _read_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
@@ -359,9 +366,9 @@ class _TableReader:
         elif self.azimuth == "dipdir" or self.columns.are_gempy_fields:
             self._read_dip_direction(azimuth, dip)
         else:
-            raise self._ambiguous_azimuth(azimuth)
+            raise self._ambiguous_azimuth_error(azimuth)
 
-    def _ambiguous_azimuth(self, column: int) -> UsageError:
+    def _ambiguous_azimuth_error(self, column: int) -> UsageError:
         has_names = self.table.names is not None
         name = self.table.label(column)
         example = f"{name}=dip_direction" if has_names else "1=trend,2=plunge"
@@ -438,8 +445,11 @@ class _TableReader:
 
     def _read_planes_without_dip(self, attitude: int | None) -> None:
         """Read planes as poles, as normals, or as text with both angles."""
-        normals = [self.columns.take(f"normal {axis}") for axis in "xyz"]
-        trend, plunge = self.columns.take("pole trend"), self.columns.take("pole plunge")
+        normals = [self.columns.find_unique(f"normal {axis}") for axis in "xyz"]
+        trend, plunge = (
+            self.columns.find_unique("pole trend"),
+            self.columns.find_unique("pole plunge"),
+        )
         if trend is not None and plunge is not None:
             inclinations = self.columns.inclinations(plunge, 0.0)
             self.dip_direction = wrap360(self.columns.azimuths(trend, inclinations == 90.0) + 180.0)
@@ -465,10 +475,12 @@ class _TableReader:
         length = np.linalg.norm(normals, axis=1)
         with np.errstate(invalid="ignore"):
             is_valid = np.isfinite(length) & (length > 0.0)
-            upward = normals / np.where(is_valid, length, np.nan)[:, None]
-            upward *= np.where(upward[:, 2] < 0.0, -1.0, 1.0)[:, None]
-            self.dip = np.degrees(np.arccos(np.clip(upward[:, 2], -1.0, 1.0)))
-            self.dip_direction = wrap360(np.degrees(np.arctan2(upward[:, 0], upward[:, 1])))
+            upward_normals = normals / np.where(is_valid, length, np.nan)[:, None]
+            upward_normals *= np.where(upward_normals[:, 2] < 0.0, -1.0, 1.0)[:, None]
+            self.dip = np.degrees(np.arccos(np.clip(upward_normals[:, 2], -1.0, 1.0)))
+            self.dip_direction = wrap360(
+                np.degrees(np.arctan2(upward_normals[:, 0], upward_normals[:, 1]))
+            )
         self.dip_direction[self.dip == 0.0] = 0.0
         if self.columns.are_loop_fields:
             self.is_downward = np.asarray(normals[:, 2] < 0.0)
@@ -490,7 +502,9 @@ class _TableReader:
             )
         )
         has_letters = [
-            any(sign.isalpha() for sign in cell) for cell in self.table.cells(column) if cell
+            any(character.isalpha() for character in cell)
+            for cell in self.table.cells(column)
+            if cell
         ]
         if any(has_letters) and not all(has_letters):
             self.warnings.append(
@@ -505,7 +519,7 @@ class _TableReader:
 
     def _read_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(column) for column in columns]
-        wrapped_rows: list[int] = []
+        wrapped_lines: list[int] = []
         for i, row_cells in enumerate(zip(*cells, strict=True)):
             if not all(row_cells[:2]) or any(
                 word.casefold() in ("nan", "na") for word in row_cells[:2]
@@ -521,9 +535,9 @@ class _TableReader:
                     field=self.table.label(columns[0]),
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
-            if (azimuth := _plain_number(row_cells[0])) is not None and azimuth > 360.0:
-                wrapped_rows.append(int(self.table.line_numbers[i]))
-        self.columns.report_wrapped(columns[0], wrapped_rows)
+            if (azimuth := _parse_plain_number(row_cells[0])) is not None and azimuth > 360.0:
+                wrapped_lines.append(int(self.table.line_numbers[i]))
+        self.columns.report_wrapped(columns[0], wrapped_lines)
 
     def _compare_strike(self, strike: int) -> None:
         """Compare the strike with the dip direction, which is used if they disagree."""
@@ -532,17 +546,17 @@ class _TableReader:
         except InputError:
             return
         difference_deg = np.abs(wrap360(strikes + 90.0 - self.dip_direction + 180.0) - 180.0)
-        is_stated = np.isfinite(difference_deg) & (self.dip > 0)
-        differing = np.flatnonzero((difference_deg > 1.5) & is_stated)
-        if len(differing) and (difference_deg[is_stated] > 180.0 - 1.5).all():
+        has_strike = np.isfinite(difference_deg) & (self.dip > 0)
+        differing_rows = np.flatnonzero((difference_deg > 1.5) & has_strike)
+        if len(differing_rows) and (difference_deg[has_strike] > 180.0 - 1.5).all():
             quoted_name = self.columns.quoted_names(strike)
             self.warnings.append(Finding("orientation.strike-left-hand", column=quoted_name))
-        elif len(differing):
-            lines = [int(n) for n in self.table.line_numbers[differing]]
+        elif len(differing_rows):
+            lines = [int(n) for n in self.table.line_numbers[differing_rows]]
             self.warnings.append(
                 Finding(
                     "orientation.strike-differs",
-                    count=len(differing),
+                    count=len(differing_rows),
                     column=self.columns.quoted_names(strike),
                     lines=lines,
                 )
@@ -551,14 +565,14 @@ class _TableReader:
     # -- lines -----------------------------------------------------------------------------------
 
     def _read_lines(self) -> None:
-        plunge = self.columns.take("plunge")
-        trend = self.columns.take("trend")
+        plunge = self.columns.find_unique("plunge")
+        trend = self.columns.find_unique("trend")
         if trend is None and self.columns.find("dip") is None:
-            trend = self.columns.take("azimuth")
+            trend = self.columns.find_unique("azimuth")
         if plunge is None and trend is None and not self.conventions:
             trend, plunge = self._read_declinations()
         if plunge is None and trend is not None and self.columns.find("trend") is not None:
-            plunge = self.columns.take("inclination")
+            plunge = self.columns.find_unique("inclination")
         if plunge is None and trend is None and not self.conventions:
             self._read_line_text()
         if plunge is None and trend is None:
@@ -566,17 +580,17 @@ class _TableReader:
         if plunge is None or trend is None:
             if self.conventions or (trend is not None and self.columns.find("trend") is None):
                 return
-            missing_text = "plunge" if plunge is None else "trend"
+            missing_name = "plunge" if plunge is None else "trend"
             raise InputError(
                 Finding(
                     "table.missing-column",
-                    column=missing_text,
+                    column=missing_name,
                     columns=self.table.names or (),
-                    names=(missing_text,),
+                    names=(missing_name,),
                 ),
                 file=self.table.path,
                 line=self.table.header_line,
-                field=missing_text,
+                field=missing_name,
             )
         self.plunge = self.columns.inclinations(plunge, -90.0)
         self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)
@@ -596,11 +610,11 @@ class _TableReader:
             )
         if axes:
             return next(iter(axes.values()))
-        return self.columns.take("declination"), self.columns.take("inclination")
+        return self.columns.find_unique("declination"), self.columns.find_unique("inclination")
 
     def _read_line_text(self) -> None:
         """Read lines from cells with trend and plunge, as in 120/30."""
-        column = self.columns.take("line attitude")
+        column = self.columns.find_unique("line attitude")
         if column is None:
             return
         for i, cell in enumerate(self.table.cells(column)):
@@ -628,8 +642,8 @@ class _TableReader:
             # The type decides, as in the tables of Orient.
             has_both = has_plane & has_line
             result[has_both & self.columns.are_lines()] = _LINE
-            if n_with_both := int(np.count_nonzero(has_both & (result == _PLANE))):
-                self.warnings.append(Finding("orientation.planes-with-lines", count=n_with_both))
+            if n_ambiguous := int(np.count_nonzero(has_both & (result == _PLANE))):
+                self.warnings.append(Finding("orientation.planes-with-lines", count=n_ambiguous))
             return result
         for i, cell in enumerate(self.table.cells(column)):
             word = cell.casefold()
@@ -646,12 +660,12 @@ class _TableReader:
                 )
         return result
 
-    def _no_orientations(self) -> InputError:
+    def _no_orientations_error(self) -> InputError:
         finding = Finding("orientation.no-columns", columns=self.table.names or ())
         return self.table.header_error(finding, "dip")
 
 
-def _plain_number(cell: str) -> float | None:
+def _parse_plain_number(cell: str) -> float | None:
     return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
 
 
@@ -660,7 +674,7 @@ def parse_plane_cells(cells: tuple[str, ...], notation: str | None) -> Plane:
     if len(cells) == 1:
         return parse_plane(cells[0], notation)
     strike = cells[0]
-    azimuth = _plain_number(strike)
+    azimuth = _parse_plain_number(strike)
     if azimuth is not None and azimuth <= 720.0:
         strike = f"{wrap360(azimuth):.10g}"
     return parse_plane(" ".join([strike, *cells[1:]]), notation)

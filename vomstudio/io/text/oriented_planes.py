@@ -43,17 +43,17 @@ def extract_planes(table: OrientationTable) -> list[OrientedPlane]:
     ]
 
 
-def _has_values(table: OrientationTable, column: str) -> bool:
+def _has_column(table: OrientationTable, column: str) -> bool:
     return column in (table.table.names or ())
 
 
 def _words(table: OrientationTable, column: str) -> list[str]:
-    return table.column(column) if _has_values(table, column) else []
+    return table.column(column) if _has_column(table, column) else []
 
 
 def _numbers(table: OrientationTable, column: str) -> FloatArray:
     """Return a column (n,), NaN if it is missing."""
-    if not _has_values(table, column):
+    if not _has_column(table, column):
         return np.full(len(table), np.nan)
     values = table.table.numbers([table.table.find(column)])
     return np.asarray(values[table.row_indices, 0], np.float64)

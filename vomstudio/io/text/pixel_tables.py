@@ -8,8 +8,8 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.io.text.named_columns import NamedTable
 from vomstudio.io.text.tables import read_table
 
-COLUMN = ("column", "col", "pixel x", "u")
-ROW = ("row", "pixel y", "v")
+COLUMN_NAMES = ("column", "col", "pixel x", "u")
+ROW_NAMES = ("row", "pixel y", "v")
 
 
 def read_pixels(path: str | Path) -> FloatArray | None:
@@ -29,6 +29,6 @@ def read_pixels(path: str | Path) -> FloatArray | None:
     if table.names is None:
         if table.width != 2:
             return None
-    elif table.has("z") or not any(table.has(name) for name in COLUMN):
+    elif table.has("z") or not any(table.has(name) for name in COLUMN_NAMES):
         return None
-    return NamedTable(path, ("column", "row")).columns((COLUMN, ROW), ("column", "row"))
+    return NamedTable(path, ("column", "row")).columns((COLUMN_NAMES, ROW_NAMES), ("column", "row"))

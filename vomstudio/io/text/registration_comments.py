@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geology.common_rotation_errors import RotationErrors, shared_rotations
+from vomstudio.geology.common_rotation_errors import RotationErrors, group_rotation_errors
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
@@ -24,14 +24,14 @@ from vomstudio.io.text.tables import TextTable
 
 REGISTRATION_PREFIX = "registration:"
 """First word of a comment that contains the covariance of a registration."""
-_COLUMN = "registration_error_deg"
-_MODEL = "model"
+_ERROR_COLUMN = "registration_error_deg"
+_MODEL_COLUMN = "model"
 
 
 def table_rotation_errors(table: TextTable, rows: IntArray) -> RotationErrors | None:
     """Return the rotation errors of selected rows of a table, or None if not stated."""
-    errors = _cells(table, _COLUMN, rows)
-    models = _cells(table, _MODEL, rows) or [""] * len(rows)
+    errors = _cells(table, _ERROR_COLUMN, rows)
+    models = _cells(table, _MODEL_COLUMN, rows) or [""] * len(rows)
     stated_covariances = _stated_covariances(table.comments)
     values = [math.nan] * len(rows) if errors is None else [_number(cell) for cell in errors]
     max_error_deg: dict[str, float] = {}
@@ -47,7 +47,7 @@ def table_rotation_errors(table: TextTable, rows: IntArray) -> RotationErrors | 
             row_errors.append((("column", model), variance * np.eye(3)))
         else:
             row_errors.append((None, None))
-    rotations = shared_rotations(row_errors)
+    rotations = group_rotation_errors(row_errors)
     return rotations if rotations.has_known_errors else None
 
 

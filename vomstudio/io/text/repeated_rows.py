@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import TextTable
 
-_COLUMN = normalise_name("repeat_of")
+_REPEAT_COLUMN = normalise_name("repeat_of")
 
 
 def exclude_repeats(table: TextTable) -> TextTable:
@@ -25,16 +25,16 @@ def exclude_repeats(table: TextTable) -> TextTable:
         If all rows are repeats.
     """
     names = [normalise_name(name) for name in table.names or ()]
-    if _COLUMN not in names or not len(table):
+    if _REPEAT_COLUMN not in names or not len(table):
         return table
-    first_rows = [i for i, cell in enumerate(table.cells(names.index(_COLUMN))) if not cell]
+    first_rows = [i for i, cell in enumerate(table.cells(names.index(_REPEAT_COLUMN))) if not cell]
     if len(first_rows) == len(table):
         return table
     if not first_rows:
         raise InputError(
             Finding("table.only-repeats"),
             file=table.path,
-            field=(table.names or ("repeat_of",))[names.index(_COLUMN)],
+            field=(table.names or ("repeat_of",))[names.index(_REPEAT_COLUMN)],
         )
     return replace(
         table,

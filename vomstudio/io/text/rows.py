@@ -23,7 +23,7 @@ from pathlib import Path
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
-from vomstudio.io.text.commented_rows import commented_finding, commented_rows
+from vomstudio.io.text.commented_rows import commented_rows, commented_rows_finding
 from vomstudio.io.text.file_text import MAX_LINES, read_text, refuse_many_lines
 
 MAX_LINE_LENGTH = 1_000_000
@@ -36,11 +36,11 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 _SPECIAL_NUMBERS = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
 # 120/30, N30E/45SE, N30E or 45SE: angles in field notation, which do not name a column.
-_ANGLES = re.compile(
+_ANGLE = re.compile(
     r"[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{1,2}"
     r"|[NSEW]?\s?\d{1,3}([.,]\d+)?\s?°?\s?([EW]\s*/\s*|\s?[/→]\s*)\d{1,3}([.,]\d+)?\s?°?\s?[NSEW]{0,2}"
 )
-_MISSING = {"", "na", "n/a", "null", "none", "-"}
+_MISSING_WORDS = {"", "na", "n/a", "null", "none", "-"}
 # Separator between traces: dashes, or `>` in GMT.
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
 # Cell with the apostrophe that escapes a formula.
@@ -66,7 +66,7 @@ class TextRows:
     comments: list[str]
     separators: list[int]
     notes: list[Finding]
-    commented: list[int] = field(default_factory=list)  # lines that look like rows
+    commented_lines: list[int] = field(default_factory=list)  # lines that look like rows
 
 
 def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
@@ -76,11 +76,11 @@ def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
         return float(text.replace("d", "e").replace("D", "e"))
     if decimal_comma and is_comma_number(text):
         return float(text.replace(",", ".").replace("d", "e").replace("D", "e"))
-    low = text.casefold()
-    if low in _MISSING:
+    lowercase_text = text.casefold()
+    if lowercase_text in _MISSING_WORDS:
         return float("nan")
-    value = _SPECIAL_NUMBERS.get(low.lstrip("+-"))
-    return -value if value is not None and low.startswith("-") else value
+    value = _SPECIAL_NUMBERS.get(lowercase_text.lstrip("+-"))
+    return -value if value is not None and lowercase_text.startswith("-") else value
 
 
 def is_comma_number(cell: str) -> bool:
@@ -94,7 +94,7 @@ def shorten(text: str, limit: int = 40) -> str:
     return printable_text if len(printable_text) <= limit else printable_text[: limit - 3] + "..."
 
 
-def cut(line: str, delimiter: str) -> list[str]:
+def split_cells(line: str, delimiter: str) -> list[str]:
     """Split a line without quotes into stripped cells."""
     if delimiter == " ":
         return line.split()
@@ -120,14 +120,14 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
     """
     text, notes = read_text(path, max_lines)
     # Without an apostrophe, the slow search is not needed.
-    has_objects = '"' in text or ("'" in text and _ESCAPED_CELL.search(text) is not None)
-    if has_objects:
+    needs_cells = '"' in text or ("'" in text and _ESCAPED_CELL.search(text) is not None)
+    if needs_cells:
         # Every cell becomes an object.
-        width = 1 + max(text[: text.find("\n", 1)].count(sign) for sign in _DELIMITERS)
+        width = 1 + max(text[: text.find("\n", 1)].count(character) for character in _DELIMITERS)
         refuse_many_lines(path, text.count("\n"), min(max_lines, _MAX_CELLS // width))
     lines = text.split("\n")
-    stated_delimiter = _EXCEL_DELIMITER.fullmatch(lines[0])
-    if stated_delimiter is not None:
+    delimiter_match = _EXCEL_DELIMITER.fullmatch(lines[0])
+    if delimiter_match is not None:
         lines[0] = ""
     max_length = max(map(len, lines))
     if max_length > MAX_LINE_LENGTH:
@@ -140,13 +140,15 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
     if not data:
         finding = Finding("table.no-rows")
         if comments and (
-            commented := _find_commented_rows(lines, [], 3, sniff(comments[:_SAMPLE_ROWS]))
+            commented_lines := _find_commented_rows(
+                lines, [], 3, detect_delimiter(comments[:_SAMPLE_ROWS])
+            )
         ):
-            finding = commented_finding(commented, "error")
+            finding = commented_rows_finding(commented_lines, "error")
         raise InputError(finding, file=path)
-    delimiter = sniff(data[:_SAMPLE_ROWS])
-    if stated_delimiter is not None:
-        excel_delimiter = stated_delimiter[1].replace("\\t", "\t")
+    delimiter = detect_delimiter(data[:_SAMPLE_ROWS])
+    if delimiter_match is not None:
+        excel_delimiter = delimiter_match[1].replace("\\t", "\t")
         delimiter = (
             excel_delimiter
             if excel_delimiter in _DELIMITERS and excel_delimiter in data[0]
@@ -157,12 +159,12 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
     if '"' in text:
         rows, line_numbers, comments, separators = _quoted_rows(path, lines, delimiter)
         first_row = rows[0]
-    elif has_objects:
-        rows = [[unescape_formula(cell) for cell in cut(line, delimiter)] for line in data]
+    elif needs_cells:
+        rows = [[unescape_formula(cell) for cell in split_cells(line, delimiter)] for line in data]
         first_row = rows[0]
     else:
-        first_row = cut(data[0], delimiter)
-    header = _trim(first_row) if is_header(first_row, delimiter) else None
+        first_row = split_cells(data[0], delimiter)
+    header = _trim_cells(first_row) if is_header(first_row, delimiter) else None
     if has_header and header is not None and _is_mostly_numbers(header, delimiter):
         header = None
     header_line = None
@@ -195,7 +197,7 @@ def read_rows(path: Path, *, has_header: bool = False, max_lines: int = MAX_LINE
 def _find_commented_rows(
     lines: list[str], sample: Sequence[str | list[str]], width: int, delimiter: str
 ) -> list[int]:
-    return commented_rows(lines, sample, width, delimiter, cut, parse_number)
+    return commented_rows(lines, sample, width, delimiter, split_cells, parse_number)
 
 
 _NON_ROW_STARTS = frozenset(
@@ -225,12 +227,12 @@ def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str
         if i == len(lines):
             break
         line, line_number = lines[i], i + 1
-        stripped = line.strip()
-        if is_blank(stripped):
+        stripped_line = line.strip()
+        if is_blank(stripped_line):
             continue
-        if stripped[0] == "#":
-            comments.append(stripped[1:].strip())
-        elif stripped[0] in "-=_>" and _SEPARATOR.fullmatch(stripped):
+        if stripped_line[0] == "#":
+            comments.append(stripped_line[1:].strip())
+        elif stripped_line[0] in "-=_>" and _SEPARATOR.fullmatch(stripped_line):
             separators.append(line_number)
         else:
             data.append(line)
@@ -244,9 +246,9 @@ class _RecordLines:
     They are only removed between records because a quoted cell may contain several lines.
     """
 
-    def __init__(self, lines: list[str], spaces: bool) -> None:
+    def __init__(self, lines: list[str], is_space_delimited: bool) -> None:
         self._lines = enumerate(lines, 1)
-        self._spaces = spaces
+        self._is_space_delimited = is_space_delimited
         self.is_record_start = True
         self.first_line = 0
         self.comments: list[str] = []
@@ -257,19 +259,19 @@ class _RecordLines:
 
     def __next__(self) -> str:
         for line_number, line in self._lines:
-            stripped = line.strip()
+            stripped_line = line.strip()
             if self.is_record_start:
-                if is_blank(stripped):
+                if is_blank(stripped_line):
                     continue
-                if stripped[0] == "#":
-                    self.comments.append(stripped[1:].strip())
+                if stripped_line[0] == "#":
+                    self.comments.append(stripped_line[1:].strip())
                     continue
-                if _SEPARATOR.fullmatch(stripped):
+                if _SEPARATOR.fullmatch(stripped_line):
                     self.separators.append(line_number)
                     continue
                 self.first_line = line_number
                 self.is_record_start = False
-            return (stripped.replace("\t", " ") if self._spaces else line) + "\n"
+            return (stripped_line.replace("\t", " ") if self._is_space_delimited else line) + "\n"
         raise StopIteration
 
 
@@ -293,7 +295,7 @@ def _quoted_rows(
         line_numbers.append(source.first_line)
 
 
-def sniff(sample: list[str]) -> str:
+def detect_delimiter(sample: list[str]) -> str:
     """Detect the delimiter of a table.
 
     It is the delimiter that gives rows of the most uniform length, then the most numbers, and then
@@ -322,7 +324,7 @@ def sniff(sample: list[str]) -> str:
 
 def _split_sample(sample: list[str], delimiter: str, is_quoted: bool) -> list[list[str]]:
     if not is_quoted:
-        return [cut(line, delimiter) for line in sample]
+        return [split_cells(line, delimiter) for line in sample]
     text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
     return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
 
@@ -348,11 +350,11 @@ def is_header(cells: list[str], delimiter: str) -> bool:
     """Return whether a row is a header, which contains a word or only missing values."""
     decimal_comma = delimiter in ";\t"
     if any(
-        parse_number(cell, decimal_comma=decimal_comma) is None and not _ANGLES.fullmatch(cell)
+        parse_number(cell, decimal_comma=decimal_comma) is None and not _ANGLE.fullmatch(cell)
         for cell in cells
     ):
         return True
-    return all(cell.casefold() in _MISSING for cell in cells)
+    return all(cell.casefold() in _MISSING_WORDS for cell in cells)
 
 
 def _is_mostly_numbers(cells: list[str], delimiter: str) -> bool:
@@ -363,7 +365,7 @@ def _is_mostly_numbers(cells: list[str], delimiter: str) -> bool:
     return 2 * number_count > sum(map(bool, cells))
 
 
-def _trim(cells: list[str]) -> list[str]:
+def _trim_cells(cells: list[str]) -> list[str]:
     end = len(cells)
     while end and not cells[end - 1]:
         end -= 1
@@ -373,16 +375,17 @@ def _trim(cells: list[str]) -> list[str]:
 def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
     """Join the words of names such as `Dip direction` in a header delimited by spaces."""
     sample = rows[0] if rows else (data[0].split() if data else header)
-    surplus = len(header) - len(sample)
-    second = {"direction", "dir", "azimuth", "quadrant"}
+    surplus_count = len(header) - len(sample)
+    second_words = {"direction", "dir", "azimuth", "quadrant"}
     joined_cells: list[str] = []
     for word in header:
         is_continuation = joined_cells and (
-            word[0] in "([" or (joined_cells[-1].casefold() == "dip" and word.casefold() in second)
+            word[0] in "(["
+            or (joined_cells[-1].casefold() == "dip" and word.casefold() in second_words)
         )
-        if surplus > 0 and is_continuation:
+        if surplus_count > 0 and is_continuation:
             joined_cells[-1] += f" {word}"
-            surplus -= 1
+            surplus_count -= 1
         else:
             joined_cells.append(word)
     return joined_cells
@@ -390,9 +393,9 @@ def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | No
 
 def _most_common_width(rows: Sequence[str | list[str]], delimiter: str) -> int:
     sample: Iterable[list[str]] = (
-        cut(row, delimiter) if isinstance(row, str) else row for row in rows[:_SAMPLE_ROWS]
+        split_cells(row, delimiter) if isinstance(row, str) else row for row in rows[:_SAMPLE_ROWS]
     )
-    return Counter(len(_trim(cells)) for cells in sample).most_common(1)[0][0]
+    return Counter(len(_trim_cells(cells)) for cells in sample).most_common(1)[0][0]
 
 
 def _check_widths(
@@ -411,12 +414,12 @@ def _check_widths(
             is_uniform = set(map(str.count, data, repeat(delimiter))) <= {width - 1}
         if is_uniform:
             return None
-        rows = [cut(line, delimiter) for line in data]
+        rows = [split_cells(line, delimiter) for line in data]
     for cells, line_number in zip(rows, line_numbers, strict=True):
         if len(cells) == width:
             continue
         if len(cells) < width or any(cells[width:]):
-            count = len(_trim(cells)) if len(cells) > width else len(cells)
+            count = len(_trim_cells(cells)) if len(cells) > width else len(cells)
             raise InputError(
                 Finding(
                     "table.ragged-row",

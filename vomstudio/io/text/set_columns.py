@@ -19,10 +19,10 @@ from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.wkt_columns import parse_wkt
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
-_WKT = "wkt"
+_WKT_COLUMN = "wkt"
 
 
-def pieces_of(table: OrientationTable, positions: FloatArray | None) -> Pieces | None:
+def extract_pieces(table: OrientationTable, positions: FloatArray | None) -> Pieces | None:
     """Return the position, extent and border of each plane in a table.
 
     The columns used are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
@@ -31,7 +31,7 @@ def pieces_of(table: OrientationTable, positions: FloatArray | None) -> Pieces |
     ----------
     table : OrientationTable
     positions : (n, 3) float or None
-        World coordinates of the rows (`vomstudio.io.gate.point_tables.read_places`).
+        World coordinates of the rows (`vomstudio.io.gate.point_tables.read_row_positions`).
 
     Returns
     -------
@@ -66,17 +66,19 @@ def pieces_of(table: OrientationTable, positions: FloatArray | None) -> Pieces |
 
 
 def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
-    if not table.table.has(_WKT):
+    if not table.table.has(_WKT_COLUMN):
         return tuple(np.zeros((0, 3)) for _ in range(n))
     import shapely
 
-    cells = table.table.cells(table.table.find(_WKT))
+    cells = table.table.cells(table.table.find(_WKT_COLUMN))
     try:
         return parse_rings(
             [cells[row_index].strip() or None for row_index in table.row_indices.tolist()]
         )
     except shapely.errors.GEOSException as error:
-        raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
+        raise InputError(
+            Finding("table.invalid-wkt"), file=table.path, field=_WKT_COLUMN
+        ) from error
 
 
 def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
@@ -136,19 +138,19 @@ def table_with_sets(
     discontinuity : (k,) sequence of str
         Discontinuities for an additional column; empty for none.
     """
-    text = table.table
-    delimiter = "," if text.delimiter == " " else text.delimiter
+    text_table = table.table
+    delimiter = "," if text_table.delimiter == " " else text_table.delimiter
     out = io.StringIO()
-    for line in (*text.comments, *notes):
+    for line in (*text_table.comments, *notes):
         out.write(comment_line(line))
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
-    names = text.names or _default_names(table)
+    names = text_table.names or _default_names(table)
     new_columns = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
     new_names = {normalise_name(name) for name in new_columns}
     header = [f"{name}_before" if normalise_name(name) in new_names else name for name in names]
     writer.writerow([*map(escape_foreign_cell, header), *new_columns])
-    cells = [[""] * len(new_columns) for _ in range(len(text))]
-    has_commas = _has_decimal_commas(text.delimiter, text.rows)
+    cells = [[""] * len(new_columns) for _ in range(len(text_table))]
+    has_commas = _has_decimal_commas(text_table.delimiter, text_table.rows)
     for k, (row, name, row_probability) in enumerate(zip(rows, sets, probability, strict=True)):
         probability_text = f"{row_probability:.6g}"
         cells[int(table.row_indices[row])] = [
@@ -156,8 +158,8 @@ def table_with_sets(
             probability_text.replace(".", ",") if has_commas else probability_text,
             *([escape_formula(discontinuity[k])] if discontinuity else []),
         ]
-    for cells_of_row, set_cells in zip(text.rows, cells, strict=True):
-        writer.writerow([*map(escape_foreign_cell, cells_of_row), *set_cells])
+    for row_cells, set_cells in zip(text_table.rows, cells, strict=True):
+        writer.writerow([*map(escape_foreign_cell, row_cells), *set_cells])
     return out.getvalue()
 
 

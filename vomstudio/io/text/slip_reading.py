@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     Line,
     Plane,
     angle_line_plane,
-    rake_of,
+    compute_rake,
 )
 from vomstudio.geology.slip import slip_rake
 from vomstudio.io.text.column_names import normalise_name
@@ -65,7 +65,7 @@ _OBLIQUE_SENSES = {
 
 
 _SENSE_WORDS = ("N", "R", "S", "D", "TR", "TL", "NR", "NL")
-_ORDERS = {
+_COLUMN_ORDERS = {
     5: ("fault_azimuth", "dip", "trend", "plunge", "sense"),
     4: ("fault_azimuth", "dip", "rake", "sense"),
 }
@@ -121,7 +121,7 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
     if not {"strike", "dip_direction"} & columns.keys() and "fault_azimuth" in columns:
         columns["strike" if azimuth == "strike" else "dip_direction"] = columns["fault_azimuth"]
         if azimuth is None:
-            raise _ambiguous_azimuth(table, columns["fault_azimuth"])
+            raise _ambiguous_azimuth_error(table, columns["fault_azimuth"])
     _require_columns(table, columns)
     cells = {key: table.cells(column) for key, column in columns.items()}
     notes = list(table.notes)
@@ -135,7 +135,7 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
         cells["sense"] = [_NUMBERED_SENSES.get(word.strip(), word) for word in cells["sense"]]
         notes.append(Finding("slip.numbered-senses"))
     faults: list[tuple[str, Plane, float]] = []
-    dropped_rows: list[int] = []
+    dropped_lines: list[int] = []
     off_plane_lines: list[int] = []
     for row, line in enumerate(table.line_numbers.tolist()):
         slip_row = _Row(
@@ -144,7 +144,7 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
             {key: column_cells[row].strip() for key, column_cells in cells.items()},
         ).read()
         if slip_row is None:
-            dropped_rows.append(line)
+            dropped_lines.append(line)
             continue
         plane, slip, off_plane_deg = slip_row
         name = cells["id"][row].strip() if "id" in cells else ""
@@ -162,8 +162,8 @@ def extract_slips(table: TextTable, azimuth: Azimuth | None = None) -> SlipTable
         np.array([plane.dip_direction_deg for _, plane, _ in faults]),
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
-        tuple(dropped_rows),
-        (*notes, *_row_findings(dropped_rows, off_plane_lines)),
+        tuple(dropped_lines),
+        (*notes, *_row_findings(dropped_lines, off_plane_lines)),
     )
 
 
@@ -172,8 +172,8 @@ def _name_columns(table: TextTable, azimuth: Azimuth | None) -> TextTable:
     if table.names is not None or not has_fault_rows(table):
         return table
     if azimuth is None:
-        raise _ambiguous_azimuth(table, 0)
-    return replace(table, names=_ORDERS[table.width])
+        raise _ambiguous_azimuth_error(table, 0)
+    return replace(table, names=_COLUMN_ORDERS[table.width])
 
 
 def has_fault_rows(table: TextTable) -> bool:
@@ -187,7 +187,7 @@ def has_fault_rows(table: TextTable) -> bool:
     -------
     bool
     """
-    if table.width not in _ORDERS:
+    if table.width not in _COLUMN_ORDERS:
         return False
     senses = {normalise_name(word) for word in table.cells(table.width - 1) if word}
     known_senses = _SENSES.keys() | _OBLIQUE_SENSES.keys() | _NUMBERED_SENSES.keys()
@@ -199,7 +199,7 @@ def _is_number(cell: str) -> bool:
     return parse_number(cell, decimal_comma=True) is not None
 
 
-def _ambiguous_azimuth(table: TextTable, column: int) -> UsageError:
+def _ambiguous_azimuth_error(table: TextTable, column: int) -> UsageError:
     header = ",".join(f"{i}={name}" for i, name in enumerate(_EXAMPLE_HEADER, 1))
     example = header if table.names is None else f"{table.label(column)}=dip_direction"
     return UsageError(
@@ -210,15 +210,15 @@ def _ambiguous_azimuth(table: TextTable, column: int) -> UsageError:
     )
 
 
-def _row_findings(dropped_indices: list[int], off_plane_lines: list[int]) -> list[Finding]:
+def _row_findings(dropped_lines: list[int], off_plane_lines: list[int]) -> list[Finding]:
     findings = []
-    if dropped_indices:
+    if dropped_lines:
         findings.append(
             Finding(
                 "table.rows-left-out",
-                count=len(dropped_indices),
+                count=len(dropped_lines),
                 needed=tr("fault, slip and sense"),
-                lines=dropped_indices,
+                lines=dropped_lines,
             )
         )
     if off_plane_lines:
@@ -312,23 +312,23 @@ class _Row:
         try:
             plane = Plane(azimuth, dip)
             turn = _strike_difference(plane, azimuth - 90.0, has_strike=has_strike)
-            directed_number = self._number("slip_rake")
-            if directed_number is not None:
-                return plane, _convert_directed_rake(plane, directed_number, turn), 0.0
-            rake, off_plane_deg = self._rake(plane, turn)
+            directed_rake = self._number("slip_rake")
+            if directed_rake is not None:
+                return plane, _convert_directed_rake(plane, directed_rake, turn), 0.0
+            rake, off_plane_deg = self._parse_rake(plane, turn)
         except GeometryError as error:
             raise InputError(error, file=self.path, line=self.line, field=error.field) from error
         word = self.cells.get("sense", "")
         if rake is None or not word or normalise_name(word) in ("x", "unknown"):
             return None
-        slip = self._slip(plane, rake, word)
+        slip = self._parse_slip_rake(plane, rake, word)
         return None if slip is None else (plane, slip, off_plane_deg)
 
-    def _rake(self, plane: Plane, angle: float) -> tuple[float | None, float]:
+    def _parse_rake(self, plane: Plane, angle: float) -> tuple[float | None, float]:
         trend, plunge = self._number("trend"), self._number("plunge")
         if trend is not None and plunge is not None:
             line = Line(trend, plunge)
-            return rake_of(line, plane), angle_line_plane(line, plane)
+            return compute_rake(line, plane), angle_line_plane(line, plane)
         cell = self.cells.get("rake", "")
         if cell and cell[-1].isalpha() and parse_number(cell, decimal_comma=True) is None:
             try:
@@ -338,11 +338,13 @@ class _Row:
         rake = self._number("rake")
         return (None if rake is None else _convert_axial_rake(plane, rake, angle)), 0.0
 
-    def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
+    def _parse_slip_rake(self, plane: Plane, rake: float, word: str) -> float | None:
         """Return the directed rake, or None if the sense does not define the direction."""
-        known_sense = _SENSES.get(normalise_name(word))
+        single_sense = _SENSES.get(normalise_name(word))
         senses = (
-            (known_sense,) if known_sense is not None else _OBLIQUE_SENSES.get(normalise_name(word))
+            (single_sense,)
+            if single_sense is not None
+            else _OBLIQUE_SENSES.get(normalise_name(word))
         )
         if senses is None:
             raise self._error(Finding("table.unknown-word", cell=word, words=_SENSE_WORDS))

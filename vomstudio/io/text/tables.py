@@ -29,20 +29,20 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
 from vomstudio.io.text.column_names import doubtful_cell, normalise_name
 from vomstudio.io.text.file_text import MAX_LINES
-from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
+from vomstudio.io.text.group_columns import GROUP_COLUMNS, Words, group_words
 from vomstudio.io.text.rows import (
     TextRows,
-    cut,
     is_comma_number,
     parse_number,
     read_rows,
     shorten,
+    split_cells,
 )
 
 TABLE_EXTENSIONS = (".csv", ".txt", ".tsv", ".dat")
 """Usual extensions of text tables, for file dialogs."""
 
-_SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
+_SCIENTIFIC_NUMBER = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
 
 
 _BLOCK_ROWS = 50_000
@@ -51,7 +51,7 @@ _MAX_LABEL_BYTES = 64
 
 
 def _plain_label(cell: str) -> str:
-    return f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
+    return f"{float(cell):.15g}" if _SCIENTIFIC_NUMBER.fullmatch(cell) else cell
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class TextTable:
     """Number (from 1) of the first line of each row (n,) in the file."""
     _text: TextRows = field(repr=False)
     repeats: int = 0  # number of excluded rows that repeat others
-    commented: tuple[int, ...] = ()  # lines that look like rows
+    commented_lines: tuple[int, ...] = ()  # lines that look like rows
 
     def __len__(self) -> int:
         return len(self.line_numbers)
@@ -98,14 +98,14 @@ class TextTable:
         """All cells, stripped; `width` per row."""
         if self._text.rows is not None:
             return self._text.rows
-        return [cut(line, self.delimiter) for line in self._text.lines]
+        return [split_cells(line, self.delimiter) for line in self._text.lines]
 
-    def cells(self, column: int, first: int | None = None) -> list[str]:
-        """Return the text (n,) of a column, or of its `first` rows."""
+    def cells(self, column: int, max_rows: int | None = None) -> list[str]:
+        """Return the text (n,) of a column, or of its `max_rows` rows."""
         if self._text.rows is not None:
-            return [row[column] for row in self._text.rows[:first]]
+            return [row[column] for row in self._text.rows[:max_rows]]
         delimiter = None if self.delimiter == " " else self.delimiter
-        lines = self._text.lines[:first]
+        lines = self._text.lines[:max_rows]
         # Functions in C: a comprehension takes half as long again for millions of rows.
         parts = map(str.split, lines, itertools.repeat(delimiter), itertools.repeat(column + 1))
         return list(map(str.strip, map(itemgetter(column), parts)))
@@ -132,7 +132,7 @@ class TextTable:
         starts = self._run_starts(column)
         if len(starts) < len(self):
             lines = self._text.lines
-            cells = [cut(lines[row], self.delimiter)[column] for row in starts.tolist()]
+            cells = [split_cells(lines[row], self.delimiter)[column] for row in starts.tolist()]
         else:
             cells = self.cells(column)
         codes_by_label: dict[str, int] = {}
@@ -152,21 +152,21 @@ class TextTable:
         if self._text.rows is not None or self.delimiter == " ":
             return np.arange(len(self))
         blocks = [np.zeros(0, np.int64)]
-        for first in range(0, len(lines), _BLOCK_ROWS):
-            block = lines[first : first + _BLOCK_ROWS]
+        for first_row in range(0, len(lines), _BLOCK_ROWS):
+            block = lines[first_row : first_row + _BLOCK_ROWS]
             text = np.frombuffer("\n".join([*block, ""]).encode(), np.uint8)
             is_end = (text == ord(self.delimiter)) | (text == ord("\n"))
             ends = np.flatnonzero(is_end).reshape(len(block), self.width)
-            before = ends[:, column - 1] if column else np.append(-1, ends[:-1, -1])
-            lengths = ends[:, column] - before - 1
+            previous_ends = ends[:, column - 1] if column else np.append(-1, ends[:-1, -1])
+            lengths = ends[:, column] - previous_ends - 1
             is_new = np.append(True, lengths[1:] != lengths[:-1])
             if lengths.max() > _MAX_LABEL_BYTES:
                 is_new[:] = True
                 lengths[:] = 0
             for i in range(int(lengths.max())):
-                characters = text[np.minimum(before + 1 + i, len(text) - 1)]
+                characters = text[np.minimum(previous_ends + 1 + i, len(text) - 1)]
                 is_new[1:] |= (characters[1:] != characters[:-1]) & (lengths[1:] > i)
-            blocks.append(first + np.flatnonzero(is_new))
+            blocks.append(first_row + np.flatnonzero(is_new))
         return np.concatenate(blocks)
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
@@ -186,9 +186,9 @@ class TextTable:
         InputError
             If a cell contains a word.
         """
-        fast = self._fast_numbers(columns)
-        if fast is not None:
-            return fast
+        parsed_numbers = self._fast_numbers(columns)
+        if parsed_numbers is not None:
+            return parsed_numbers
         result = np.empty((len(self), len(columns)))
         for position, column in enumerate(columns):
             result[:, position] = self._parse_numbers(column)
@@ -210,21 +210,21 @@ class TextTable:
 
     def _parse_numbers(self, column: int) -> list[float]:
         values: list[float] = []
-        allow_comma = self.delimiter in ";\t"
-        first_use: dict[str, int] = {}
+        allows_comma = self.delimiter in ";\t"
+        first_rows: dict[str, int] = {}
         for i, cell in enumerate(self.cells(column)):
-            value = parse_number(cell, decimal_comma=allow_comma)
+            value = parse_number(cell, decimal_comma=allows_comma)
             if value is None:
                 raise self._number_error(i, column, cell)
             values.append(value)
             for mark in ",.":
                 if mark in cell:
-                    first_use.setdefault(mark, i)
-        if len(first_use) == 2:
+                    first_rows.setdefault(mark, i)
+        if len(first_rows) == 2:
             raise InputError(
                 Finding("table.mixed-decimals"),
                 file=self.path,
-                line=int(self.line_numbers[max(first_use.values())]),
+                line=int(self.line_numbers[max(first_rows.values())]),
                 field=self.label(column),
             )
         return values
@@ -247,12 +247,12 @@ class TextTable:
         key = key.strip()
         if self.names:
             exact_matches = [i for i, name in enumerate(self.names) if name == key]
-            loose_matches = [
+            normalised_matches = [
                 i
                 for i, name in enumerate(self.names)
                 if normalise_name(name) == normalise_name(key)
             ]
-            matches = exact_matches or loose_matches
+            matches = exact_matches or normalised_matches
             if len(matches) > 1:
                 raise UsageError(
                     Finding(
@@ -328,19 +328,19 @@ def read_table(
         If the file is missing, empty, not text, or not a table; states file and line.
     """
     path = Path(path)
-    text = read_rows(path, has_header=has_header, max_lines=max_lines)
+    text_rows = read_rows(path, has_header=has_header, max_lines=max_lines)
     return TextTable(
         path=path,
-        names=None if text.header is None else tuple(text.header),
-        header_line=text.header_line,
-        width=text.width,
-        delimiter=text.delimiter,
-        comments=tuple(text.comments),
-        notes=tuple(text.notes),
-        separators=tuple(text.separators),
-        line_numbers=np.asarray(text.line_numbers, dtype=np.int64),
-        _text=text,
-        commented=tuple(text.commented),
+        names=None if text_rows.header is None else tuple(text_rows.header),
+        header_line=text_rows.header_line,
+        width=text_rows.width,
+        delimiter=text_rows.delimiter,
+        comments=tuple(text_rows.comments),
+        notes=tuple(text_rows.notes),
+        separators=tuple(text_rows.separators),
+        line_numbers=np.asarray(text_rows.line_numbers, dtype=np.int64),
+        _text=text_rows,
+        commented_lines=tuple(text_rows.commented_lines),
     )
 
 
@@ -372,7 +372,7 @@ def table_from_cells(
     cells = [list(row) for row in rows]
     header = None if names is None else list(names)
     row_numbers = list(range(1, len(cells) + 1) if numbers is None else numbers)
-    text = TextRows(header, None, width, ",", [], cells, row_numbers, [], [], [])
+    text_rows = TextRows(header, None, width, ",", [], cells, row_numbers, [], [], [])
     return TextTable(
         path=Path(title),
         names=None if header is None else tuple(header),
@@ -383,7 +383,7 @@ def table_from_cells(
         notes=tuple(notes),
         separators=(),
         line_numbers=np.asarray(row_numbers, dtype=np.int64),
-        _text=text,
+        _text=text_rows,
     )
 
 
@@ -437,10 +437,10 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         names = [str(number + 1) for number in range(int(codes.max()) + 1)]
     else:
         names, codes = table.label_codes(table.find(by))
-        is_named = np.array([bool(name) for name in names])[codes]
-        unnamed_rows = np.flatnonzero(is_finite_row & ~is_named)
+        has_name = np.array([bool(name) for name in names])[codes]
+        unnamed_rows = np.flatnonzero(is_finite_row & ~has_name)
         if len(unnamed_rows):
-            is_finite_row &= is_named
+            is_finite_row &= has_name
             lines = [int(n) for n in table.line_numbers[unnamed_rows]]
             warnings.append(
                 Finding("table.rows-left-out", count=len(lines), needed=f"'{by}'", lines=lines)
@@ -451,7 +451,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     file=table.path,
                     field=by,
                 )
-    words, word_findings = _kinds_and_sets(table, names, codes, is_finite_row, by)
+    words, word_findings = _group_words(table, names, codes, is_finite_row, by)
     if "" in names:
         # Rows without a name are left out.
         unnamed_code = names.index("")
@@ -470,7 +470,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     )
 
 
-def _kinds_and_sets(
+def _group_words(
     table: TextTable,
     names: list[str],
     codes: IntArray,
@@ -478,7 +478,9 @@ def _kinds_and_sets(
     group_column: str | None,
 ) -> tuple[Words[str], list[Finding]]:
     columns = [
-        column for column in COLUMNS if group_column not in (None, column) and table.has(column)
+        column
+        for column in GROUP_COLUMNS
+        if group_column not in (None, column) and table.has(column)
     ]
     if not columns:
         return {}, []
@@ -559,7 +561,7 @@ def _segments(table: TextTable) -> IntArray:
     return np.unique(segment, return_inverse=True)[1].astype(np.int64)
 
 
-def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Finding]:
+def _detect_groups(table: TextTable, excluded_columns: list[int]) -> list[Finding]:
     """Return findings if the table seems to contain more than one feature."""
     warnings = []
     if table.separators and (count := int(_segments(table).max()) + 1) > 1:
@@ -569,7 +571,7 @@ def _detect_groups(table: TextTable, excluded_indices: list[int]) -> list[Findin
             table.names is not None and normalise_name(table.names[column]) in _GROUP_NAMES
         )
         # The first rows are sufficient to distinguish labels from a million colours.
-        if column in excluded_indices or not (
+        if column in excluded_columns or not (
             has_group_name or _is_grouped(table.cells(column, 1000))
         ):
             continue

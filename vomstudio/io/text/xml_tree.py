@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import is_regular, open_regular, read_small
+from vomstudio.core.files.regular import is_regular_file, open_regular_file, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
@@ -29,7 +29,7 @@ def read_xml(path: str | Path) -> Element:
     """Return the root of a file. Raises InputError with the line, as `parse_xml` does."""
     path = Path(path)
     try:
-        data = read_small(path, MAX_FILE_BYTES)
+        data = read_small_file(path, MAX_FILE_BYTES)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     return parse_xml(data, path)
@@ -83,22 +83,22 @@ def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, max_tags: int =
     path : Path or None
     max_tags : int
     """
-    tags = equals = 0
+    tag_count = equals_count = 0
     for block in blocks:
-        tags += block.count(b"<")
-        equals += block.count(b"=")
-        if tags > max_tags or equals > 4 * max_tags:
-            limit = max_tags if tags > max_tags else 4 * max_tags
+        tag_count += block.count(b"<")
+        equals_count += block.count(b"=")
+        if tag_count > max_tags or equals_count > 4 * max_tags:
+            limit = max_tags if tag_count > max_tags else 4 * max_tags
             finding = Finding("file.too-many-parts", limit=limit, parts=tr("tags or attributes"))
             raise InputError(finding, file=path)
 
 
 def is_xml(path: str | Path) -> bool:
     """Return whether a file begins with `<`; return False if it cannot be read."""
-    if not is_regular(path):
+    if not is_regular_file(path):
         return False
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             header = stream.read(256)
     except (InputError, OSError):
         return False

@@ -11,14 +11,14 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom, parameter_names
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 
 # Observations with larger errors are dropped (as in COLMAP's mapper).
 MAX_ERROR_PX = 4.0
 MIN_ANGLE_DEG = 1.5
 # Scale of the Cauchy loss: residuals of good observations are about half a pixel.
-LOSS_PX = 0.5
-_TOLERANCE = 1e-5
+LOSS_SCALE_PX = 0.5
+_FUNCTION_TOLERANCE = 1e-5
 # One in this many tie points is left out for cross-validation.
 _FOLD_SIZE = 5
 
@@ -58,10 +58,10 @@ def adjust(
     """
     pycolmap = colmap()
     covariances: dict[int, FloatArray] = {}
-    for remaining in range(rounds, 0, -1):
-        adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_PX)
-        cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
-        if includes_covariance and remaining == 1:
+    for remaining_rounds in range(rounds, 0, -1):
+        adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_SCALE_PX)
+        run_cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
+        if includes_covariance and remaining_rounds == 1:
             # With equal weights, like the RMS by which the covariance is multiplied.
             unweighted_problem = create_adjuster(reconstruction, freedoms, threads)
             covariances = estimate_covariances(reconstruction, unweighted_problem, freedoms)
@@ -86,20 +86,20 @@ def cross_validation_error(
     """
     pycolmap = colmap()
     ids = sorted(reconstruction.point3D_ids())
-    long_tracks = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
-    unseen_tracks = set(long_tracks[::_FOLD_SIZE])
-    if not unseen_tracks or len(unseen_tracks) == len(ids):
+    long_track_ids = [i for i in ids if reconstruction.point3D(i).track.length() >= 3]
+    validation_ids = set(long_track_ids[::_FOLD_SIZE])
+    if not validation_ids or len(validation_ids) == len(ids):
         return float("nan")
     fitted_reconstruction, validation_reconstruction = (
         pycolmap.Reconstruction(reconstruction),
         pycolmap.Reconstruction(reconstruction),
     )
     for i in ids:
-        (fitted_reconstruction if i in unseen_tracks else validation_reconstruction).delete_point3D(
-            i
-        )
-    adjuster = create_adjuster(fitted_reconstruction, freedoms, threads, loss_px=LOSS_PX)
-    cancellable(lambda _token: adjuster.solve(), progress or SilentProgress())
+        (
+            fitted_reconstruction if i in validation_ids else validation_reconstruction
+        ).delete_point3D(i)
+    adjuster = create_adjuster(fitted_reconstruction, freedoms, threads, loss_px=LOSS_SCALE_PX)
+    run_cancellable(lambda _token: adjuster.solve(), progress or SilentProgress())
     for number in fitted_reconstruction.cameras:
         validation_reconstruction.camera(number).params = fitted_reconstruction.camera(
             number
@@ -107,25 +107,25 @@ def cross_validation_error(
     for image in validation_reconstruction.reg_image_ids():
         pose = fitted_reconstruction.image(image).frame.rig_from_world
         validation_reconstruction.image(image).frame.rig_from_world = pose
-    points = create_adjuster(validation_reconstruction, {}, threads, includes_poses=False)
-    cancellable(lambda _token: points.solve(), progress or SilentProgress())
+    point_adjuster = create_adjuster(validation_reconstruction, {}, threads, includes_poses=False)
+    run_cancellable(lambda _token: point_adjuster.solve(), progress or SilentProgress())
     validation_reconstruction.update_point_3d_errors()
     return float(validation_reconstruction.compute_mean_reprojection_error())
 
 
-def free_parameters(camera: Any, freedom: Freedom) -> list[int]:
+def free_parameter_indices(camera: Any, freedom: Freedom) -> list[int]:
     """Return the indices of a camera's free parameters."""
-    parameter_indices = {
+    is_free_by_name = {
         "f": freedom.focal,
         "c": freedom.centre,
         "k1": freedom.distortion,
-        "k2": freedom.second,
+        "k2": freedom.second_radial,
     }
     names = parameter_names(str(camera.model_name))
     return [
         i
         for i, name in enumerate(names)
-        if parameter_indices.get(name, parameter_indices.get(name[0], False))
+        if is_free_by_name.get(name, is_free_by_name.get(name[0], False))
     ]
 
 
@@ -133,14 +133,14 @@ def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
     """Hold the camera parameters that `freedom` does not free constant in a problem."""
     import pyceres
 
-    parameter_indices = free_parameters(camera, freedom)
-    fixed = [i for i in range(len(camera.params)) if i not in parameter_indices]
-    if fixed and problem.has_parameter_block(camera.params):
-        manifold = pyceres.SubsetManifold(len(camera.params), fixed)
-        problem.set_manifold(camera.params, owned_by_colmap(manifold))
+    free_indices = free_parameter_indices(camera, freedom)
+    fixed_indices = [i for i in range(len(camera.params)) if i not in free_indices]
+    if fixed_indices and problem.has_parameter_block(camera.params):
+        manifold = pyceres.SubsetManifold(len(camera.params), fixed_indices)
+        problem.set_manifold(camera.params, transfer_to_colmap(manifold))
 
 
-def owned_by_colmap(part: Any) -> Any:
+def transfer_to_colmap(part: Any) -> Any:
     """Prevent Python from deleting a part of a COLMAP problem.
 
     The problem deletes the part itself.
@@ -190,7 +190,7 @@ def create_adjuster(
         options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
         options.ceres.loss_function_scale = loss_px
         # With a robust loss, the last millionth of the improvement would take 100 more steps.
-        options.ceres.solver_options.function_tolerance = _TOLERANCE
+        options.ceres.solver_options.function_tolerance = _FUNCTION_TOLERANCE
     config = pycolmap.BundleAdjustmentConfig()
     images = sorted(reconstruction.reg_image_ids())
     for image in images:
@@ -200,12 +200,12 @@ def create_adjuster(
     if includes_poses and fixes_gauge:
         config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     numbers = sorted({reconstruction.image(i).camera_id for i in images})
-    free_numbers = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]
+    free_camera_ids = [n for n in numbers if freedoms.get(n, ALL_FIXED) != ALL_FIXED]
     for number in numbers:
-        if number not in free_numbers:
+        if number not in free_camera_ids:
             config.set_constant_cam_intrinsics(number)
     adjuster = pycolmap.create_default_ceres_bundle_adjuster(options, config, reconstruction)
-    for number in free_numbers:
+    for number in free_camera_ids:
         fix_parameters(adjuster.problem, reconstruction.camera(number), freedoms[number])
     return adjuster
 
@@ -228,7 +228,7 @@ def estimate_covariances(
             if not reconstruction.exists_camera(number):
                 continue
             camera = reconstruction.camera(number)
-            if free_parameters(camera, freedom):
+            if free_parameter_indices(camera, freedom):
                 matrix = estimate.get_other_params_cov(camera.params)
                 if matrix is not None:
                     covariances[number] = np.array(matrix, np.float64)

@@ -19,18 +19,18 @@ import numpy as np
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.disk_errors import damage_reason
-from vomstudio.core.files.regular import read_json, read_whole
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.files.regular import read_json, read_whole_file
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.progress import Executor, Progress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
     MAX_FEATURES,
-    ExtractTask,
+    ExtractionTask,
     FeatureOptions,
     Features,
-    extract,
+    extract_features,
     extraction_memory,
 )
 from vomstudio.photogrammetry.align.matching import MatchingRule
@@ -110,8 +110,8 @@ class Alignment:
             "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered],
             "reprojection_error_px": self.reprojection_error_px,
             "tie_points": self.tie_points,
-            "cameras": [asdict(c) | {"reasons": to_plain(c.reasons)} for c in self.cameras],
-            "notes": to_plain(self.notes),
+            "cameras": [asdict(c) | {"reasons": to_json_list(c.reasons)} for c in self.cameras],
+            "notes": to_json_list(self.notes),
         }
         temporary_path = folder / (_HEADER_FILE + ".part")
         temporary_path.write_text(json.dumps(header, indent=1), encoding="utf-8")
@@ -131,7 +131,7 @@ class Alignment:
                 tuple(SparseScene.load(folder / f"part{i}") for i in range(header["parts"])),
                 tuple((str(n), Finding.from_dict(r)) for n, r in header["unregistered"]),
                 float(header["reprojection_error_px"]),
-                tuple(_calibration(c) for c in header["cameras"]),
+                tuple(_parse_calibration(c) for c in header["cameras"]),
                 int(header["tie_points"]),
                 tuple(map(Finding.from_dict, header["notes"])),
             )
@@ -142,7 +142,7 @@ class Alignment:
             ) from error
 
 
-def _calibration(row: dict[str, Any]) -> Calibration:
+def _parse_calibration(row: dict[str, Any]) -> Calibration:
     lists = ("names", "values", "sigma", "photos")
     tables = {key: tuple(row[key]) for key in lists}
     correlation = tuple(tuple(line) for line in row["correlation"])
@@ -180,22 +180,22 @@ def align(
     counts = match_database.pair_counts(database)
     best_counts = _best_matches(len(photos), counts)
     if max(best_counts, default=0) < _MIN_MATCHES:
-        raise InputError(_no_overlap(photos, features, best_counts))
+        raise InputError(_no_overlap_finding(photos, features, best_counts))
     settings = mapping.MappingOptions(options.mapper, threads, options.seed)  # type: ignore[arg-type]
-    mapped_photos = mapping.map_photos(database, photos, work_folder, settings, progress)
-    mapped_photos = (
+    mapping_result = mapping.map_photos(database, photos, work_folder, settings, progress)
+    mapping_result = (
         shared_lenses.separate_lenses(
             database,
             photos,
             features,
             work_folder,
             settings,
-            mapped_photos.reconstructions,
+            mapping_result.reconstructions,
             progress,
         )
-        or mapped_photos
+        or mapping_result
     )
-    reconstructions = list(mapped_photos.reconstructions)
+    reconstructions = list(mapping_result.reconstructions)
     if not reconstructions:
         raise InputError(Finding("alignment.no-base"))
     progress.stage(tr("Bundle adjustment"), len(reconstructions))
@@ -205,7 +205,7 @@ def align(
     for number, reconstruction in enumerate(reconstructions):
         progress.step(number)
         reconstruction, part_cameras = calibrate(
-            reconstruction, photos, threads, mapped_photos.is_exif_trusted, progress
+            reconstruction, photos, threads, mapping_result.is_exif_trusted, progress
         )
         # Not before the adjustment, because the shared photos help to connect this part.
         mapping.remove_images(reconstruction, shared_images[number])
@@ -219,14 +219,14 @@ def align(
         reconstruction.write_binary(model)
     notes: list[Finding] = [
         choice.rule,
-        *mapped_photos.notes,
+        *mapping_result.notes,
         *_result_notes(parts, cameras),
         *_sharing_notes(photos, set().union(*shared_images)),
     ]
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
         tuple(parts),
-        tuple(_unregistered(photos, features, best_counts, parts)),
+        tuple(_unregistered_photos(photos, features, best_counts, parts)),
         float(np.nanmean(lengths)) if len(lengths) else float("nan"),
         tuple(cameras),
         int((parts[0].track_lengths >= 3).sum()),
@@ -253,18 +253,18 @@ def find_features(
     order: list[int] = []
     progress.stage(tr("Detecting features"), len(photos))
 
-    def missing() -> Iterator[ExtractTask]:
+    def missing_tasks() -> Iterator[ExtractionTask]:
         for row, photo in enumerate(photos):
             try:
-                data = read_whole(photo.path)
-                mask = None if photo.mask is None else read_whole(photo.mask)
+                data = read_whole_file(photo.path)
+                mask = None if photo.mask is None else read_whole_file(photo.mask)
             except (OSError, InputError) as error:
                 why = error.message if isinstance(error, InputError) else error.strerror
                 reason = Finding("alignment.photo-unreadable", reason=why)
                 features[row] = Features.empty(photo.width, photo.height, reason)
                 keys[row] = f"unreadable {row}"
                 continue
-            task = ExtractTask(data, mask, settings)
+            task = ExtractionTask(data, mask, settings)
             keys[row] = task.key
             features[row] = Features.load(folder / f"{task.key}.npz")
             if features[row] is None:
@@ -273,7 +273,9 @@ def find_features(
 
     counting_progress = _PhotoProgress(progress, lambda: sum(f is not None for f in features))
     needed_memory = max(extraction_memory(p.width, p.height, settings) for p in photos)
-    for number, result in executor.map(extract, missing(), counting_progress, needed_memory):
+    for number, result in executor.map(
+        extract_features, missing_tasks(), counting_progress, needed_memory
+    ):
         row = order[number]
         result.save(folder / f"{keys[row]}.npz")
         features[row] = result
@@ -356,7 +358,7 @@ def _camera_note(camera: Calibration) -> Finding:
     return Finding("lens.focal-length", count=len(camera.photos), value=value)
 
 
-def _no_overlap(
+def _no_overlap_finding(
     photos: Sequence[PhotoLike], features: Sequence[Features], best_counts: Sequence[int]
 ) -> Finding:
     problems = [
@@ -374,7 +376,7 @@ def _no_overlap(
     )
 
 
-def _unregistered(
+def _unregistered_photos(
     photos: Sequence[PhotoLike],
     features: Sequence[Features],
     best_counts: Sequence[int],

@@ -15,7 +15,7 @@ from vomstudio.photogrammetry.align import priors
 from vomstudio.photogrammetry.align.adjustment import (
     adjust,
     cross_validation_error,
-    free_parameters,
+    free_parameter_indices,
 )
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
@@ -26,7 +26,7 @@ def calibrate(
     reconstruction: Any,
     photos: Sequence[PhotoLike],
     threads: int,
-    is_trusted: bool,
+    is_exif_trusted: bool,
     progress: Progress,
 ) -> tuple[Any, list[Calibration]]:
     """Adjust the free parameters of each camera, and fix those that are poorly determined.
@@ -44,54 +44,60 @@ def calibrate(
     for number, rows in photos_by_camera.items():
         is_known = photos[rows[0]].focal_px is not None
         freedoms[number], reason = priors.select_free_parameters(
-            is_known, len(rows), convergence, is_trusted
+            is_known, len(rows), convergence, is_exif_trusted
         )
         reasons[number] = (reason,)
     covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-    factors = _factors(reconstruction, photos_by_camera)
-    has_fixed = False
+    factors = _error_factors(reconstruction, photos_by_camera)
+    is_focal_fixed = False
     for number, rows in photos_by_camera.items():
         if not freedoms[number].focal:
             continue
         relative_focal_sigma = _focal_sigma(reconstruction, number, covariances) * factors[number]
         lens = photos[rows[0]]
         replacement = priors.fixed_focal(
-            lens.focal_px, max(lens.width, lens.height), relative_focal_sigma, is_trusted
+            lens.focal_px, max(lens.width, lens.height), relative_focal_sigma, is_exif_trusted
         )
         if replacement is not None:
             freedoms[number] = replace(freedoms[number], focal=False)
             value, reason = replacement
             reasons[number] = (reason,)
             priors.set_focal(reconstruction, number, value)
-            has_fixed = True
-    if has_fixed:
+            is_focal_fixed = True
+    if is_focal_fixed:
         covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
-    first_reasons = dict(reasons)
+    initial_reasons = dict(reasons)
 
-    def widen() -> None:
+    def free_more_parameters() -> None:
         nonlocal reconstruction, freedoms, covariances
-        reasons.update(first_reasons)
-        wider_lens_parameters = _free_lens_parameters(
+        reasons.update(initial_reasons)
+        result = _free_lens_parameters(
             reconstruction, photos_by_camera, freedoms, reasons, convergence, threads, progress
         )
-        if wider_lens_parameters is not None:
-            reconstruction, freedoms, covariances = wider_lens_parameters
+        if result is not None:
+            reconstruction, freedoms, covariances = result
 
-    widen()
-    fixed_to_exif = [
+    free_more_parameters()
+    exif_camera_ids = [
         number
         for number, rows in photos_by_camera.items()
         if photos[rows[0]].focal_px is not None and not freedoms[number].focal
     ]
-    freed_result = _free_contradicted(
-        reconstruction, photos_by_camera, freedoms, fixed_to_exif, first_reasons, threads, progress
+    freed_result = _free_contradicted_focals(
+        reconstruction,
+        photos_by_camera,
+        freedoms,
+        exif_camera_ids,
+        initial_reasons,
+        threads,
+        progress,
     )
     if freed_result is not None:
         reconstruction, freedoms, covariances = freed_result
-        widen()
-    factors = _factors(reconstruction, photos_by_camera)
+        free_more_parameters()
+    factors = _error_factors(reconstruction, photos_by_camera)
     return reconstruction, [
-        _describe(
+        _describe_calibration(
             reconstruction.camera(number),
             freedoms[number],
             covariances.get(number),
@@ -104,7 +110,7 @@ def calibrate(
     ]
 
 
-def _free_contradicted(
+def _free_contradicted_focals(
     base: Any,
     photos_by_camera: dict[int, list[int]],
     freedoms: dict[int, Freedom],
@@ -124,12 +130,12 @@ def _free_contradicted(
     trial_freedoms = {n: replace(f, focal=f.focal or n in numbers) for n, f in freedoms.items()}
     trial = _copy_with_k2(base, trial_freedoms)
     covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
-    factors = _factors(trial, photos_by_camera)
+    factors = _error_factors(trial, photos_by_camera)
     contradictions = {}
     for number in numbers:
         exif, focal = (float(r.camera(number).params[0]) for r in (base, trial))
         sigma = _focal_sigma(trial, number, covariances) * factors[number]
-        if priors.far_from_exif(focal / exif, sigma):
+        if priors.is_far_from_exif(focal / exif, sigma):
             contradictions[number] = 100 * (exif / focal - 1)
     if not contradictions:
         return None
@@ -141,7 +147,7 @@ def _free_contradicted(
         covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
     error_before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
     error_after = cross_validation_error(trial, trial_freedoms, threads=threads, progress=progress)
-    if not error_after < priors.CONTRADICTED * error_before:
+    if not error_after < priors.MAX_VALIDATION_RATIO * error_before:
         return None
     for number, contradiction in contradictions.items():
         reason = Finding(
@@ -177,9 +183,9 @@ def _free_lens_parameters(
         progress.step(0)
         trial = _copy_with_k2(base, trial_freedoms)
         covariances = adjust(trial, trial_freedoms, threads=threads, progress=progress)
-        factors = _factors(trial, photos_by_camera)
-        determined = {
-            number: _keep_determined(
+        factors = _error_factors(trial, photos_by_camera)
+        determined_freedoms = {
+            number: _fix_undetermined(
                 trial.camera(number),
                 freedom,
                 covariances.get(number),
@@ -188,9 +194,9 @@ def _free_lens_parameters(
             )
             for number, freedom in trial_freedoms.items()
         }
-        if determined == trial_freedoms:
+        if determined_freedoms == trial_freedoms:
             break
-        trial_freedoms = determined
+        trial_freedoms = determined_freedoms
     verdict: Finding | None = None
     if trial_freedoms != freedoms:
         error_before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
@@ -216,14 +222,14 @@ def _copy_with_k2(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
     extended_model = pycolmap.Reconstruction(base)
     for number, freedom in freedoms.items():
         camera = extended_model.camera(number)
-        if freedom.second and str(camera.model_name) == "SIMPLE_RADIAL":
+        if freedom.second_radial and str(camera.model_name) == "SIMPLE_RADIAL":
             params = [*camera.params, 0.0]
             camera.model = pycolmap.CameraModelId.RADIAL
             camera.params = params
     return extended_model
 
 
-def _keep_determined(
+def _fix_undetermined(
     camera: Any,
     freedom: Freedom,
     covariance: FloatArray | None,
@@ -231,25 +237,23 @@ def _keep_determined(
     checks: dict[str, Finding],
 ) -> Freedom:
     """Fix k2 and the principal point again if they fail their tests, and extend `checks`."""
-    if not (freedom.second or freedom.centre):
+    if not (freedom.second_radial or freedom.centre):
         return freedom
     if covariance is None:
         checks["lens"] = Finding("lens.undetermined")
-        return replace(freedom, second=False, centre=False)
-    indices = free_parameters(camera, freedom)
+        return replace(freedom, second_radial=False, centre=False)
+    indices = free_parameter_indices(camera, freedom)
     names = priors.parameter_names(str(camera.model_name))
-    row_of = {names[parameter_row]: row for row, parameter_row in enumerate(indices)}
+    row_by_name = {names[parameter_row]: row for row, parameter_row in enumerate(indices)}
     values = dict(zip(names, camera.params, strict=True))
     scaled_covariance = covariance * factor**2
     corner = float(np.hypot(camera.width, camera.height)) / 2
-    if freedom.second:
-        sigma = float(np.sqrt(scaled_covariance[row_of["k2"], row_of["k2"]]))
-        second_coefficient, checks["k2"] = priors.judge_second(
-            values["f"], corner, values["k2"], sigma
-        )
-        freedom = replace(freedom, second=second_coefficient)
+    if freedom.second_radial:
+        sigma = float(np.sqrt(scaled_covariance[row_by_name["k2"], row_by_name["k2"]]))
+        is_k2_free, checks["k2"] = priors.judge_k2(values["f"], corner, values["k2"], sigma)
+        freedom = replace(freedom, second_radial=is_k2_free)
     if freedom.centre:
-        rows = [row_of["cx"], row_of["cy"]]
+        rows = [row_by_name["cx"], row_by_name["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
         centre, checks["centre"] = priors.judge_centre(
             values["f"], corner, shift, scaled_covariance[np.ix_(rows, rows)]
@@ -267,7 +271,7 @@ def _focal_sigma(reconstruction: Any, number: int, covariances: dict[int, FloatA
     return float(np.sqrt(covariances[number][0, 0]) / camera.params[0])
 
 
-def _factors(reconstruction: Any, photos_by_camera: dict[int, list[int]]) -> dict[int, float]:
+def _error_factors(reconstruction: Any, photos_by_camera: dict[int, list[int]]) -> dict[int, float]:
     """Return the factor by which the formal errors of each camera are multiplied.
 
     The factors account for the scatter of the residuals and the correlation of neighbouring points.
@@ -282,11 +286,11 @@ def _factors(reconstruction: Any, photos_by_camera: dict[int, list[int]]) -> dic
     factors = {}
     for number, rows in photos_by_camera.items():
         point_count = sum(reconstruction.image(row + 1).num_points3D for row in rows)
-        factors[number] = float(scatter * priors.correlated_factor(point_count, len(rows)))
+        factors[number] = float(scatter * priors.correlation_factor(point_count, len(rows)))
     return factors
 
 
-def _describe(
+def _describe_calibration(
     camera: Any,
     freedom: Freedom,
     covariance: FloatArray | None,
@@ -298,12 +302,12 @@ def _describe(
     count = len(camera.params)
     sigma = np.zeros(count)
     correlation = np.full((count, count), np.nan)
-    parameter_indices = free_parameters(camera, freedom)
+    parameter_indices = free_parameter_indices(camera, freedom)
     if covariance is not None and len(covariance) == len(parameter_indices):
-        formal = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-        sigma[parameter_indices] = formal * factor
+        formal_errors = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        sigma[parameter_indices] = formal_errors * factor
         correlation[np.ix_(parameter_indices, parameter_indices)] = covariance / np.outer(
-            formal, formal
+            formal_errors, formal_errors
         )
     elif parameter_indices:
         sigma[parameter_indices] = np.nan

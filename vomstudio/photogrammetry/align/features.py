@@ -18,7 +18,7 @@ from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.files.untrusted.pictures import (
     MASK_BYTES,
-    PHOTOS,
+    PHOTO_FORMATS,
     convert_to_8_bits,
     open_picture,
 )
@@ -33,12 +33,12 @@ _VERSION = 2
 # in 10 to 15 thousand features. This limit does not depend on the level.
 MAX_FEATURES = 16_000
 # A position has several features if its gradients have several dominant directions.
-_FEATURES_PER_PLACE = 1.17
+_FEATURES_PER_POSITION = 1.17
 # Photos up to this size are enlarged twofold first, so that features are detected in their finest
 # details. The pyramid then needs less than 1 GB of memory.
-_DOUBLED_UP_TO = 2000
+_MAX_DOUBLED_SIZE_PX = 2000
 # Rec. 709 weights, which COLMAP uses to convert to grey.
-_LUMA = (0.2126, 0.7152, 0.0722)
+_LUMA_WEIGHTS = (0.2126, 0.7152, 0.0722)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class FeatureOptions:
 
 
 @dataclass(frozen=True)
-class ExtractTask:
+class ExtractionTask:
     """Feature detection in one photo.
 
     photo, mask : encoded files; the white parts of the mask are used
@@ -143,17 +143,17 @@ class Features:
             return None
 
 
-def extract(task: ExtractTask) -> Features:
+def extract_features(task: ExtractionTask) -> Features:
     """Detect the features of a photo.
 
     If the photo is unreadable, the result has a `problem`; no error is raised.
     """
     width = height = 0
     try:
-        with open_picture(task.photo, PHOTOS) as image:
+        with open_picture(task.photo, PHOTO_FORMATS) as image:
             width, height = image.size
-            pixels = _pixels(image, task.options.max_size)
-        usable_mask = None if task.mask is None else _mask(task.mask, width, height)
+            pixels = _decode_pixels(image, task.options.max_size)
+        usable_mask = None if task.mask is None else _decode_mask(task.mask, width, height)
     except InputError as error:
         problem = Finding(
             "alignment.photo-unreadable", reason=error.message, reason_code=error.code
@@ -179,12 +179,12 @@ def extract(task: ExtractTask) -> Features:
             descriptors[is_unmasked],
             colors[is_unmasked],
         )
-    missing = None
+    finding = None
     if not len(keypoints):
-        missing = Finding("alignment.photo-without-features")
+        finding = Finding("alignment.photo-without-features")
         if usable_mask is not None and not usable_mask.any():
-            missing = Finding("alignment.photo-masked")
-    return Features(keypoints, descriptors, colors, width, height, missing)
+            finding = Finding("alignment.photo-masked")
+    return Features(keypoints, descriptors, colors, width, height, finding)
 
 
 def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
@@ -197,8 +197,8 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
     settings.max_image_size = max(image.shape)
     settings.num_threads = 1
     settings.use_gpu = False
-    settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_PLACE)
-    settings.sift.first_octave = -1 if max(image.shape) <= _DOUBLED_UP_TO else 0
+    settings.sift.max_num_features = math.ceil(options.max_features / _FEATURES_PER_POSITION)
+    settings.sift.first_octave = -1 if max(image.shape) <= _MAX_DOUBLED_SIZE_PX else 0
     # COLMAP's extractor for a single picture holds the GIL; this one does not.
     with tempfile.TemporaryDirectory(prefix="vom-features-") as folder:
         pictures = Path(folder, "pictures")
@@ -210,14 +210,14 @@ def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteA
         pycolmap.extract_features(
             database, pictures, extraction_options=settings, device=pycolmap.Device.cpu
         )
-        open_model = pycolmap.Database.open(database)
+        connection = pycolmap.Database.open(database)
         try:
-            keypoints = np.array(open_model.read_keypoints(1), np.float32).reshape(-1, 6)
-            descriptors = np.array(open_model.read_descriptors(1).data, np.uint8).reshape(-1, 128)
+            keypoints = np.array(connection.read_keypoints(1), np.float32).reshape(-1, 6)
+            descriptors = np.array(connection.read_descriptors(1).data, np.uint8).reshape(-1, 128)
         finally:
-            open_model.close()
-    strongest_rows = _largest(keypoints, options.max_features)
-    return keypoints[strongest_rows], descriptors[strongest_rows]
+            connection.close()
+    largest_rows = _largest_keypoints(keypoints, options.max_features)
+    return keypoints[largest_rows], descriptors[largest_rows]
 
 
 def sizes(keypoints: Float32Array) -> Float32Array:
@@ -226,7 +226,7 @@ def sizes(keypoints: Float32Array) -> Float32Array:
     return np.abs(k[:, 2] * k[:, 5] - k[:, 3] * k[:, 4])
 
 
-def _largest(keypoints: Float32Array, count: int) -> IndexArray:
+def _largest_keypoints(keypoints: Float32Array, count: int) -> IndexArray:
     """Return the rows of the `count` largest keypoints, in their original order."""
     if len(keypoints) <= count:
         return np.arange(len(keypoints))
@@ -237,22 +237,22 @@ def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
     """Estimate the peak memory of feature detection in one photo, in bytes."""
     scale = min(1.0, options.max_size / max(width, height, 1))
     pixels = width * height * scale * scale
-    is_doubled = 4 if max(width, height) * scale <= _DOUBLED_UP_TO else 1
+    enlargement = 4 if max(width, height) * scale <= _MAX_DOUBLED_SIZE_PX else 1
     # The float pyramid, the differences and gradients of the finest octave, and the other octaves,
     # plus the decoded photo, which the JPEG decoder already reduces.
-    return int(pixels * is_doubled * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
+    return int(pixels * enlargement * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
 
 
 def grey(pixels: ByteArray) -> ByteArray:
     """Convert pixels (h, w, 3) to grey (h, w)."""
     import cv2
 
-    return np.asarray(cv2.transform(pixels, np.array([_LUMA], np.float32)), np.uint8).reshape(
-        pixels.shape[:2]
-    )
+    return np.asarray(
+        cv2.transform(pixels, np.array([_LUMA_WEIGHTS], np.float32)), np.uint8
+    ).reshape(pixels.shape[:2])
 
 
-def _pixels(image: Image.Image, size: int) -> ByteArray:
+def _decode_pixels(image: Image.Image, size: int) -> ByteArray:
     """Return the pixels (h, w, 3) as stored, reduced to a maximum long side of `size`."""
     import cv2
 
@@ -268,10 +268,10 @@ def _pixels(image: Image.Image, size: int) -> ByteArray:
     return np.asarray(pixels, np.uint8)
 
 
-def _mask(data: bytes, width: int, height: int) -> BoolArray:
+def _decode_mask(data: bytes, width: int, height: int) -> BoolArray:
     from PIL import Image
 
-    with open_picture(data, PHOTOS, min_pixel_bytes=MASK_BYTES) as image:
+    with open_picture(data, PHOTO_FORMATS, min_pixel_bytes=MASK_BYTES) as image:
         band: Image.Image = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")

@@ -18,7 +18,7 @@ _MIN_RELATIVE_DIFFERENCE = 0.04
 
 def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
     """Find focal lengths that are poorly determined or wrong in EXIF, which stretch depths."""
-    vague_lenses: dict[str, float] = {}
+    vague_errors: dict[str, float] = {}
     wrong_changes: dict[str, float] = {}
     for camera in cameras:
         focal, sigma = camera.values[0], camera.sigma[0]
@@ -26,14 +26,14 @@ def lens_findings(cameras: Sequence[Calibration]) -> list[Finding]:
             error = math.inf if camera.focal == "held" else sigma / focal
             # NaN counts as unknown.
             if not error <= _MAX_RELATIVE_ERROR:
-                vague_lenses |= dict.fromkeys(camera.photos, error)
+                vague_errors |= dict.fromkeys(camera.photos, error)
         elif abs(camera.exif_px / focal - 1) > max(_MIN_RELATIVE_DIFFERENCE, 3 * sigma / focal):
             wrong_changes |= dict.fromkeys(camera.photos, camera.exif_px / focal - 1)
     findings = []
-    if vague_lenses:
-        error = max(vague_lenses.values())
+    if vague_errors:
+        error = max(vague_errors.values())
         known_error = error if math.isfinite(error) else None
-        findings.append(Finding("focal-vague", photos=tuple(vague_lenses), value=known_error))
+        findings.append(Finding("focal-vague", photos=tuple(vague_errors), value=known_error))
     if wrong_changes:
         worst_change = max(wrong_changes.values(), key=abs)
         percent = 100 * worst_change

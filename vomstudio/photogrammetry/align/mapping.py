@@ -21,11 +21,11 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 # The run time of incremental mapping grows faster than the number of photos.
-_INCREMENTAL_UP_TO = 300
+_MAX_INCREMENTAL_PHOTOS = 300
 # If a smaller share of the photos is placed, the EXIF focal lengths are freed.
 _MIN_PLACED_SHARE = 0.9
 
@@ -81,35 +81,35 @@ def map_photos(
     """
     has_focal = [p.focal_px is not None for p in photos]
     if options.mapper == "auto":
-        mapper = "incremental" if len(photos) <= _INCREMENTAL_UP_TO else "global"
+        mapper = "incremental" if len(photos) <= _MAX_INCREMENTAL_PHOTOS else "global"
     else:
         mapper = options.mapper
-    run = _incremental if mapper == "incremental" else _global
+    run = _map_incrementally if mapper == "incremental" else _map_globally
     notes: list[Finding] = []
     if mapper == "global":
         notes.append(Finding("alignment.global-mapping"))
     free_text: FreeFocals = "none" if all(has_focal) else "unknown"
     parts = run(database, photos, work_folder, options, progress, free_text)
-    placed_names = _count_placed(parts)
-    if any(has_focal) and placed_names < _MIN_PLACED_SHARE * len(photos):
+    placed_count = _count_placed_photos(parts)
+    if any(has_focal) and placed_count < _MIN_PLACED_SHARE * len(photos):
         other_parts = run(database, photos, work_folder, options, progress, "all")
-        if _count_placed(other_parts) > placed_names:
+        if _count_placed_photos(other_parts) > placed_count:
             notes.append(
                 Finding(
                     "alignment.exif-focal-dropped",
-                    aligned=placed_names,
-                    aligned_without=_count_placed(other_parts),
+                    aligned=placed_count,
+                    aligned_without=_count_placed_photos(other_parts),
                 )
             )
             return MappingResult(tuple(other_parts), tuple(notes), is_exif_trusted=False)
     return MappingResult(tuple(parts), tuple(notes))
 
 
-def _count_placed(parts: Sequence[Any]) -> int:
+def _count_placed_photos(parts: Sequence[Any]) -> int:
     return int(parts[0].num_reg_images()) if parts else 0
 
 
-def _incremental(
+def _map_incrementally(
     database: Path,
     photos: Sequence[PhotoLike],
     work_folder: Path,
@@ -133,21 +133,21 @@ def _incremental(
     progress.stage(tr("Computing poses"), len(photos))
     placed_count = [0]
 
-    def one_more() -> None:
+    def count_next_image() -> None:
         placed_count[0] = min(placed_count[0] + 1, len(photos))
 
-    def first_two() -> None:
+    def count_initial_pair() -> None:
         placed_count[0] = min(placed_count[0] + 2, len(photos))
 
-    folder = _empty_folder(work_folder / "mapping")
-    reconstructions = cancellable(
+    folder = _make_empty_folder(work_folder / "mapping")
+    reconstructions = run_cancellable(
         lambda token: pycolmap.incremental_mapping(
             database,
             work_folder,
             folder,
             settings,
-            initial_image_pair_callback=first_two,
-            next_image_callback=one_more,
+            initial_image_pair_callback=count_initial_pair,
+            next_image_callback=count_next_image,
             cancellation_token=token,
         ),
         progress,
@@ -155,10 +155,10 @@ def _incremental(
     )
     progress.step(placed_count[0])
     shutil.rmtree(folder, ignore_errors=True)
-    return _largest_first(reconstructions)
+    return _sort_parts(reconstructions)
 
 
-def _global(
+def _map_globally(
     database: Path,
     photos: Sequence[PhotoLike],
     work_folder: Path,
@@ -173,30 +173,30 @@ def _global(
     settings.min_model_size = 2
     settings.mapper.bundle_adjustment.refine_focal_length = free_focals != "none"
     progress.stage(tr("Computing poses"))
-    folder = _empty_folder(work_folder / "mapping")
+    folder = _make_empty_folder(work_folder / "mapping")
     # The mapper cannot be interrupted: to cancel, wait until it ends or kill the worker.
-    reconstructions = cancellable(
+    reconstructions = run_cancellable(
         lambda token: pycolmap.global_mapping(database, work_folder, folder, settings), progress
     )
     shutil.rmtree(folder, ignore_errors=True)
-    return _largest_first(reconstructions)
+    return _sort_parts(reconstructions)
 
 
-def _empty_folder(folder: Path) -> Path:
+def _make_empty_folder(folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     return folder
 
 
 def _known_cameras(database: Path) -> set[int]:
-    open_model = colmap().Database.open(database)
+    connection = colmap().Database.open(database)
     try:
-        return {c.camera_id for c in open_model.read_all_cameras() if c.has_prior_focal_length}
+        return {c.camera_id for c in connection.read_all_cameras() if c.has_prior_focal_length}
     finally:
-        open_model.close()
+        connection.close()
 
 
-def _largest_first(reconstructions: dict[int, Any]) -> list[Any]:
+def _sort_parts(reconstructions: dict[int, Any]) -> list[Any]:
     """Sort the parts by number of photos, and drop those that add fewer than two photos.
 
     COLMAP may place a photo in several parts; `shared_images` lists these photos for each part.
@@ -236,7 +236,7 @@ def remove_images(reconstruction: Any, images: Collection[int]) -> None:
 
 
 # ------------------------------------------------------------------------------------------------
-def intrinsics_of(camera: Any) -> Intrinsics:
+def convert_camera(camera: Any) -> Intrinsics:
     """Convert a COLMAP camera; the names and the order of the parameters do not change."""
     return Intrinsics(
         str(camera.model_name),
@@ -255,13 +255,13 @@ def scene_of(
     same reconstruction always gives the same scene.
     """
     images = sorted(reconstruction.reg_image_ids())
-    row_of = {image: row for row, image in enumerate(images)}
+    row_by_image = {image: row for row, image in enumerate(images)}
     lenses: dict[int, Intrinsics] = {}
     views = []
     for image_id in images:
         image = reconstruction.image(image_id)
         if image.camera_id not in lenses:
-            lenses[image.camera_id] = intrinsics_of(reconstruction.camera(image.camera_id))
+            lenses[image.camera_id] = convert_camera(reconstruction.camera(image.camera_id))
         pose = np.asarray(image.cam_from_world().matrix(), np.float64)
         views.append(
             View(
@@ -283,7 +283,7 @@ def scene_of(
         lengths[row] = len(elements)
         track_images += [image for image, _ in elements]
         track_indices += [number for _, number in elements]
-    track_views = np.array([row_of[i] for i in track_images], np.int32)
+    track_views = np.array([row_by_image[i] for i in track_images], np.int32)
     numbers = np.array(track_indices, np.intp)
     pixels = np.zeros((len(track_images), 2), np.float32)
     colors = np.zeros((len(track_images), 3), np.float64)
@@ -301,7 +301,7 @@ def scene_of(
     scene = SparseScene(
         tuple(views),
         points,
-        _means(colors, offsets).round().astype(np.uint8),
+        _grouped_means(colors, offsets).round().astype(np.uint8),
         np.zeros(len(ids), np.float32),
         offsets,
         track_views,
@@ -315,15 +315,15 @@ def residuals(scene: SparseScene) -> FloatArray:
     misclosures = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
     for row, view in enumerate(scene.views):
-        is_of_view = scene.track_views == row
-        misclosures[is_of_view] = scene.track_pixels[is_of_view] - view.project(points[is_of_view])
+        is_in_view = scene.track_views == row
+        misclosures[is_in_view] = scene.track_pixels[is_in_view] - view.project(points[is_in_view])
     return misclosures
 
 
 def point_errors(scene: SparseScene) -> Float32Array:
     """Return the mean length (n,) of each point's residuals, pixels."""
     lengths = np.linalg.norm(residuals(scene), axis=1)[:, None]
-    return _means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
+    return _grouped_means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
 
 
 def mean_error(scene: SparseScene) -> float:
@@ -332,7 +332,7 @@ def mean_error(scene: SparseScene) -> float:
     return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
-def _means(values: FloatArray, offsets: IntArray) -> FloatArray:
+def _grouped_means(values: FloatArray, offsets: IntArray) -> FloatArray:
     if len(offsets) < 2:
         return np.zeros((0, values.shape[1]))
     return np.add.reduceat(values, offsets[:-1], axis=0) / np.diff(offsets)[:, None]

@@ -22,7 +22,7 @@ import numpy as np
 
 from vomstudio.core.arrays import Float32Array, IntArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import JSON_BYTES, read_small
+from vomstudio.core.files.regular import MAX_JSON_BYTES, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
@@ -30,8 +30,8 @@ from vomstudio.photogrammetry.base.colmap import colmap
 
 Pair = tuple[int, int]
 
-_DEFAULT_FOCAL = 1.2
-_QUICK_CHECK = """
+_DEFAULT_FOCAL_RATIO = 1.2
+_QUICK_CHECK_SCRIPT = """
 import sqlite3, sys
 checked = sqlite3.connect(sys.argv[1]).execute("PRAGMA quick_check").fetchone()
 sys.exit(checked != ("ok",))
@@ -51,19 +51,21 @@ def open_database(
     share a camera.
     """
     lenses = lenses or [0] * len(photos)
-    stated_options = json.dumps(
+    description = json.dumps(
         [
             [p.name, p.width, p.height, repr(p.camera_key), p.focal_px, k, lens]
             for p, k, lens in zip(photos, keys, lenses, strict=True)
         ]
     )
-    note_path = path.with_suffix(".json")
+    description_path = path.with_suffix(".json")
     try:
-        if read_small(note_path, JSON_BYTES) == stated_options.encode() and _is_valid(path):
+        if read_small_file(description_path, MAX_JSON_BYTES) == description.encode() and _is_valid(
+            path
+        ):
             return
     except (InputError, OSError):
         pass
-    note_path.unlink(missing_ok=True)
+    description_path.unlink(missing_ok=True)
     for suffix in ("", "-wal", "-shm", "-journal"):
         path.with_name(path.name + suffix).unlink(missing_ok=True)
     pycolmap = colmap()
@@ -76,7 +78,7 @@ def open_database(
         for photo, key in zip(photos, camera_keys, strict=True):
             if key not in cameras:
                 cameras[key] = len(cameras) + 1
-                camera = _camera(photo, cameras[key])
+                camera = _make_camera(photo, cameras[key])
                 database.write_camera(camera, use_camera_id=True)
                 rig = pycolmap.Rig(rig_id=cameras[key])
                 rig.add_ref_sensor(camera.sensor_id)
@@ -95,7 +97,7 @@ def open_database(
             database.write_descriptors(row + 1, descriptors)
     finally:
         database.close()
-    note_path.write_text(stated_options, encoding="utf-8")
+    description_path.write_text(description, encoding="utf-8")
 
 
 def image_name(row: int) -> str:
@@ -103,17 +105,17 @@ def image_name(row: int) -> str:
     return f"{row + 1:06d}"
 
 
-def starting_focal(photo: PhotoLike) -> float:
+def initial_focal_px(photo: PhotoLike) -> float:
     """Return the initial focal length in pixels; if unknown, that of a typical lens."""
-    return photo.focal_px or _DEFAULT_FOCAL * max(photo.width, photo.height)
+    return photo.focal_px or _DEFAULT_FOCAL_RATIO * max(photo.width, photo.height)
 
 
-def _camera(photo: PhotoLike, number: int) -> Any:
+def _make_camera(photo: PhotoLike, number: int) -> Any:
     camera = colmap().Camera(
         model="SIMPLE_RADIAL",
         width=photo.width,
         height=photo.height,
-        params=[starting_focal(photo), photo.width / 2, photo.height / 2, 0.0],
+        params=[initial_focal_px(photo), photo.width / 2, photo.height / 2, 0.0],
     )
     camera.camera_id = number
     camera.has_prior_focal_length = photo.focal_px is not None
@@ -124,12 +126,12 @@ def _is_valid(path: Path) -> bool:
     """Check a database in a separate process, because COLMAP has no such check."""
     if not path.exists():
         return False
-    command = [sys.executable, "-I", "-c", _QUICK_CHECK, str(path)]
+    command = [sys.executable, "-I", "-c", _QUICK_CHECK_SCRIPT, str(path)]
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 @contextmanager
-def open_existing(path: Path) -> Iterator[Any]:
+def open_existing_database(path: Path) -> Iterator[Any]:
     """Open an existing database while COLMAP may be writing it (write-ahead log).
 
     Raises InputError if the database cannot be opened.
@@ -139,7 +141,7 @@ def open_existing(path: Path) -> Iterator[Any]:
     try:
         database = colmap().Database.open(path)
     except RuntimeError as error:
-        raise _unreadable(path, error) from error
+        raise _unreadable_error(path, error) from error
     try:
         yield database
     finally:
@@ -149,14 +151,14 @@ def open_existing(path: Path) -> Iterator[Any]:
 @contextmanager
 def open_for_reading(path: Path) -> Iterator[Any]:
     """Open a database for queries. Raises InputError if the database is invalid."""
-    with open_existing(path) as database:
+    with open_existing_database(path) as database:
         try:
             yield database
         except RuntimeError as error:
-            raise _unreadable(path, error) from error
+            raise _unreadable_error(path, error) from error
 
 
-def _unreadable(path: Path, error: RuntimeError) -> InputError:
+def _unreadable_error(path: Path, error: RuntimeError) -> InputError:
     return InputError(Finding("alignment.matches-unreadable", reason=error), file=path)
 
 
@@ -240,7 +242,7 @@ def copy_pairs(source: Path, target: Path) -> None:
             )
 
 
-def matches_of_pair(
+def read_pair_matches(
     path: Path, a: int, b: int
 ) -> tuple[Float32Array, Float32Array, IntArray, IntArray]:
     """Return the features and matches of two photos.
@@ -255,7 +257,7 @@ def matches_of_pair(
     -------
     first, second : (n, 2) array
         Positions of the features of each photo, in pixels.
-    matches, verified : (m, 2) array
+    matches, verified_matches : (m, 2) array
         Rows of the matching features in `first` and `second`: all matches, and the verified ones.
 
     Raises
@@ -272,7 +274,7 @@ def matches_of_pair(
         np.array(points, np.float32).reshape(-1, 2)
         for points in (first_keypoints, second_keypoints)
     )
-    matches, verified = (
+    matches, verified_matches = (
         np.array(rows, np.int64).reshape(-1, 2) for rows in (all_rows, verified_rows)
     )
-    return first, second, matches, verified
+    return first, second, matches, verified_matches

@@ -24,21 +24,21 @@ from vomstudio.photogrammetry.align.match_database import (
     count_compared,
     image_name,
     is_compared,
-    open_existing,
+    open_existing_database,
     open_for_reading,
 )
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
 
 _MAX_EXHAUSTIVE_PHOTOS = 60
-_NEIGHBOURS = 30
+_N_NEIGHBOURS = 30
 _SEQUENCE_LENGTH = 10
 _BLOCK_SIZE = 12
 # If the spread of the GPS positions is smaller, they do not show which photos are neighbours.
 _MIN_SPREAD_M = 10.0
-_PRESELECTION_FEATURES = 400
+_N_PRESELECTION_FEATURES = 400
 
 
 @dataclass(frozen=True)
@@ -89,15 +89,18 @@ def choose_pairs(
         return PairChoice(tuple(sorted(pairs)), finding)
     pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
     if rule == "spatial":
-        pairs |= _nearest(photos)
+        pairs |= _nearest_pairs(photos)
         finding = Finding(
-            "alignment.matched-by-gps", neighbours=_NEIGHBOURS, pairs=len(pairs), total=n_all_pairs
+            "alignment.matched-by-gps",
+            neighbours=_N_NEIGHBOURS,
+            pairs=len(pairs),
+            total=n_all_pairs,
         )
     else:
-        pairs |= _most_similar(features, progress or SilentProgress())
+        pairs |= _most_similar_pairs(features, progress or SilentProgress())
         finding = Finding(
             "alignment.matched-by-likeness",
-            neighbours=_NEIGHBOURS,
+            neighbours=_N_NEIGHBOURS,
             pairs=len(pairs),
             total=n_all_pairs,
         )
@@ -131,12 +134,12 @@ def _has_useful_gps(photos: Sequence[PhotoLike]) -> bool:
     return spread > max(_MIN_SPREAD_M, 5 * noise)
 
 
-def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
+def _nearest_pairs(photos: Sequence[PhotoLike]) -> set[Pair]:
     from scipy.spatial import cKDTree
 
     positions = _positions(photos)
     known_indices = np.flatnonzero(~np.isnan(positions[:, 0]))
-    count = min(_NEIGHBOURS + 1, len(known_indices))
+    count = min(_N_NEIGHBOURS + 1, len(known_indices))
     _, rows = cKDTree(positions[known_indices]).query(positions[known_indices], k=count)
     pairs = {
         (int(min(i, j)), int(max(i, j)))
@@ -152,43 +155,45 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
     return pairs
 
 
-def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]:
+def _most_similar_pairs(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
-    largest_features: list[Float32Array] = []
+    largest_descriptors: list[Float32Array] = []
     for f in features:
-        largest_rows = np.argsort(-sizes(f.keypoints), kind="stable")[:_PRESELECTION_FEATURES]
+        largest_rows = np.argsort(-sizes(f.keypoints), kind="stable")[:_N_PRESELECTION_FEATURES]
         d = f.descriptors[largest_rows].astype(np.float32)
-        largest_features.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
+        largest_descriptors.append(d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-6))
     score = np.zeros((n, n), np.int32)
     n_all_pairs = n * (n - 1) // 2
     progress.stage(tr("Finding similar photos"), n_all_pairs)
     for i in range(n):
         progress.step(n_all_pairs - (n - i) * (n - i - 1) // 2)
         for j in range(i + 1, n):
-            score[i, j] = score[j, i] = _mutual_matches(largest_features[i], largest_features[j])
+            score[i, j] = score[j, i] = _count_mutual_matches(
+                largest_descriptors[i], largest_descriptors[j]
+            )
     pairs: set[Pair] = set()
     for i in range(n):
-        best_rows = np.argsort(-score[i], kind="stable")
+        ranked_rows = np.argsort(-score[i], kind="stable")
         pairs |= {
             (min(i, int(j)), max(i, int(j)))
-            for j in best_rows[:_NEIGHBOURS]
+            for j in ranked_rows[:_N_NEIGHBOURS]
             if score[i, j] > 3 and j != i
         }
     return pairs
 
 
-def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
+def _count_mutual_matches(a: Float32Array, b: Float32Array) -> int:
     """Count the mutual nearest neighbours that pass the ratio test."""
     if len(a) < 2 or len(b) < 2:
         return 0
     cosine = a @ b.T
     best_columns = cosine.argmax(axis=1)
-    best_in_rows = cosine.max(axis=1)
-    second_best = cosine.copy()
-    second_best[np.arange(len(a)), best_columns] = -1
+    best_cosines = cosine.max(axis=1)
+    other_cosines = cosine.copy()
+    other_cosines[np.arange(len(a)), best_columns] = -1
     # Lowe's ratio test with a threshold of 0.8, applied to angles.
-    is_distinct = np.arccos(np.clip(best_in_rows, -1, 1)) < 0.8 * np.arccos(
-        np.clip(second_best.max(axis=1), -1, 1)
+    is_distinct = np.arccos(np.clip(best_cosines, -1, 1)) < 0.8 * np.arccos(
+        np.clip(other_cosines.max(axis=1), -1, 1)
     )
     return int((is_distinct & (cosine.argmax(axis=0)[best_columns] == np.arange(len(a)))).sum())
 
@@ -224,13 +229,13 @@ def match_pairs(
     # A single matcher reuses the search trees of the photos from block to block.
     with (
         tempfile.TemporaryDirectory(prefix="vom-pairs-") as folder,
-        open_existing(path) as database_view,
+        open_existing_database(path) as database_view,
     ):
-        n_compared_before = count_compared(database_view)
+        initial_count = count_compared(database_view)
 
-        def now_finished() -> int:
+        def count_finished() -> int:
             try:
-                return finished_count + count_compared(database_view) - n_compared_before
+                return finished_count + count_compared(database_view) - initial_count
             except RuntimeError:
                 # COLMAP is merging its log into the database.
                 return finished_count
@@ -241,7 +246,7 @@ def match_pairs(
             encoding="utf-8",
         )
         if remaining_pairs:
-            cancellable(
+            run_cancellable(
                 lambda token: pycolmap.match_image_pairs(
                     path,
                     matching_options=matching,
@@ -251,6 +256,6 @@ def match_pairs(
                     cancellation_token=token,
                 ),
                 progress,
-                now_finished,
+                count_finished,
             )
     progress.step(len(pairs))

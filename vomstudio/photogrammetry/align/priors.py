@@ -7,15 +7,16 @@ it fits the deviation of the lens from its model. The formal error alone is ther
 sufficient.
 
 A focal length known from EXIF is freed only under three conditions: the photos of the camera view
-the same rock from sufficiently different directions (`CONVERGENT_DEG`, root mean square about their
-mean), there are enough photos, and the error of the freed value is small even if neighbouring tie
-points are counted as one. Otherwise the focal length is fixed, unless the photos clearly contradict
-it. They do so if the freed value differs by `FAR_FROM_EXIF` or more and by several times its error,
-and if the cross-validation error of the tie points falls below `CONTRADICTED` times the previous
-one. (If EXIF is right, the error decreases by a few hundredths at best, because the freed value
-absorbs the misfit of the lens model.) An unknown focal length is freed; if it cannot be determined,
-a typical focal length is assumed, and this is reported. Radial distortion is determined by the
-overlap of any two photos, so it is free for a camera with enough photos.
+the same rock from sufficiently different directions (`MIN_CONVERGENCE_DEG`, root mean square about
+their mean), there are enough photos, and the error of the freed value is small even if neighbouring
+tie points are counted as one. Otherwise the focal length is fixed, unless the photos clearly
+contradict it. They do so if the freed value differs by `MIN_EXIF_DIFFERENCE` or more and by several
+times its error, and if the cross-validation error of the tie points falls below
+`MAX_VALIDATION_RATIO` times the previous one. (If EXIF is right, the error decreases by a few
+hundredths at best, because the freed value absorbs the misfit of the lens model.) An unknown focal
+length is freed; if it cannot be determined, a typical focal length is assumed, and this is
+reported. Radial distortion is determined by the overlap of any two photos, so it is free for a
+camera with enough photos.
 
 If there are enough photos, other lens parameters are tested: k2, without which a block of parallel
 views bends like a dome, and the principal point. The latter is tested only for convergent photos
@@ -38,26 +39,26 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 
-CONVERGENT_DEG = 8.0
+MIN_CONVERGENCE_DEG = 8.0
 MIN_PHOTOS = 6
 # If a camera has fewer photos, its distortion is fixed.
 MIN_PHOTOS_DISTORTION = 2
-MAX_SIGMA = 0.01
+MAX_RELATIVE_SIGMA = 0.01
 MIN_EFFECT_PX = 0.1
 MIN_SIGMAS = 3.0
 # Relative error assumed for an unknown focal length: the typical difference between lenses.
 UNKNOWN_FOCAL_SIGMA = 0.2
 # Share of the long side: a 35 mm equivalent of 30 mm, between phones and drones (24 to 28 mm) and
 # normal lenses (35 mm).
-DEFAULT_FOCAL = 0.83
-FAR_FROM_EXIF = 0.04
-CONTRADICTED = 0.93
+DEFAULT_FOCAL_RATIO = 0.83
+MIN_EXIF_DIFFERENCE = 0.04
+MAX_VALIDATION_RATIO = 0.93
 # Share of the diagonal. Principal points are typically 0.5 % off the centre, so an estimate with
 # less than half of that error is better than none.
 MAX_CENTRE_SIGMA = 0.0025
 MAX_CENTRE_SHIFT = 0.02
 # Number of independent regions per photo: neighbouring points share the misfit of the lens model.
-_INDEPENDENT_PER_PHOTO = 50
+_INDEPENDENT_POINTS_PER_PHOTO = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ class Calibration:
     convergence_deg: float
 
     @property
-    def strongest(self) -> tuple[str, str, float] | None:
+    def strongest_correlation(self) -> tuple[str, str, float] | None:
         """Names of the two most correlated parameters, and their correlation."""
         table = np.abs(np.array(self.correlation, np.float64))
         table[~np.isfinite(table)] = 0
@@ -122,7 +123,7 @@ class Freedom:
 
     focal: bool
     distortion: bool
-    second: bool = False
+    second_radial: bool = False
     centre: bool = False
 
 
@@ -130,7 +131,7 @@ ALL_FIXED = Freedom(False, False)
 
 
 def select_free_parameters(
-    is_known: bool, photos: int, convergence: float, is_trusted: bool = True
+    is_known: bool, photos: int, convergence: float, is_exif_trusted: bool = True
 ) -> tuple[Freedom, Finding]:
     """Select the free parameters of a camera before their errors are known, with the reason.
 
@@ -142,22 +143,22 @@ def select_free_parameters(
         Number of placed photos of the camera.
     convergence : float
         Convergence of all photos of the part, in degrees.
-    is_trusted : bool
+    is_exif_trusted : bool
         Whether the photos could be placed with the EXIF focal length.
     """
     distortion = photos >= MIN_PHOTOS_DISTORTION
-    is_weak = convergence < CONVERGENT_DEG
+    is_weak = convergence < MIN_CONVERGENCE_DEG
     if not is_known:
         if is_weak:
             return Freedom(True, distortion), Finding("lens.focal-weak", spread_deg=convergence)
         return Freedom(True, distortion), Finding(
             "lens.focal-estimated-without-exif", spread_deg=convergence
         )
-    if not is_trusted:
+    if not is_exif_trusted:
         return Freedom(True, distortion), Finding("lens.exif-unusable")
     if is_weak:
         return Freedom(False, distortion), Finding(
-            "lens.focal-held-one-direction", spread_deg=convergence, least_deg=CONVERGENT_DEG
+            "lens.focal-held-one-direction", spread_deg=convergence, least_deg=MIN_CONVERGENCE_DEG
         )
     if photos < MIN_PHOTOS:
         return Freedom(False, distortion), Finding(
@@ -167,7 +168,7 @@ def select_free_parameters(
 
 
 def fixed_focal(
-    exif_px: float | None, long_side: int, sigma: float, is_trusted: bool
+    exif_px: float | None, long_side: int, sigma: float, is_exif_trusted: bool
 ) -> tuple[float, Finding] | None:
     """Return the fixed focal length that replaces an uncertain one, and the reason.
 
@@ -177,20 +178,20 @@ def fixed_focal(
         if sigma <= UNKNOWN_FOCAL_SIGMA:
             return None
         if np.isfinite(sigma):
-            return DEFAULT_FOCAL * long_side, Finding(
-                "lens.focal-assumed", focal_mm=36 * DEFAULT_FOCAL, error_percent=100 * sigma
+            return DEFAULT_FOCAL_RATIO * long_side, Finding(
+                "lens.focal-assumed", focal_mm=36 * DEFAULT_FOCAL_RATIO, error_percent=100 * sigma
             )
-        return DEFAULT_FOCAL * long_side, Finding(
-            "lens.focal-assumed", focal_mm=36 * DEFAULT_FOCAL, error_percent=None
+        return DEFAULT_FOCAL_RATIO * long_side, Finding(
+            "lens.focal-assumed", focal_mm=36 * DEFAULT_FOCAL_RATIO, error_percent=None
         )
-    if not is_trusted or sigma <= MAX_SIGMA:
+    if not is_exif_trusted or sigma <= MAX_RELATIVE_SIGMA:
         return None
     return exif_px, Finding("lens.focal-held-uncertain", error_percent=100 * sigma)
 
 
-def far_from_exif(ratio: float, sigma: float) -> bool:
+def is_far_from_exif(ratio: float, sigma: float) -> bool:
     """Return whether a freed focal length, given its ratio to EXIF, differs significantly."""
-    return abs(ratio - 1) > max(FAR_FROM_EXIF, MIN_SIGMAS * sigma)
+    return abs(ratio - 1) > max(MIN_EXIF_DIFFERENCE, MIN_SIGMAS * sigma)
 
 
 def free_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> Freedom:
@@ -201,20 +202,20 @@ def free_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> F
     has_enough_photos = freedom.distortion and photos >= MIN_PHOTOS
     return replace(
         freedom,
-        second=has_enough_photos,
-        centre=has_enough_photos and freedom.focal and convergence >= CONVERGENT_DEG,
+        second_radial=has_enough_photos,
+        centre=has_enough_photos and freedom.focal and convergence >= MIN_CONVERGENCE_DEG,
     )
 
 
-def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, Finding]:
+def judge_k2(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, Finding]:
     """Return whether to estimate k2, and the reason.
 
     corner_px : distance of the corner of the picture from its centre
     """
     radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
     bend = focal * k2 * radius**5
-    alternatives = np.column_stack([radius, radius**3])
-    bend_residuals = bend - alternatives @ np.linalg.lstsq(alternatives, bend, rcond=None)[0]
+    basis = np.column_stack([radius, radius**3])
+    bend_residuals = bend - basis @ np.linalg.lstsq(basis, bend, rcond=None)[0]
     bend_effect, sigmas = float(np.abs(bend_residuals).max()), abs(k2) / sigma if sigma > 0 else 0.0
     if bend_effect >= MIN_EFFECT_PX and sigmas >= MIN_SIGMAS:
         return True, Finding("lens.distortion-estimated", effect_px=bend_effect, times=sigmas)
@@ -262,16 +263,16 @@ def judge_centre(
     return is_estimated, reason
 
 
-def correlated_factor(observations: int, photos: int) -> float:
+def correlation_factor(observations: int, photos: int) -> float:
     """Return the factor by which correlated neighbouring points increase formal errors."""
-    return float(np.sqrt(max(1.0, observations / max(1, photos * _INDEPENDENT_PER_PHOTO))))
+    return float(np.sqrt(max(1.0, observations / max(1, photos * _INDEPENDENT_POINTS_PER_PHOTO))))
 
 
 def parameter_names(model: str) -> tuple[str, ...]:
     """Return the parameter names of a COLMAP camera model, in COLMAP's order."""
-    from vomstudio.geometry.cameras import MODELS
+    from vomstudio.geometry.cameras import CAMERA_MODELS
 
-    return MODELS[model]
+    return CAMERA_MODELS[model]
 
 
 def part_axes(reconstruction: Any) -> FloatArray:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.base.scene import SparseScene
 
 
-_WEAK_POINTS = 50
-_HIGH_ERROR_PX = 2.0
+_MIN_PHOTO_POINTS = 50
+_MAX_ERROR_PX = 2.0
 
 
 def check_scene(
@@ -40,7 +40,7 @@ def check_scene(
     blur: dict[str, float] | None = None,
     cameras: Sequence[Calibration] = (),
     planes: PlaneSizes | None = None,
-    other_limits: Sequence[Finding] = (),
+    other_findings: Sequence[Finding] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
     """Check an aligned scene.
@@ -58,7 +58,7 @@ def check_scene(
     planes : PlaneSizes, optional
         Plane sizes of the finished model. By default, those expected of unregistered photos of this
         pixel size.
-    other_limits : sequence of Finding
+    other_findings : sequence of Finding
         Findings of other stages.
     limits : Limits, optional
     """
@@ -88,7 +88,7 @@ def check_scene(
         *_line_findings(scene, limits),
         *lens_findings(cameras),
         *_orientation_findings(planes, limits),
-        *other_limits,
+        *other_findings,
     ]
     findings = list(sort_by_severity(findings))
     known_gsd = gsd[np.isfinite(gsd)]
@@ -131,7 +131,7 @@ def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
     """
     sizes = np.full(len(scene.views), np.nan)
     for i, view in enumerate(scene.views):
-        rows = scene.seen_by(i)
+        rows = scene.observed_points(i)
         depth = view.depths(scene.points[rows])
         depth = depth[depth > 0]
         if len(depth):
@@ -159,9 +159,9 @@ def overlap_matrix(scene: SparseScene, grid: int = 8) -> FloatArray:
     overlaps = np.zeros((count, count))
     steps = (np.arange(grid) + 0.5) / grid
     for i, view in enumerate(scene.views):
-        is_of_view = scene.track_views == i
-        depths = view.depths(scene.points[scene.track_points[is_of_view]])
-        tie_pixels = scene.track_pixels[is_of_view][depths > 0].astype(np.float64)
+        is_in_view = scene.track_views == i
+        depths = view.depths(scene.points[scene.track_points[is_in_view]])
+        tie_pixels = scene.track_pixels[is_in_view][depths > 0].astype(np.float64)
         depths = depths[depths > 0]
         if not len(depths):
             continue
@@ -257,19 +257,24 @@ def _point_findings(
     findings = []
     names = [view.name for view in scene.views]
     counts = np.bincount(scene.track_views, minlength=len(names))
-    weak_photos = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
+    weak_photos = tuple(n for n, c in zip(names, counts, strict=True) if c < _MIN_PHOTO_POINTS)
     if weak_photos:
         findings.append(
             Finding(
-                "weak-photos", photos=weak_photos, value=float(counts.min()), least=_WEAK_POINTS
+                "weak-photos",
+                photos=weak_photos,
+                value=float(counts.min()),
+                least=_MIN_PHOTO_POINTS,
             )
         )
     view_counts = count_views_of_points(scene)
     if len(names) >= limits.fewest_photos and len(view_counts):
         median = float(np.median(view_counts))
         if median < limits.views:
-            photos_with_few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
-            findings.append(Finding("few-views", photos=photos_with_few, value=median))
+            photos_with_few_views = tuple(
+                n for n, v in zip(names, views, strict=True) if not v >= 3.0
+            )
+            findings.append(Finding("few-views", photos=photos_with_few_views, value=median))
     if len(names) > 1:
         best_overlap = overlap.max(axis=1)
         low_overlap = tuple(
@@ -285,7 +290,7 @@ def _point_findings(
                 )
             )
     errors = scene.errors_px[np.isfinite(scene.errors_px)]
-    if len(errors) and float(np.median(errors)) > _HIGH_ERROR_PX:
+    if len(errors) and float(np.median(errors)) > _MAX_ERROR_PX:
         findings.append(Finding("high-error", photos=(), value=float(np.median(errors))))
     return findings
 
@@ -311,10 +316,12 @@ def _size_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[
     if ratio <= limits.gsd_ratio:
         return []
     median = float(np.median(gsd[is_known]))
-    distance = (
+    has_far_size = (
         np.abs(np.log(np.where(is_known, gsd, median) / median)) > math.log(limits.gsd_ratio) / 2
     )
-    names = tuple(view.name for view, is_far in zip(scene.views, distance, strict=True) if is_far)
+    names = tuple(
+        view.name for view, is_far in zip(scene.views, has_far_size, strict=True) if is_far
+    )
     return [Finding("gsd-spread", photos=names, value=ratio)]
 
 
@@ -347,13 +354,13 @@ def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> l
             if np.linalg.norm(centres[i] - centres[j]) > limits.same_place * distance:
                 continue
             angle = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
-            first_sigma, second_sigma = (
+            first_focal, second_focal = (
                 f / max(v.intrinsics.width, v.intrinsics.height)
                 for f, v in zip(focal, (a, b), strict=True)
             )
             if (
                 angle > limits.turn_deg
-                or max(first_sigma / second_sigma, second_sigma / first_sigma) > limits.zoom
+                or max(first_focal / second_focal, second_focal / first_focal) > limits.zoom
             ):
                 turned_photos.append((a.name, b.name))
     if not turned_photos:

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.core.files.regular import require_regular
+from vomstudio.core.files.regular import require_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr_n
@@ -28,7 +28,7 @@ from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import MappingOptions, MappingResult
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 
 # Standard deviation of the logarithm of the focal lengths from pairs. For photos of one lens it is
 # less than 0.01, or 0.1 with strong distortion.
@@ -55,21 +55,21 @@ def separate_lenses(
 
     database : database of these photos, with matches
     """
-    groups = unknown_groups(photos)
+    groups = group_unknown_photos(photos)
     if not groups or not present_images:
         return None
     scratch_folder = work_folder / "lenses"
     shutil.rmtree(scratch_folder, ignore_errors=True)
     scratch_folder.mkdir()
     try:
-        separate_numbers = [0] * len(photos)
+        lens_numbers = [0] * len(photos)
         for group in groups:
             for number, row in enumerate(group):
-                separate_numbers[row] = number + 1
-        separate_database = _database(
-            database, scratch_folder / "own.db", photos, features, separate_numbers
+                lens_numbers[row] = number + 1
+        separate_database = _create_database(
+            database, scratch_folder / "own.db", photos, features, lens_numbers
         )
-        focals = _focals_from_pairs(separate_database, options, progress)
+        focals = _estimate_focals(separate_database, options, progress)
         if all(float(np.std(np.log([focals[r] for r in g]))) < _MAX_LOG_SCATTER for g in groups):
             return None
         separate_mapping = mapping.map_photos(
@@ -77,17 +77,17 @@ def separate_lenses(
         ).reconstructions
         if not separate_mapping:
             return None
-        lenses, sizes = _merge_similar(separate_mapping[0], groups, len(photos))
+        lenses, sizes = _merge_similar_lenses(separate_mapping[0], groups, len(photos))
         if not any(lenses):
             return None
-        merged_database = _database(
+        merged_database = _create_database(
             database, scratch_folder / "joined.db", photos, features, lenses
         )
-        mapped_photos = mapping.map_photos(
+        mapping_result = mapping.map_photos(
             merged_database, photos, scratch_folder, options, progress
         )
-        if not mapped_photos.reconstructions or not _is_better(
-            mapped_photos.reconstructions[0], present_images[0]
+        if not mapping_result.reconstructions or not _is_better(
+            mapping_result.reconstructions[0], present_images[0]
         ):
             return None
     finally:
@@ -99,13 +99,13 @@ def separate_lenses(
             tr_n("{count} photo: {focal:.0f} px", "{count} photos: {focal:.0f} px", n, focal=focal)
             for focal, n in sizes
         ),
-        after_px=_error(mapped_photos.reconstructions[0]),
-        before_px=_error(present_images[0]),
+        after_px=_reprojection_error(mapping_result.reconstructions[0]),
+        before_px=_reprojection_error(present_images[0]),
     )
-    return replace(mapped_photos, notes=(*mapped_photos.notes, note))
+    return replace(mapping_result, notes=(*mapping_result.notes, note))
 
 
-def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:
+def group_unknown_photos(photos: Sequence[PhotoLike]) -> list[list[int]]:
     """Return groups of three or more photos (rows) that share a camera for lack of EXIF."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for row, photo in enumerate(photos):
@@ -115,7 +115,7 @@ def unknown_groups(photos: Sequence[PhotoLike]) -> list[list[int]]:
     return [rows for rows in groups.values() if len(rows) > 2]
 
 
-def _database(
+def _create_database(
     source: Path,
     path: Path,
     photos: Sequence[PhotoLike],
@@ -129,26 +129,26 @@ def _database(
     return path
 
 
-def _focals_from_pairs(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
+def _estimate_focals(database: Path, options: MappingOptions, progress: Progress) -> list[float]:
     """Estimate the focal length of every photo from its pairs, with one camera per photo."""
     pycolmap = colmap()
     settings = pycolmap.ViewGraphCalibrationOptions()
     settings.random_seed = options.seed
     settings.reestimate_relative_pose = False
     trial = database.with_name("pairs.db")
-    require_regular(database)
+    require_regular_file(database)
     shutil.copy(database, trial)
-    cancellable(lambda _token: pycolmap.calibrate_view_graph(trial, settings), progress)
-    open_model = pycolmap.Database.open(trial)
+    run_cancellable(lambda _token: pycolmap.calibrate_view_graph(trial, settings), progress)
+    connection = pycolmap.Database.open(trial)
     try:
-        focal = {c.camera_id: float(c.params[0]) for c in open_model.read_all_cameras()}
-        images = sorted(open_model.read_all_images(), key=lambda image: image.image_id)
+        focal = {c.camera_id: float(c.params[0]) for c in connection.read_all_cameras()}
+        images = sorted(connection.read_all_images(), key=lambda image: image.image_id)
         return [focal[image.camera_id] for image in images]
     finally:
-        open_model.close()
+        connection.close()
 
 
-def _merge_similar(
+def _merge_similar_lenses(
     reconstruction: Any, groups: Sequence[Sequence[int]], count: int
 ) -> tuple[list[int], list[tuple[float, int]]]:
     """Merge lenses with similar focal lengths.
@@ -186,11 +186,11 @@ def _merge_similar(
 
 
 def _is_better(first_model: Any, second_model: Any) -> bool:
-    return first_model.num_reg_images() >= second_model.num_reg_images() and _error(
+    return first_model.num_reg_images() >= second_model.num_reg_images() and _reprojection_error(
         first_model
-    ) < _MAX_ERROR_RATIO * _error(second_model)
+    ) < _MAX_ERROR_RATIO * _reprojection_error(second_model)
 
 
-def _error(reconstruction: Any) -> float:
+def _reprojection_error(reconstruction: Any) -> float:
     reconstruction.update_point_3d_errors()
     return float(reconstruction.compute_mean_reprojection_error())

@@ -25,15 +25,15 @@ _MIN_GAP_RATIO = 1.3
 _MAX_ANGLE_DEG = 15.0
 # A point is rock if at least this share of its photos, by their weights, show it near. A single
 # photo of many may look past the rock.
-_NEAR_SHARE = 0.2
+_MIN_NEAR_SHARE = 0.2
 # Minimum share of the weight of all points that must remain.
 _MIN_ROCK_SHARE = 0.3
 # Fewer tie points are single wrong matches.
 _MIN_BACKGROUND_SHARE = 0.005
 _MAX_ROUNDS = 6
 # Tie points belong to one body if their distance is at most this share of their depth.
-_LINK_SHARE = 0.1
-_NEIGHBOURS = 8
+_MAX_LINK_SHARE = 0.1
+_N_NEIGHBOURS = 8
 _REGION_PADDING = 0.05
 
 
@@ -77,8 +77,8 @@ class RockExtent:
         rock_rows = np.flatnonzero(self.is_rock)
         distance, nearest = cKDTree(scene.points[rock_rows]).query(points, workers=-1)
         max_distance = (self.factor - 1.0) * self.depths[rock_rows[nearest]]
-        behind = cKDTree(scene.points[~self.is_rock]).query(points, workers=-1)[0]
-        return np.asarray((distance <= behind) & (distance <= max_distance))
+        background_distance = cKDTree(scene.points[~self.is_rock]).query(points, workers=-1)[0]
+        return np.asarray((distance <= background_distance) & (distance <= max_distance))
 
 
 def find_rock(scene: SparseScene) -> RockExtent:
@@ -91,21 +91,21 @@ def find_rock(scene: SparseScene) -> RockExtent:
     scene : SparseScene
     """
     count = len(scene.points)
-    depths, weights = _depths(scene), _angle_weights(scene)
+    depths, weights = _observation_depths(scene), _angle_weights(scene)
     nearest_depths = np.full(count, np.inf)
     np.minimum.at(nearest_depths, scene.track_points, np.where(depths > 0, depths, np.inf))
     is_rock, factor = np.ones(count, bool), math.inf
-    everything = RockExtent(is_rock, factor, nearest_depths)
+    undivided_extent = RockExtent(is_rock, factor, nearest_depths)
     for _ in range(_MAX_ROUNDS):
         ratios = _depth_ratios(scene, depths, weights, is_rock)
-        factor = _limit(ratios[is_rock])
+        factor = _depth_ratio_limit(ratios[is_rock])
         is_near = is_rock & (ratios <= factor)
         if is_near.sum() == is_rock.sum():
             break
         is_rock = _remove_background_bodies(scene, is_near, nearest_depths)
-    is_clear = weights[is_rock].sum() >= _MIN_ROCK_SHARE * weights.sum()
-    if not is_clear or (~is_rock).sum() < _MIN_BACKGROUND_SHARE * count:
-        return everything
+    has_enough_rock = weights[is_rock].sum() >= _MIN_ROCK_SHARE * weights.sum()
+    if not has_enough_rock or (~is_rock).sum() < _MIN_BACKGROUND_SHARE * count:
+        return undivided_extent
     return RockExtent(is_rock, factor, nearest_depths)
 
 
@@ -135,7 +135,7 @@ def propose_region(scene: SparseScene, extent: RockExtent) -> tuple[float, ...] 
     return tuple(round(float(value), digits) for value in box)
 
 
-def _depths(scene: SparseScene) -> FloatArray:
+def _observation_depths(scene: SparseScene) -> FloatArray:
     """Return the depth (m,) of each observation along the axis of its photo."""
     depths = np.zeros(len(scene.track_views))
     order = np.argsort(scene.track_views, kind="stable")
@@ -154,9 +154,9 @@ def _angle_weights(scene: SparseScene) -> FloatArray:
     mean = np.stack(sums, axis=1).astype(np.float64)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     sines = np.linalg.norm(np.cross(rays, mean[scene.track_points]), axis=1)
-    widest = np.zeros(count)
-    np.maximum.at(widest, scene.track_points, sines)
-    return np.minimum(np.degrees(np.arcsin(np.clip(2 * widest, 0, 1))), _MAX_ANGLE_DEG)
+    max_sines = np.zeros(count)
+    np.maximum.at(max_sines, scene.track_points, sines)
+    return np.minimum(np.degrees(np.arcsin(np.clip(2 * max_sines, 0, 1))), _MAX_ANGLE_DEG)
 
 
 def _depth_ratios(
@@ -172,7 +172,11 @@ def _depth_ratios(
     squares = weights[scene.track_points] ** 2
     photo_weights = np.bincount(scene.track_views, squares, views) / observations
     return _weighted_quantiles(
-        ratios, photo_weights[scene.track_views], scene.track_points, len(scene.points), _NEAR_SHARE
+        ratios,
+        photo_weights[scene.track_views],
+        scene.track_points,
+        len(scene.points),
+        _MIN_NEAR_SHARE,
     )
 
 
@@ -185,10 +189,10 @@ def _remove_background_bodies(
     from scipy.spatial import cKDTree
 
     count = len(scene.points)
-    if count <= _NEIGHBOURS:
+    if count <= _N_NEIGHBOURS:
         return is_rock
-    distance, neighbour = cKDTree(scene.points).query(scene.points, _NEIGHBOURS + 1, workers=-1)
-    row, column = np.nonzero(distance <= _LINK_SHARE * nearest_depths[:, None])
+    distance, neighbour = cKDTree(scene.points).query(scene.points, _N_NEIGHBOURS + 1, workers=-1)
+    row, column = np.nonzero(distance <= _MAX_LINK_SHARE * nearest_depths[:, None])
     links = coo_matrix((np.ones(len(row), np.int8), (row, neighbour[row, column])), (count, count))
     body = connected_components(links, directed=False)[1]
     rock_share = np.bincount(body, is_rock) / np.bincount(body)
@@ -211,22 +215,22 @@ def _weighted_quantiles(
     if not total.any():
         return result
     sums = np.cumsum(weights[order])
-    before = np.cumsum(total) - total
+    group_starts = np.cumsum(total) - total
     has_weight = total > 0
     # Rounding of the sums must not select a neighbouring group.
     last = np.cumsum(np.bincount(groups, minlength=count)) - 1
-    rows = np.minimum(np.searchsorted(sums, before + share * total), np.maximum(last, 0))
+    rows = np.minimum(np.searchsorted(sums, group_starts + share * total), np.maximum(last, 0))
     result[has_weight] = values[order][rows[has_weight]]
     return result
 
 
-def _limit(ratios: FloatArray) -> float:
+def _depth_ratio_limit(ratios: FloatArray) -> float:
     """Return the depth ratio in the middle of the widest gap, or _MAX_FACTOR without a gap."""
     low, high = math.log(_MIN_FACTOR), math.log(_MAX_FACTOR)
     values = np.log(ratios)
     ends = np.sort(np.concatenate([[low], values[(values > low) & (values < high)], [high]]))
     gaps = np.diff(ends)
-    widest = int(gaps.argmax())
-    if gaps[widest] < math.log(_MIN_GAP_RATIO):
+    widest_gap = int(gaps.argmax())
+    if gaps[widest_gap] < math.log(_MIN_GAP_RATIO):
         return _MAX_FACTOR
-    return math.exp((ends[widest] + ends[widest + 1]) / 2)
+    return math.exp((ends[widest_gap] + ends[widest_gap + 1]) / 2)

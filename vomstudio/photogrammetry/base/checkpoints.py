@@ -24,11 +24,11 @@ from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.base.memory import peak_bytes
 
-_STAMP = "stage.json"
+_STAMP_FILE = "stage.json"
 _KEY_LENGTH = 16
 
 
-def key_of(*parts: object) -> str:
+def make_key(*parts: object) -> str:
     """Return a key of JSON values that is the same on all machines."""
     text = json.dumps(parts, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
@@ -40,16 +40,16 @@ class StageFolder:
     def __init__(self, root: Path, name: str, key: str) -> None:
         self.name, self.key = name, key
         self._final_folder = root / f"{name}-{key}"
-        self._part_folder = root / f"{name}-{key}.part"
+        self._partial_folder = root / f"{name}-{key}.part"
         self._start_time = time.monotonic()
         if not self.is_done:
             try:
-                self._part_folder.mkdir(parents=True, exist_ok=True)
+                self._partial_folder.mkdir(parents=True, exist_ok=True)
             except OSError as error:
-                raise _not_written(self._part_folder, error) from error
+                raise _write_error(self._partial_folder, error) from error
         facts = self.facts
         self._previous_seconds = float(facts.get("seconds", 0.0))
-        self._peak_before = int(facts.get("peak_bytes", 0))
+        self._previous_peak_bytes = int(facts.get("peak_bytes", 0))
 
     @property
     def is_done(self) -> bool:
@@ -59,12 +59,12 @@ class StageFolder:
     @property
     def folder(self) -> Path:
         """Folder of the files, which has its final name once the stage is finished."""
-        return self._final_folder if self.is_done else self._part_folder
+        return self._final_folder if self.is_done else self._partial_folder
 
     @property
     def facts(self) -> dict[str, Any]:
         """Facts that were passed to `finish`."""
-        return _read(self.folder / _STAMP)
+        return _read(self.folder / _STAMP_FILE)
 
     @property
     def seconds(self) -> float:
@@ -78,27 +78,27 @@ class StageFolder:
     @property
     def peak_bytes(self) -> int:
         """Peak memory of the processes that worked on this stage or a later one."""
-        return max(self._peak_before, peak_bytes())
+        return max(self._previous_peak_bytes, peak_bytes())
 
     def pause(self) -> None:
         """Store the time spent so far, so that a later run can add to it."""
-        if not self.is_done and self._part_folder.is_dir():
-            spent = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
-            write_atomically(self._part_folder / _STAMP, lambda p: _write(p, spent))
+        if not self.is_done and self._partial_folder.is_dir():
+            usage = {"seconds": self.seconds, "peak_bytes": self.peak_bytes}
+            write_atomically(self._partial_folder / _STAMP_FILE, lambda p: _write(p, usage))
 
     def finish(self, **facts: Any) -> None:
         """Complete the stage: write all files to the disk, then rename the folder."""
         seconds = self.seconds
         facts = {"seconds": seconds, "peak_bytes": self.peak_bytes, **facts}
-        write_atomically(self._part_folder / _STAMP, lambda p: _write(p, facts))
+        write_atomically(self._partial_folder / _STAMP_FILE, lambda p: _write(p, facts))
         try:
-            for path in self._part_folder.rglob("*"):
+            for path in self._partial_folder.rglob("*"):
                 if path.is_file():
                     _sync_to_disk(path)
-            os.replace(self._part_folder, self._final_folder)
+            os.replace(self._partial_folder, self._final_folder)
             _sync_to_disk(self._final_folder.parent)
         except OSError as error:
-            raise _not_written(self._final_folder, error) from error
+            raise _write_error(self._final_folder, error) from error
         self._previous_seconds = seconds
 
 
@@ -128,11 +128,11 @@ class Checkpoints:
 
         Later stages include its key in their own.
         """
-        stage = StageFolder(self.root, name, key_of(name, *parts))
+        stage = StageFolder(self.root, name, make_key(name, *parts))
         self.stages.append(stage)
         return stage
 
-    def tidy(self) -> None:
+    def remove_partial_files(self) -> None:
         """Remove the partial files of a killed run. No other run may be using the folder."""
         for path in list(self.root.rglob(".*.part")):
             path.unlink(missing_ok=True)
@@ -141,7 +141,7 @@ class Checkpoints:
         """Return the total size of all files, in bytes."""
         return sum(path.stat().st_size for path in self.root.rglob("*") if path.is_file())
 
-    def sweep(self) -> None:
+    def remove_other_stages(self) -> None:
         """Remove the folders of other inputs and settings."""
         current = {stage.folder.name for stage in self.stages}
         for path in self.root.iterdir():
@@ -155,19 +155,19 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     `write` fills a temporary file, which is then renamed to `path`. Raises TargetError if the disk
     is full or not writable.
     """
-    temporary_name = path.with_name(f".{path.name}.part")
+    temporary_path = path.with_name(f".{path.name}.part")
     try:
-        write(temporary_name)
-        _sync_to_disk(temporary_name)
-        os.replace(temporary_name, path)
+        write(temporary_path)
+        _sync_to_disk(temporary_path)
+        os.replace(temporary_path, path)
     except OSError as error:
-        raise _not_written(path, error) from error
+        raise _write_error(path, error) from error
     finally:
         with contextlib.suppress(OSError):
-            temporary_name.unlink(missing_ok=True)
+            temporary_path.unlink(missing_ok=True)
 
 
-def _not_written(path: Path, error: OSError) -> TargetError:
+def _write_error(path: Path, error: OSError) -> TargetError:
     return TargetError(
         Finding("reconstruct.not-written", reason=failure_reason(path.parent, error)),
         file=path,

@@ -13,7 +13,7 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.threads import run_in_thread
 
 Result = TypeVar("Result")
-_POLL_S = 0.1
+_POLL_INTERVAL_S = 0.1
 
 
 def colmap() -> Any:
@@ -30,10 +30,10 @@ def colmap() -> Any:
     return pycolmap
 
 
-def cancellable(
-    call: Callable[[Any], Result], progress: Progress, done: Callable[[], int] = lambda: 0
+def run_cancellable(
+    call: Callable[[Any], Result], progress: Progress, count_done: Callable[[], int] = lambda: 0
 ) -> Result:
-    """Run `call(token)` in a thread and report `done()` to the progress.
+    """Run `call(token)` in a thread and report `count_done()` to the progress.
 
     If the progress raises Cancelled or a keyboard interrupt, the token is cancelled. The exception
     is raised only after the call has ended, so that nothing is written afterwards.
@@ -43,9 +43,9 @@ def cancellable(
     token = colmap().CancellationToken()
     future = run_in_thread(call, token, name="colmap")
     try:
-        while not wait([future], _POLL_S).done:
-            progress.step(done())
-        progress.step(done())
+        while not wait([future], _POLL_INTERVAL_S).done:
+            progress.step(count_done())
+        progress.step(count_done())
     except BaseException:
         token.cancel()
         wait([future])

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import importlib
 
-_BEFORE_COLMAP = ("zlib", "PIL.Image")
+_PRELOADED_MODULES = ("zlib", "PIL.Image")
 """Modules to import first. If zlib is built into the interpreter, only Pillow loads libz."""
 
 
 def load_shared_libraries() -> None:
     """Import the libraries that must precede pycolmap (15 ms); no effect after pycolmap."""
-    for name in _BEFORE_COLMAP:
+    for name in _PRELOADED_MODULES:
         importlib.import_module(name)

@@ -8,7 +8,7 @@ from vomstudio.core.files.available_memory import group_bytes
 
 # Share of the free memory to use; the system and other programs need the rest.
 MAX_MEMORY_SHARE = 0.7
-_SMALLEST_PX = 320
+_MIN_SIZE_PX = 320
 
 
 def available_bytes() -> int:
@@ -16,8 +16,8 @@ def available_bytes() -> int:
     import psutil
 
     available_memory = int(psutil.virtual_memory().available)
-    group_available = group_bytes()
-    return available_memory if group_available is None else min(available_memory, group_available)
+    group_memory = group_bytes()
+    return available_memory if group_memory is None else min(available_memory, group_memory)
 
 
 def peak_bytes() -> int:
@@ -41,10 +41,10 @@ def workers_at_once(needed_bytes: int, threads: int) -> int:
     return int(min(max(MAX_MEMORY_SHARE * available_bytes() // needed_bytes, 1), threads))
 
 
-def fitting_size(wanted_px: int, needed_bytes: Callable[[int], int]) -> int:
-    """Return the largest long side, up to `wanted_px`, for which enough memory is available."""
+def fitting_size(target_px: int, needed_bytes: Callable[[int], int]) -> int:
+    """Return the largest long side, up to `target_px`, for which enough memory is available."""
     usable_memory = MAX_MEMORY_SHARE * available_bytes()
-    size = wanted_px
-    while size > _SMALLEST_PX and needed_bytes(size) > usable_memory:
-        size = max(_SMALLEST_PX, int(size * 0.9))
+    size = target_px
+    while size > _MIN_SIZE_PX and needed_bytes(size) > usable_memory:
+        size = max(_MIN_SIZE_PX, int(size * 0.9))
     return size

@@ -45,20 +45,20 @@ class Region:
             )
         return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
-    def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
+    def contains(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
         """Return a mask (n,) of the points (n, 3), relative to `origin`, that lie in the region."""
         positions = np.asarray(points, np.float64)
         low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))
         return np.asarray(((positions >= low) & (positions <= high)).all(axis=1))
 
-    def views_of(self, scene: SparseScene) -> frozenset[int]:
+    def select_region_views(self, scene: SparseScene) -> frozenset[int]:
         """Return the photos (rows) that see enough of the region.
 
         Raises GeometryError if fewer than two photos do.
         """
-        is_inside = self.inside(scene.points, scene.origin)
-        is_inside_track = np.repeat(is_inside, np.diff(scene.track_offsets))
-        counts = np.bincount(scene.track_views[is_inside_track], minlength=len(scene.views))
+        is_inside = self.contains(scene.points, scene.origin)
+        is_inside_observation = np.repeat(is_inside, np.diff(scene.track_offsets))
+        counts = np.bincount(scene.track_views[is_inside_observation], minlength=len(scene.views))
         views = frozenset(np.flatnonzero(counts >= MIN_POINTS).tolist())
         if len(views) < 2:
             positions = scene.points + np.asarray(scene.origin, np.float64)

@@ -23,7 +23,7 @@ from vomstudio.core.files.disk_errors import damage_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.units import UNPLACED_AXES, WORLD, Axes
+from vomstudio.geometry.units import UNPLACED_AXES, WORLD_AXES, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 
 _VERSION = 1
@@ -81,7 +81,7 @@ class SparseScene:
     @property
     def axes(self) -> Axes:
         """Known properties of the frame, for files and labels."""
-        return WORLD if self.scaled or self.crs is not None else UNPLACED_AXES
+        return WORLD_AXES if self.scaled or self.crs is not None else UNPLACED_AXES
 
     @property
     def centres(self) -> FloatArray:
@@ -95,7 +95,7 @@ class SparseScene:
                 return view
         raise KeyError(name)
 
-    def seen_by(self, view: int) -> IntArray:
+    def observed_points(self, view: int) -> IntArray:
         """Return the rows of the points that a view observes."""
         return np.asarray(self.track_points[self.track_views == view])
 
@@ -112,7 +112,7 @@ class SparseScene:
             track_pixels=self.track_pixels[observations],
         )
 
-    def pixel_at(self, positions: FloatArray) -> float:
+    def median_pixel_size(self, positions: FloatArray) -> float:
         """Return the size of a pixel of the photos at points (n, 3), in units of the scene."""
         sizes = [
             np.median(np.abs(view.depths(positions))) / np.mean(view.intrinsics.focal)

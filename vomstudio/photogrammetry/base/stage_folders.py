@@ -14,11 +14,11 @@ def stage_folder(out: Path, name: str) -> Path | None:
     Returns None if the stage is not finished. A run removes the folders of other settings only at
     its end.
     """
-    complete_name = re.compile(rf"{re.escape(name)}-[0-9a-f]+")
+    name_pattern = re.compile(rf"{re.escape(name)}-[0-9a-f]+")
     folders = []
     try:
         for path in (out / WORK).iterdir():
-            if complete_name.fullmatch(path.name) and path.is_dir():
+            if name_pattern.fullmatch(path.name) and path.is_dir():
                 folders.append((path.stat().st_mtime_ns, path))
     except OSError:
         return None

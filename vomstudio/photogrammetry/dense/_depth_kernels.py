@@ -8,7 +8,7 @@ from vomstudio.geometry.kernels.jit import kernel
 
 
 @kernel("void(i2[:,::1], u1[:,::1], i8, i8, i8, i8, i8, f8[:,::1], f8[::1], u1[:,::1], f4[:,::1])")
-def lift(  # type: ignore[no-untyped-def]
+def convert_disparities(  # type: ignore[no-untyped-def]
     disparities,
     other_mask,
     lowest,
@@ -16,7 +16,7 @@ def lift(  # type: ignore[no-untyped-def]
     first_column,
     first_row,
     jump,
-    to_rect,
+    rectification,
     coefficients,
     valid,
     inverse,
@@ -28,7 +28,7 @@ def lift(  # type: ignore[no-untyped-def]
     lowest, count : range of the searched disparities
     first_column, first_row : rectified coordinates of the centre of the first pixel
     jump : maximum difference between neighbours on one surface, in sixteenths of a pixel
-    to_rect : (3, 3) homography from the photo's pixel centres to rectified ones
+    rectification : (3, 3) homography from the photo's pixel centres to rectified ones
     coefficients : alpha, beta and gamma of the reference plane's disparity, 1 / (f B), f, and the
         third row of the rotation from the rectified frame to the photo's frame
     valid : (h, w) mask of the photo
@@ -50,11 +50,11 @@ def lift(  # type: ignore[no-untyped-def]
             if valid[j, i] == 0:
                 continue
             x, y = i + 0.5, j + 0.5
-            d = to_rect[2, 0] * x + to_rect[2, 1] * y + to_rect[2, 2]
+            d = rectification[2, 0] * x + rectification[2, 1] * y + rectification[2, 2]
             if d <= 0.0:
                 continue
-            u = (to_rect[0, 0] * x + to_rect[0, 1] * y + to_rect[0, 2]) / d
-            v = (to_rect[1, 0] * x + to_rect[1, 1] * y + to_rect[1, 2]) / d
+            u = (rectification[0, 0] * x + rectification[0, 1] * y + rectification[0, 2]) / d
+            v = (rectification[1, 0] * x + rectification[1, 1] * y + rectification[1, 2]) / d
             column, row = u - first_column, v - first_row
             c, r = math.floor(column), math.floor(row)
             if c < 0 or r < 0 or c >= width - 1 or r >= height - 1:
@@ -82,28 +82,30 @@ def lift(  # type: ignore[no-untyped-def]
                 value += (disparities[r + 1, c] * (1 - a) + disparities[r + 1, c + 1] * a) * b
             if value > max_disparity:
                 continue
-            delta = value / 16.0
-            partner_column = round(column - delta)
+            residual_disparity = value / 16.0
+            partner_column = round(column - residual_disparity)
             if (
                 partner_column < 0
                 or partner_column >= width
                 or other_mask[round(row), partner_column] == 0
             ):
                 continue
-            disparity = alpha * u + beta * v + gamma + (1.0 - alpha) * delta
+            disparity = alpha * u + beta * v + gamma + (1.0 - alpha) * residual_disparity
             depth_factor = (coefficients[5] * u + coefficients[6] * v) / f + coefficients[7]
             if disparity > 0.0 and depth_factor > 0.0:
                 inverse[j, i] = disparity * unit / depth_factor
 
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
-def merge(inverse, steps, tolerance, least, max_count, min_count, merged, agreement_counts):  # type: ignore[no-untyped-def]
+def merge_depths(  # type: ignore[no-untyped-def]
+    inverse, steps, tolerance, min_inverse, max_inverse, min_count, merged, agreement_counts
+):
     """Merge the inverse depths on which most sources agree.
 
     inverse : (n, h, w), 0 = none
     steps : (n,) change of inverse depth per pixel of disparity
     tolerance : maximum difference of agreeing sources, pixels
-    least, max_count : range of inverse depths
+    min_inverse, max_inverse : range of inverse depths
     min_count : minimum number of agreeing sources
     merged : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
     agreeing : (h, w) number of agreeing sources
@@ -116,12 +118,12 @@ def merge(inverse, steps, tolerance, least, max_count, min_count, merged, agreem
             best_score = 0.0
             for a in range(n):
                 q = inverse[a, j, i]
-                if q < least or q > max_count:
+                if q < min_inverse or q > max_inverse:
                     continue
                 weight, total, votes = 0.0, 0.0, 0
                 for b in range(n):
                     p = inverse[b, j, i]
-                    if p < least or p > max_count:
+                    if p < min_inverse or p > max_inverse:
                         continue
                     if abs(p - q) <= tolerance * max(steps[a], steps[b]):
                         inverse_variance = 1.0 / (steps[b] * steps[b])
@@ -136,7 +138,7 @@ def merge(inverse, steps, tolerance, least, max_count, min_count, merged, agreem
 
 @kernel("void(f4[:,::1], f4, i8, i8, f8, f8, f8, f8, f4[:,:,::1], f4[:,::1])")
 def plane_normals(  # type: ignore[no-untyped-def]
-    inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted
+    inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted_inverse
 ):
     """Fit planes, affine in inverse depth, and return unit normals towards the camera.
 
@@ -145,7 +147,7 @@ def plane_normals(  # type: ignore[no-untyped-def]
     radius, stride : window radius and spacing of the neighbours, pixels
     cx, cy : principal point, counted from the centre of the first pixel
     normals : (h, w, 3) in the camera frame; 0 if there are too few neighbours
-    fitted : (h, w) inverse depths of the planes; unchanged if there are too few neighbours
+    fitted_inverse : (h, w) inverse depths of the planes; unchanged if there are too few neighbours
     """
     h, w = inverse.shape
     for j in range(h):
@@ -154,7 +156,7 @@ def plane_normals(  # type: ignore[no-untyped-def]
             normals[j, i, 1] = 0.0
             normals[j, i, 2] = 0.0
             q = inverse[j, i]
-            fitted[j, i] = q
+            fitted_inverse[j, i] = q
             if q <= 0.0:
                 continue
             n, su, sv, sq = 0.0, 0.0, 0.0, 0.0
@@ -194,7 +196,7 @@ def plane_normals(  # type: ignore[no-untyped-def]
                 continue
             a = (suq * svv - svq * suv) / det
             b = (svq * suu - suq * suv) / det
-            fitted[j, i] = q + (sq - a * su - b * sv) / n
+            fitted_inverse[j, i] = q + (sq - a * su - b * sv) / n
             # q = a u + b v + c is the plane (fx a, fy b, a cx + b cy + c) in the camera frame.
             nx, ny = fx * a, fy * b
             nz = q + a * (cx - i) + b * (cy - j)

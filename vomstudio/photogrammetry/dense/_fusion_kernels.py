@@ -8,17 +8,17 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 
 @step
-def _along_ray(depth, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore[no-untyped-def]
+def _intersect_ray(depth, n0, n1, n2, b0, b1, right, down, gx, gy):  # type: ignore[no-untyped-def]
     """Return the depth at which the ray (b0, b1, 1) intersects the plane of a pixel.
 
     The result is 0 if the ray grazes the plane.
 
-    right, below : offset of the pixel from the principal point
+    right, down : offset of the pixel from the principal point
     """
     ray_slope = n0 * b0 + n1 * b1 + n2
     ray_depth = 0.0
     if not ray_slope > -0.05:
-        pixel_slope = n0 * right / gx + n1 * below / gy + n2
+        pixel_slope = n0 * right / gx + n1 * down / gy + n2
         ray_depth = depth * pixel_slope / ray_slope
         if abs(ray_depth - depth) > 0.02 * depth:
             ray_depth = float(depth)
@@ -30,23 +30,34 @@ def _along_ray(depth, n0, n1, n2, b0, b1, right, below, gx, gy):  # type: ignore
     " f8[:,::1], b1, f8[::1], f4[:,:,::1], u1[:,:,::1])"
 )
 def compare(  # type: ignore[no-untyped-def]
-    depth, normals, lens, depth2, normals2, trust2, lens2, move, later, limits, sums, votes
+    depth,
+    normals,
+    lens,
+    other_depths,
+    other_normals,
+    other_confidence,
+    other_lens,
+    move,
+    is_later,
+    limits,
+    sums,
+    votes,
 ):
     """Compare another depth map with each pixel of this one.
 
     depth, normals, lens : map of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
-    depth2, normals2, trust2, lens2 : map of the other photo; trust2 is its confidence
-    move : (3, 4) transformation from this camera's frame to the other's
-    later : whether the other photo comes later, which decides between equal footprints
+    other_depths, other_normals, other_confidence, other_lens : map of the other photo; trust2 is
+    its confidence move : (3, 4) transformation from this camera's frame to the other's
+    is_later : whether the other photo comes later, which decides between equal footprints
     limits : pixels, relative depth, cosine between normals, ratio of equal footprints
     sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; this view is added
     votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
     """
     h, w = depth.shape
-    height, width = depth2.shape
+    height, width = other_depths.shape
     fx, fy, cx, cy = lens[0], lens[1], lens[2], lens[3]
-    gx, gy, dx, dy = lens2[0], lens2[1], lens2[2], lens2[3]
-    most_px, most_part, least_cos = limits[0], limits[1], limits[2]
+    gx, gy, dx, dy = other_lens[0], other_lens[1], other_lens[2], other_lens[3]
+    max_distance_px, max_depth_share, min_cosine = limits[0], limits[1], limits[2]
     unit = 1.0 / math.log(limits[3])
     for j in range(h):
         for i in range(w):
@@ -64,11 +75,11 @@ def compare(  # type: ignore[no-untyped-def]
             c, r = math.floor(u), math.floor(v)
             if c < 0 or r < 0 or c >= width or r >= height:
                 continue
-            other_depth = depth2[r, c]
+            other_depth = other_depths[r, c]
             if other_depth <= 0.0:
                 continue
-            n0, n1, n2 = normals2[r, c, 0], normals2[r, c, 1], normals2[r, c, 2]
-            ray_depth = _along_ray(
+            n0, n1, n2 = other_normals[r, c, 0], other_normals[r, c, 1], other_normals[r, c, 2]
+            ray_depth = _intersect_ray(
                 other_depth, n0, n1, n2, b0, b1, c + 0.5 - dx, r + 0.5 - dy, gx, gy
             )
             if ray_depth <= 0.0:
@@ -78,14 +89,14 @@ def compare(  # type: ignore[no-untyped-def]
             p0 = move[0, 0] * b0 + move[1, 0] * b1 + move[2, 0]
             p1 = move[0, 1] * b0 + move[1, 1] * b1 + move[2, 1]
             p2 = move[0, 2] * b0 + move[1, 2] * b1 + move[2, 2]
-            depth_here = z + e * p2
-            if depth_here <= 0.0:
+            new_depth = z + e * p2
+            if new_depth <= 0.0:
                 continue
-            off_x = fx * ((x + e * p0) / depth_here - x / z)
-            off_y = fy * ((y + e * p1) / depth_here - y / z)
-            distance_px = math.sqrt(off_x * off_x + off_y * off_y)
-            if distance_px > most_px or abs(e) > most_part * b2:
-                is_too_large = distance_px > 3.0 * most_px or e > 3.0 * most_part * b2
+            offset_x = fx * ((x + e * p0) / new_depth - x / z)
+            offset_y = fy * ((y + e * p1) / new_depth - y / z)
+            distance_px = math.sqrt(offset_x * offset_x + offset_y * offset_y)
+            if distance_px > max_distance_px or abs(e) > max_depth_share * b2:
+                is_too_large = distance_px > 3.0 * max_distance_px or e > 3.0 * max_depth_share * b2
                 if e > 0.0 and is_too_large and votes[j, i, 1] < 254:
                     votes[j, i, 1] += 1
                 continue
@@ -93,9 +104,9 @@ def compare(  # type: ignore[no-untyped-def]
             t0 = move[0, 0] * m0 + move[0, 1] * m1 + move[0, 2] * m2
             t1 = move[1, 0] * m0 + move[1, 1] * m1 + move[1, 2] * m2
             t2 = move[2, 0] * m0 + move[2, 1] * m1 + move[2, 2] * m2
-            if t0 * n0 + t1 * n1 + t2 * n2 < least_cos:
+            if t0 * n0 + t1 * n1 + t2 * n2 < min_cosine:
                 continue
-            trust = trust2[r, c] / 255.0
+            trust = other_confidence[r, c] / 255.0
             weight = trust * (gx / other_depth) ** 2
             sums[j, i, 0] += weight
             sums[j, i, 1] += weight * (t0 * b0 + t1 * b1 + t2) * e
@@ -105,7 +116,7 @@ def compare(  # type: ignore[no-untyped-def]
             sums[j, i, 5] += weight * (move[0, 2] * n0 + move[1, 2] * n1 + move[2, 2] * n2)
             if votes[j, i, 0] < 254:
                 votes[j, i, 0] += 1
-            level_here = math.floor(math.log(z / fx) * unit)
-            level_there = math.floor(math.log(other_depth / gx) * unit)
-            if level_there < level_here or (level_there == level_here and not later):
+            level = math.floor(math.log(z / fx) * unit)
+            other_level = math.floor(math.log(other_depth / gx) * unit)
+            if other_level < level or (other_level == level and not is_later):
                 votes[j, i, 2] = 1

@@ -10,12 +10,12 @@ from vomstudio.geometry.kernels.jit import fastmath_part, kernel, step
 
 RADIUS = 4
 STRIDE = 2
-SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
+PATCH_SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
 WORST = 2.0
 """Cost of pixels that cannot be compared, and of opposite patches."""
 
 # Decay of a neighbour's weight: it halves over a seventh of the brightness range.
-_WEIGHT_FALL = 5.0
+_WEIGHT_DECAY = 5.0
 
 
 @fastmath_part
@@ -31,7 +31,9 @@ def _random(seeds, position):  # type: ignore[no-untyped-def]
 
 
 @fastmath_part
-def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch, weights, moments):  # type: ignore[no-untyped-def]
+def _patch_cost(  # type: ignore[no-untyped-def]
+    u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch, weights, moments
+):
     """Return 1 minus the weighted correlation of a patch with its projection into one source.
 
     The patch is projected by the plane at depth z with normal (nx, ny, nz).
@@ -64,8 +66,8 @@ def _cost(u, v, rx, ry, z, nx, ny, nz, source, width, height, a, b, lens, patch,
             i, j = int(p), int(q)
             fx, fy = p - np.float32(i), q - np.float32(j)
             upper_value = source[j, i] + (source[j, i + 1] - source[j, i]) * fx
-            lower = source[j + 1, i] + (source[j + 1, i + 1] - source[j + 1, i]) * fx
-            value = upper_value + (lower - upper_value) * fy
+            lower_value = source[j + 1, i] + (source[j + 1, i + 1] - source[j + 1, i]) * fx
+            value = upper_value + (lower_value - upper_value) * fy
             weighted_value = weights[k] * value
             s1 += weighted_value
             s2 += weighted_value * value
@@ -86,8 +88,8 @@ def _read_patch(reference, x, y, patch, weights, moments):  # type: ignore[no-un
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
         for dx in range(-RADIUS, RADIUS + 1, STRIDE):
             value = reference[min(max(y + dy, 0), h - 1), min(max(x + dx, 0), w - 1)]
-            distances = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
-            weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_FALL) - distances)
+            squared_distance = np.float32(dx * dx + dy * dy) * np.float32(0.5 / (RADIUS * RADIUS))
+            weight = math.exp(-abs(value - centre) * np.float32(_WEIGHT_DECAY) - squared_distance)
             if y + dy < 0 or x + dx < 0 or y + dy >= h or x + dx >= w:
                 # Areas outside the photo are not similar to anything in the other photos.
                 weight = 0.0
@@ -95,7 +97,7 @@ def _read_patch(reference, x, y, patch, weights, moments):  # type: ignore[no-un
             total += weight
             k += 1
     mean, mean_square = np.float32(0.0), np.float32(0.0)
-    for k in range(SAMPLES):
+    for k in range(PATCH_SAMPLES):
         weights[k] /= total
         mean += weights[k] * patch[k]
         mean_square += weights[k] * patch[k] * patch[k]
@@ -122,7 +124,7 @@ def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
 
 
 @step
-def _neighbour(k, x, y, radius):  # type: ignore[no-untyped-def]
+def _neighbour_pixel(k, x, y, radius):  # type: ignore[no-untyped-def]
     """Return a neighbour of a pixel, one of the four adjacent or the four distant ones."""
     far_off = 1 if k < 4 else radius
     side = k % 4
@@ -186,7 +188,7 @@ def _tilt_normal(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
     " f4[:,::1], f4[::1], i8[::1])",
     fastmath=True,
 )
-def sweep(  # type: ignore[no-untyped-def]
+def sweep_planes(  # type: ignore[no-untyped-def]
     reference,
     sources,
     sizes,
@@ -245,7 +247,7 @@ def sweep(  # type: ignore[no-untyped-def]
             z = depth[y, x]
             nx, ny, nz = normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]
             for s in range(n):
-                costs[y, x, s] = _cost(
+                costs[y, x, s] = _patch_cost(
                     u,
                     v,
                     rx,
@@ -268,18 +270,20 @@ def sweep(  # type: ignore[no-untyped-def]
             best_cost = fraction * _select_sources(trial, selection, count)
             for k in range(11):
                 if k < 8:
-                    i, j = _neighbour(k, x, y, radius)
+                    i, j = _neighbour_pixel(k, x, y, radius)
                     if (i == x and j == y) or i < 0 or j < 0 or i >= w or j >= h:
                         continue
                     ax, ay, az = normal[j, i, 0], normal[j, i, 1], normal[j, i, 2]
                     p, q = np.float32(i) - lens[2], np.float32(j) - lens[3]
                     d = _ray_depth(ax, ay, az, depth[j, i], p, q, lens[0], lens[1], rx, ry)
-                    neighbour_cost = abs(d - z) < np.float32(0.05) * unit * z * z
-                    if neighbour_cost and ax * nx + ay * ny + az * nz > np.float32(0.9998):
+                    is_similar_depth = abs(d - z) < np.float32(0.05) * unit * z * z
+                    if is_similar_depth and ax * nx + ay * ny + az * nz > np.float32(0.9998):
                         continue
                 else:
-                    shift = np.float32(0.0) if k == 9 else _random(seeds, position)
-                    q, tilt = _random_trial(k, np.float32(1.0) / z, shift, low, high, unit, spread)
+                    random_number = np.float32(0.0) if k == 9 else _random(seeds, position)
+                    q, tilt = _random_trial(
+                        k, np.float32(1.0) / z, random_number, low, high, unit, spread
+                    )
                     d = np.float32(1.0) / max(q, np.float32(1e-20))
                     a, b, c = (
                         _random(seeds, position),
@@ -295,7 +299,7 @@ def sweep(  # type: ignore[no-untyped-def]
                 total = np.float32(0.0)
                 for m in range(count):
                     s = selection[m]
-                    total += fraction * _cost(
+                    total += fraction * _patch_cost(
                         u,
                         v,
                         rx,
@@ -329,7 +333,7 @@ def sweep(  # type: ignore[no-untyped-def]
     " f4[:,::1], f4[:,:,::1], f4[:,:,::1], i8, i8, f4[:,::1])",
     fastmath=True,
 )
-def measure(  # type: ignore[no-untyped-def]
+def measure_costs(  # type: ignore[no-untyped-def]
     reference,
     sources,
     sizes,
@@ -358,7 +362,7 @@ def measure(  # type: ignore[no-untyped-def]
             u, v = np.float32(x), np.float32(y)
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             for s in range(len(sources)):
-                costs[y, x, s] = _cost(
+                costs[y, x, s] = _patch_cost(
                     u,
                     v,
                     rx,

@@ -15,11 +15,11 @@ import numpy as np
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
-from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
 
 def has_cuda() -> bool:
@@ -27,10 +27,10 @@ def has_cuda() -> bool:
     return bool(colmap().has_cuda)
 
 
-def cuda_depth_maps(
+def compute_cuda_depth_maps(
     scene: SparseScene,
     pairs: DepthMapPlans,
-    photos: Sequence[Undistorted],
+    photos: Sequence[UndistortedPhoto],
     folder: Path,
     progress: Progress,
 ) -> list[DepthMap]:
@@ -65,7 +65,7 @@ def cuda_depth_maps(
     options.depth_max = max(plan.far for plan in pairs.plans)
     options.geom_consistency = True
     finished_folder = folder / "stereo" / "depth_maps"
-    cancellable(
+    run_cancellable(
         lambda token: pycolmap.patch_match_stereo(
             folder, options=options, cancellation_token=token
         ),
@@ -80,13 +80,13 @@ def cuda_depth_maps(
         normal = pycolmap.NormalMap()
         normal.read(folder / "stereo" / "normal_maps" / name)
         maps.append(
-            _depth_map_from_colmap(photos[plan.view], depth.to_array(), normal.to_array(), plan)
+            _convert_depth_map(photos[plan.view], depth.to_array(), normal.to_array(), plan)
         )
     return maps
 
 
 def write_workspace(
-    folder: Path, scene: SparseScene, photos: Sequence[Undistorted], *, shift: float
+    folder: Path, scene: SparseScene, photos: Sequence[UndistortedPhoto], *, shift: float
 ) -> list[str]:
     """Write images, pinhole cameras and tie points; COLMAP derives the overlap from these.
 
@@ -128,9 +128,9 @@ def write_workspace(
         model.add_camera_with_trivial_rig(camera)
         image = pycolmap.Image()
         image.name, image.camera_id, image.image_id = file, number, number
-        is_of_photo = scene.track_views == number - 1
-        point_rows = scene.track_points[is_of_photo]
-        feature_rows[is_of_photo] = np.arange(len(point_rows))
+        is_in_photo = scene.track_views == number - 1
+        point_rows = scene.track_points[is_in_photo]
+        feature_rows[is_in_photo] = np.arange(len(point_rows))
         pixels = photo.view.project(scene.points[point_rows])
         image.points2D = pycolmap.Point2DList([pycolmap.Point2D(xy) for xy in pixels])
         pose = pycolmap.Rigid3d(
@@ -148,7 +148,7 @@ def write_workspace(
     return files
 
 
-def _depth_map_from_colmap(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap:
+def _convert_depth_map(photo: UndistortedPhoto, depth: Any, normal: Any, plan: Any) -> DepthMap:
     lens = photo.view.intrinsics
     depth, normal = np.array(depth, np.float32), np.array(normal, np.float32)
     if depth.shape != (lens.height, lens.width):

@@ -16,9 +16,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
-from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
-from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, DepthMapPlan
-from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.photogrammetry.dense.foreground_fattening import find_sky_fringe
+from vomstudio.photogrammetry.dense.pairs import N_SOURCES, PATCHMATCH, SGBM, DepthMapPlan
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
 
 @dataclass(frozen=True)
@@ -27,19 +27,19 @@ class DepthOptions:
 
     Attributes
     ----------
-    agreement_px : float
+    max_mark_distance_px : float
         Maximum difference between the disparities of agreeing sources.
-    fewest_sources : int
+    min_sources : int
         Minimum number of agreeing sources.
-    enough : float
+    min_measured_share : float
         If SGBM measures a larger share of the tie points, PatchMatch is not used.
     seed, threads : int
         Random seed and number of threads of PatchMatch; the result does not depend on the threads.
     """
 
-    agreement_px: float = 1.0
-    fewest_sources: int = 1
-    enough: float = 0.85
+    max_mark_distance_px: float = 1.0
+    min_sources: int = 1
+    min_measured_share: float = 0.85
     seed: int = 0
     threads: int = 1
 
@@ -60,8 +60,8 @@ class DepthTask:
         Tie points that the reference sees.
     """
 
-    reference: Undistorted
-    sources: tuple[Undistorted, ...]
+    reference: UndistortedPhoto
+    sources: tuple[UndistortedPhoto, ...]
     methods: tuple[str, ...]
     near: float
     far: float
@@ -133,7 +133,9 @@ class DepthMap:
 
 
 def make_task(
-    plan: DepthMapPlan, photo: Callable[[int], Undistorted], options: DepthOptions | None = None
+    plan: DepthMapPlan,
+    photo: Callable[[int], UndistortedPhoto],
+    options: DepthOptions | None = None,
 ) -> DepthTask:
     """Return the task of a plan; `photo` returns the undistorted photo for the row of a view."""
     return DepthTask(
@@ -162,18 +164,21 @@ def depth_map(task: DepthTask) -> DepthMap:
     _check_task(task)
     view, is_valid = task.reference.view, task.reference.valid
     if not is_valid.any():
-        return _empty(view, is_valid.shape)
+        return _empty_depth_map(view, is_valid.shape)
     reference = (view, task.reference.gray(), is_valid)
     other_photos = [(source.view, source.gray(), source.valid) for source in task.sources]
     merged_depths, agreeing_photos = _rectified_depths(task, reference, other_photos)
     # Remove the noise that small windows leave, without smoothing across edges.
-    merged_depths = _planes(view, merged_depths, 1.0, 1, 1)[1]
-    if PATCHMATCH in task.methods and _measured_share(task, merged_depths) < task.options.enough:
+    merged_depths = _fit_planes(view, merged_depths, 1.0, 1, 1)[1]
+    if (
+        PATCHMATCH in task.methods
+        and _measured_share(task, merged_depths) < task.options.min_measured_share
+    ):
         _fill_by_patchmatch(task, reference, other_photos, merged_depths, agreeing_photos)
-    return _finish(reference, other_photos, merged_depths, agreeing_photos)
+    return _finish_depth_map(reference, other_photos, merged_depths, agreeing_photos)
 
 
-def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
+def memory_needed(width: int, height: int, sources: int = N_SOURCES) -> int:
     """Estimate the peak memory of `depth_map` including its inputs, in bytes.
 
     Measured with four sources: 50 to 70 bytes per pixel if all pairs can be rectified, and 122 with
@@ -189,7 +194,7 @@ def _rectified_depths(
     task: DepthTask, reference: Photo, other_photos: Sequence[Photo]
 ) -> tuple[Float32Array, ByteArray]:
     """Return inverse depths from rectified pairs, and the number of agreeing sources."""
-    from vomstudio.photogrammetry.dense._depth_kernels import merge
+    from vomstudio.photogrammetry.dense._depth_kernels import merge_depths
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
     shape = reference[1].shape
@@ -204,13 +209,13 @@ def _rectified_depths(
                 inverse.append(pair_depths[0])
                 steps.append(pair_depths[1])
     if inverse:
-        merge(
+        merge_depths(
             np.stack(inverse),
             np.array(steps, np.float32),
-            np.float32(task.options.agreement_px),
+            np.float32(task.options.max_mark_distance_px),
             np.float32(1.0 / task.far),
             np.float32(1.0 / task.near),
-            min(task.options.fewest_sources, len(inverse)),
+            min(task.options.min_sources, len(inverse)),
             merged_inverse,
             agreement_counts,
         )
@@ -227,10 +232,8 @@ def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
         (column >= 0) & (row >= 0) & (column < is_valid.shape[1]) & (row < is_valid.shape[0])
     )
     column, row = column[is_on_photo], row[is_on_photo]
-    is_valid_target = is_valid[row, column]
-    return (
-        float(np.mean(inverse[row, column][is_valid_target] > 0)) if is_valid_target.any() else 0.0
-    )
+    is_unmasked = is_valid[row, column]
+    return float(np.mean(inverse[row, column][is_unmasked] > 0)) if is_unmasked.any() else 0.0
 
 
 def _fill_by_patchmatch(
@@ -241,10 +244,10 @@ def _fill_by_patchmatch(
     agreement_counts: ByteArray,
 ) -> None:
     """Fill missing depths with PatchMatch, in place."""
-    from vomstudio.photogrammetry.dense.patchmatch import match
+    from vomstudio.photogrammetry.dense.patchmatch import match_patches
 
     is_unmeasured = reference[2] & (inverse == 0)
-    result = match(
+    result = match_patches(
         reference[0],
         reference[1],
         is_unmeasured,
@@ -257,9 +260,9 @@ def _fill_by_patchmatch(
         threads=task.options.threads,
     )
     # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
-    smooth_planes = _planes(reference[0], result.inverse, 2.0, 3, 1)[1]
+    smooth_planes = _fit_planes(reference[0], result.inverse, 2.0, 3, 1)[1]
     inverse[is_unmeasured] = smooth_planes[is_unmeasured]
-    agreement_counts[is_unmeasured] = result.agreeing[is_unmeasured]
+    agreement_counts[is_unmeasured] = result.agreement_counts[is_unmeasured]
 
 
 def _check_task(task: DepthTask) -> None:
@@ -274,7 +277,7 @@ def _check_task(task: DepthTask) -> None:
             file=name,
         )
     for photo in (task.reference, *task.sources):
-        if photo.view.intrinsics.distorts:
+        if photo.view.intrinsics.has_distortion:
             raise GeometryError(Finding("dense.distorted"), file=photo.view.name)
     for photo in task.sources:
         if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0:
@@ -284,7 +287,7 @@ def _check_task(task: DepthTask) -> None:
             )
 
 
-def _finish(
+def _finish_depth_map(
     reference: Photo,
     other_photos: Sequence[Photo],
     inverse: Float32Array,
@@ -295,26 +298,26 @@ def _finish(
     Sky and featureless surfaces also have a smoothest disparity, and a pair with an error is
     consistent with itself.
     """
-    from vomstudio.photogrammetry.dense.patchmatch import likeness
+    from vomstudio.photogrammetry.dense.patchmatch import count_similar_sources
 
     view = reference[0]
-    normals = _planes(view, inverse, 4.0, 4, 2)[0]
+    normals = _fit_planes(view, inverse, 4.0, 4, 2)[0]
     is_measured = (inverse > 0) & normals.any(axis=2)
     depth = np.zeros_like(inverse)
     np.divide(1.0, inverse, out=depth, where=is_measured)
-    is_alike = likeness(view, reference[1], depth, normals, other_photos)
-    is_measured &= is_alike > 0
-    is_measured &= ~sky_fringe(reference[1], reference[2], is_measured)
+    similar_count = count_similar_sources(view, reference[1], depth, normals, other_photos)
+    is_measured &= similar_count > 0
+    is_measured &= ~find_sky_fringe(reference[1], reference[2], is_measured)
     depth[~is_measured] = 0.0
     normals[~is_measured] = 0.0
-    agreement_counts = np.maximum(agreement_counts, is_alike)
+    agreement_counts = np.maximum(agreement_counts, similar_count)
     confidence = np.where(
         is_measured, 255.0 * (1.0 - 0.5 ** agreement_counts.astype(np.float32)), 0.0
     )
     return DepthMap(view.name, view, depth, normals, np.round(confidence).astype(np.uint8))
 
 
-def _planes(
+def _fit_planes(
     view: View, inverse: Float32Array, max_steepness: float, radius: int, stride: int
 ) -> tuple[Float32Array, Float32Array]:
     """Fit planes to neighbouring pixels; return normals (h, w, 3) and inverse depths (h, w)."""
@@ -338,7 +341,7 @@ def _planes(
     return normals, fitted_inverse
 
 
-def _empty(view: View, shape: tuple[int, ...]) -> DepthMap:
+def _empty_depth_map(view: View, shape: tuple[int, ...]) -> DepthMap:
     return DepthMap(
         view.name,
         view,

@@ -7,18 +7,18 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, ByteArray
 
 # Distance by which matching windows extend beyond an edge, pixels.
-_REACH = 16
-_WINDOW = 5
+_REACH_PX = 16
+_WINDOW_SIZE_PX = 5
 # Limits of the standard deviation in a featureless window, in grey values of 0..255. Between them,
 # the threshold is 1.5 times the deviation of the smoothest parts of the photo, which is its noise.
 _MIN_DEVIATION, _MAX_DEVIATION = 2.0, 4.0
 _NOISE_PERCENTILE = 2.0
-_SKY_SIZE, _MIN_SKY_SHARE = 33, 0.85
+_SKY_WINDOW_SIZE_PX, _MIN_SKY_SHARE = 33, 0.85
 # Maximum difference in brightness between pixels at an edge and the sky.
 _MAX_BRIGHTNESS_DIFFERENCE = 15.0
 
 
-def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> BoolArray:
+def find_sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> BoolArray:
     """Find pixels that have a depth although they show sky.
 
     These pixels are featureless, bright and adjacent to sky without depth. A window that lies on
@@ -39,7 +39,7 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
     import cv2
 
     value = gray.astype(np.float32)
-    size = (_WINDOW, _WINDOW)
+    size = (_WINDOW_SIZE_PX, _WINDOW_SIZE_PX)
     mean = cv2.blur(value, size)
     spread = np.sqrt(np.maximum(cv2.blur(value * value, size) - mean * mean, 0))
     noise = float(np.percentile(spread[::3, ::3], _NOISE_PERCENTILE))
@@ -47,7 +47,7 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
     is_featureless = spread < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
     is_featureless &= mean > np.median(gray[::3, ::3])
     # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
-    window_size = (_SKY_SIZE, _SKY_SIZE)
+    window_size = (_SKY_WINDOW_SIZE_PX, _SKY_WINDOW_SIZE_PX)
     is_open_sky = (
         cv2.blur((is_featureless & is_valid & ~has_depth).astype(np.float32), window_size)
         > _MIN_SKY_SHARE
@@ -57,13 +57,13 @@ def sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) -> Bo
     )
     is_reached = grown_mask & ~has_depth
     cross_kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(_REACH):
+    for _ in range(_REACH_PX):
         is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross_kernel), is_reached)
     is_fringe = np.asarray(has_depth & (is_reached > 0))
     if not is_fringe.any():
         return is_fringe
     sky = (is_featureless & (is_reached > 0)).astype(np.float32)
-    window_size = (2 * _WINDOW - 1, 2 * _WINDOW - 1)
+    window_size = (2 * _WINDOW_SIZE_PX - 1, 2 * _WINDOW_SIZE_PX - 1)
     sky_share = cv2.blur(sky, window_size)
     brightness = cv2.blur(sky * value, window_size) / np.maximum(sky_share, 1e-6)
     is_like_sky = (sky_share > 1e-3) & (np.abs(value - brightness) < _MAX_BRIGHTNESS_DIFFERENCE)

@@ -26,10 +26,10 @@ from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
-from vomstudio.photogrammetry.dense.undistortion import Undistorted
+from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
 # Ratio up to which footprints count as equally fine; the first photo then keeps the point.
-_SAME_FOOTPRINT = 1.3
+_MAX_FOOTPRINT_RATIO = 1.3
 
 
 @dataclass(frozen=True)
@@ -38,21 +38,21 @@ class FusionOptions:
 
     Attributes
     ----------
-    fewest_views : int
+    min_views : int
         Minimum number of views that agree on a point.
-    reprojection_px, depth_part, normal_deg : float
+    max_reprojection_px, max_depth_share, max_normal_deg : float
         Maximum differences between agreeing maps.
-    least_confidence : float
+    min_confidence : float
         Minimum confidence of a point, from 0 to 1.
     cache_bytes : int
         Maximum size of the depth maps held in memory.
     """
 
-    fewest_views: int = 2
-    reprojection_px: float = 1.0
-    depth_part: float = 0.01
-    normal_deg: float = 30.0
-    least_confidence: float = 0.0
+    min_views: int = 2
+    max_reprojection_px: float = 1.0
+    max_depth_share: float = 0.01
+    max_normal_deg: float = 30.0
+    min_confidence: float = 0.0
     cache_bytes: int = 1_000_000_000
 
 
@@ -62,10 +62,10 @@ def neighbours_by_name(scene: SparseScene, pairs: DepthMapPlans) -> dict[str, tu
     return {names[p.view]: tuple(names[row] for row in p.neighbours) for p in pairs.plans}
 
 
-def fuse(
+def fuse_depth_maps(
     names: Sequence[str],
     depth_maps: Sequence[DepthMap],
-    photos: Sequence[Undistorted] | None,
+    photos: Sequence[UndistortedPhoto] | None,
     neighbours: Mapping[str, Sequence[str]] | None = None,
     options: FusionOptions | None = None,
     progress: Progress | None = None,
@@ -111,7 +111,7 @@ def fuse(
             if neighbours is None
             else _rows_of_names(neighbours.get(name, ()), rows)
         )
-        part = _fuse_one(
+        part = _fuse_photo(
             row, [other_row for other_row in other_rows if other_row != row], cache, options
         )
         if part is not None:
@@ -133,15 +133,15 @@ def fuse(
     )
 
 
-def memory_needed(pixels: int, largest_count: int) -> int:
-    """Estimate the peak memory of `fuse`, in bytes.
+def memory_needed(pixels: int, max_pixels: int) -> int:
+    """Estimate the peak memory of `fuse_depth_maps`, in bytes.
 
-    Measured: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
+    MeasuredValue: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
 
     pixels : number of pixels of all maps
     largest : number of pixels of the largest map
     """
-    return int(0.25 * pixels * 70) + 70 * largest_count + FusionOptions.cache_bytes
+    return int(0.25 * pixels * 70) + 70 * max_pixels + FusionOptions.cache_bytes
 
 
 def _concatenate(parts: list[Any]) -> Any:
@@ -179,12 +179,12 @@ def _rows_of_names(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[in
     return (rows[name] for name in names if name in rows)
 
 
-def _lens(depth_map: DepthMap) -> FloatArray:
+def _lens_parameters(depth_map: DepthMap) -> FloatArray:
     lens = depth_map.view.intrinsics
     return np.array([*lens.focal, *lens.centre])
 
 
-def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
+def _fuse_photo(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
     """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
@@ -192,24 +192,24 @@ def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: 
     shape = own_map.depth.shape
     if not (own_map.depth > 0).any():
         return None
-    confidence_here = own_map.confidence.astype(np.float32) / np.float32(255.0)
+    confidence_share = own_map.confidence.astype(np.float32) / np.float32(255.0)
     has_depth = own_map.depth > 0
     weight = np.zeros(shape, np.float32)
     weight[has_depth] = (
-        confidence_here[has_depth]
+        confidence_share[has_depth]
         * (np.float32(own_map.view.intrinsics.focal[0]) / own_map.depth[has_depth]) ** 2
     )
     sums = np.zeros((*shape, 6), np.float32)
     sums[..., 0] = weight
-    sums[..., 2] = 1.0 - confidence_here
+    sums[..., 2] = 1.0 - confidence_share
     sums[..., 3:] = weight[..., None] * own_map.normals
     votes = np.zeros((*shape, 3), np.uint8)
     limits = np.array(
         [
-            options.reprojection_px,
-            options.depth_part,
-            np.cos(np.radians(options.normal_deg)),
-            _SAME_FOOTPRINT,
+            options.max_reprojection_px,
+            options.max_depth_share,
+            np.cos(np.radians(options.max_normal_deg)),
+            _MAX_FOOTPRINT_RATIO,
         ]
     )
     depth = to_kernel_array(own_map.depth, np.float32)
@@ -223,11 +223,11 @@ def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: 
         compare(
             depth,
             normals,
-            _lens(own_map),
+            _lens_parameters(own_map),
             to_kernel_array(other_map.depth, np.float32),
             to_kernel_array(other_map.normals, np.float32),
             to_kernel_array(other_map.confidence, np.uint8),
-            _lens(other_map),
+            _lens_parameters(other_map),
             to_kernel_array(move, np.float64),
             other_row > row,
             limits,
@@ -237,22 +237,21 @@ def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: 
     confidence = 1.0 - sums[..., 2]
     is_kept = (
         has_depth
-        & (votes[..., 0] + 1 >= options.fewest_views)
+        & (votes[..., 0] + 1 >= options.min_views)
         & (votes[..., 1] <= votes[..., 0])
         & (votes[..., 2] == 0)
-        & (confidence >= options.least_confidence)
+        & (confidence >= options.min_confidence)
     )
     j, i = np.nonzero(is_kept)
     if not len(j):
         return None
     rays = own_map.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
-    sums_of_points = sums[j, i].astype(np.float64)
+    point_sums = sums[j, i].astype(np.float64)
     points = rays * own_map.depth[j, i, None].astype(np.float64)
     points += (
-        own_map.normals[j, i]
-        * (sums_of_points[:, 1] / np.maximum(sums_of_points[:, 0], 1e-300))[:, None]
+        own_map.normals[j, i] * (point_sums[:, 1] / np.maximum(point_sums[:, 0], 1e-300))[:, None]
     )
-    mean = _toward_photo(sums_of_points[:, 3:], own_map.normals[j, i].astype(np.float64), rays)
+    mean = _orient_normals(point_sums[:, 3:], own_map.normals[j, i].astype(np.float64), rays)
     rotation = own_map.view.rotation
     return (
         j,
@@ -264,7 +263,7 @@ def _fuse_one(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: 
     )
 
 
-def _toward_photo(mean: FloatArray, photo_normals: FloatArray, rays: FloatArray) -> FloatArray:
+def _orient_normals(mean: FloatArray, photo_normals: FloatArray, rays: FloatArray) -> FloatArray:
     """Return unit normals (n, 3) towards the camera.
 
     This is the mean of the agreeing normals, or the photo's own normal if the mean points away from

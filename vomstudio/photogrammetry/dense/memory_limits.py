@@ -8,7 +8,7 @@ from vomstudio.photogrammetry.base import memory
 from vomstudio.photogrammetry.dense import depthmaps, fusion
 
 
-def memory_of_all(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
+def peak_memory(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
     """Return the peak memory of one depth map at a time or of their cloud, in bytes.
 
     page_side : long side of the reduced photos
@@ -27,6 +27,6 @@ def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:
     """Return the largest long side of photos whose depth maps fit into free memory.
 
     wanted_px : maximum long side
-    sizes : as in `memory_of_all`
+    sizes : as in `peak_memory`
     """
-    return memory.fitting_size(wanted_px, lambda side: memory_of_all(side, sizes))
+    return memory.fitting_size(wanted_px, lambda side: peak_memory(side, sizes))

@@ -18,8 +18,8 @@ SGBM, PATCHMATCH = "sgbm", "patchmatch"
 
 # Rays that intersect at 10 degrees are accurate and see the same surfaces. The weight decreases
 # more slowly towards larger angles, where only occlusion increases.
-_BEST_ANGLE_DEG, _BELOW_DEG, _ABOVE_DEG = 10.0, 5.0, 12.0
-_MIN_SHARED = 5
+_BEST_ANGLE_DEG, _SMALL_ANGLE_WIDTH_DEG, _LARGE_ANGLE_WIDTH_DEG = 10.0, 5.0, 12.0
+_MIN_SHARED_POINTS = 5
 _MIN_POINTS = 5
 _MIN_ANGLE_DEG = 1.0
 # Beyond these limits, a rectified pair shows the same patch in different shapes. Within them,
@@ -28,11 +28,11 @@ _MIN_ANGLE_DEG = 1.0
 # tenth of the time (tests/benchmarks/bench_wide).
 _MAX_CONVERGENCE_DEG = 50.0
 _MAX_ANGLE_DEG = 50.0
-_MIN_ACROSS_DEG = 45.0
+_MIN_CROSSING_DEG = 45.0
 _MAX_SCALE_RATIO = 1.5
-_PADDING = 0.1
+_DEPTH_PADDING = 0.1
 _MAX_NEIGHBOURS = 20
-SOURCES = 3
+N_SOURCES = 3
 """Number of sources of a photo. A fourth one, at a wider angle, adds more blur than detail."""
 
 
@@ -105,7 +105,7 @@ class DepthMapPlans:
 
 
 def select_pairs(
-    scene: SparseScene, *, count: int = SOURCES, method: str | None = None
+    scene: SparseScene, *, count: int = N_SOURCES, method: str | None = None
 ) -> DepthMapPlans:
     """Select the sources, the depth range and the methods for every photo.
 
@@ -144,12 +144,12 @@ def select_pairs(
         if not candidates:
             skipped_photos.append(Finding("dense.no-neighbour", photo=view.name))
             continue
-        near_depth, far_depth = _range(depths)
-        selection = _select_spread(candidates, count)
+        near_depth, far_depth = _depth_range(depths)
+        selection = _select_sources(candidates, count)
         sources = tuple(
             SourcePhoto(
                 c.view,
-                method or _method(view, scene.views[c.view], points, c),
+                method or _choose_method(view, scene.views[c.view], points, c),
                 c.shared_count,
                 c.angle_deg,
                 c.convergence_deg,
@@ -199,9 +199,9 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
     shared_counts.setdiag(0)
     shared_counts.sort_indices()
     return [
-        shared_counts.indices[start:stop][shared_counts.data[start:stop] >= _MIN_SHARED].astype(
-            np.int64
-        )
+        shared_counts.indices[start:stop][
+            shared_counts.data[start:stop] >= _MIN_SHARED_POINTS
+        ].astype(np.int64)
         for start, stop in itertools.pairwise(shared_counts.indptr)
     ]
 
@@ -209,13 +209,13 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
 def _find_candidates(
     scene: SparseScene,
     row: int,
-    shared_indices: IntArray,
+    other_rows: IntArray,
     points_by_view: list[IntArray],
     centres: FloatArray,
 ) -> list[_Candidate]:
     """Return the candidates among photos (rows) with enough common points."""
     candidates = []
-    for other_row in shared_indices.tolist():
+    for other_row in other_rows.tolist():
         shared_points = np.intersect1d(
             points_by_view[row], points_by_view[other_row], assume_unique=True
         )
@@ -243,16 +243,21 @@ def _find_candidates(
 
 def _angle_weights(angles_deg: FloatArray) -> FloatArray:
     offset = angles_deg - _BEST_ANGLE_DEG
-    return np.asarray(np.exp(-0.5 * (offset / np.where(offset < 0, _BELOW_DEG, _ABOVE_DEG)) ** 2))
+    return np.asarray(
+        np.exp(
+            -0.5
+            * (offset / np.where(offset < 0, _SMALL_ANGLE_WIDTH_DEG, _LARGE_ANGLE_WIDTH_DEG)) ** 2
+        )
+    )
 
 
-def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]:
+def _select_sources(candidates: list[_Candidate], count: int) -> list[_Candidate]:
     selection: list[_Candidate] = []
     remaining = list(candidates)
 
     def rank(c: _Candidate) -> tuple[float, int]:
-        is_same = max((float(c.side @ d.side) for d in selection), default=0.0)
-        return -c.score * (1.0 - 0.6 * max(is_same, 0.0) ** 6), c.view
+        max_cosine = max((float(c.side @ d.side) for d in selection), default=0.0)
+        return -c.score * (1.0 - 0.6 * max(max_cosine, 0.0) ** 6), c.view
 
     while remaining and len(selection) < count:
         best_candidate = min(remaining, key=rank)
@@ -261,14 +266,14 @@ def _select_spread(candidates: list[_Candidate], count: int) -> list[_Candidate]
     return selection
 
 
-def _method(view: View, other_view: View, points: FloatArray, candidate: _Candidate) -> str:
+def _choose_method(view: View, other_view: View, points: FloatArray, candidate: _Candidate) -> str:
     """Return the method for a pair: SGBM if it can be rectified without distortion."""
     if candidate.convergence_deg > _MAX_CONVERGENCE_DEG or candidate.angle_deg > _MAX_ANGLE_DEG:
         return PATCHMATCH
     baseline = (other_view.centre - view.centre)[None]
     for item in (view, other_view):
         crossing_angle = float(_angles_deg(item.direction[None], baseline)[0])
-        if min(crossing_angle, 180.0 - crossing_angle) < _MIN_ACROSS_DEG:
+        if min(crossing_angle, 180.0 - crossing_angle) < _MIN_CROSSING_DEG:
             return PATCHMATCH
     sizes = [
         float(np.median(v.depths(points))) / float(np.mean(v.intrinsics.focal))
@@ -279,16 +284,18 @@ def _method(view: View, other_view: View, points: FloatArray, candidate: _Candid
     return SGBM
 
 
-def _range(depths: FloatArray) -> tuple[float, float]:
+def _depth_range(depths: FloatArray) -> tuple[float, float]:
     """Return the nearest and the farthest depth, ignoring outliers among the tie points.
 
     The range is padded by a fraction of its extent and of the depth, because rock without tie
     points extends beyond it. The padding is applied to inverse depths, which are linear in pixels.
     """
-    far_depth, near_depth = np.percentile(1.0 / depths, [1.0, 99.0])
-    depth_padding = 2 * _PADDING * (near_depth - far_depth) + 0.5 * _PADDING * near_depth
-    return float(1.0 / (near_depth + depth_padding)), float(
-        1.0 / max(far_depth - depth_padding, 0.25 * far_depth)
+    min_inverse, max_inverse = np.percentile(1.0 / depths, [1.0, 99.0])
+    depth_padding = (
+        2 * _DEPTH_PADDING * (max_inverse - min_inverse) + 0.5 * _DEPTH_PADDING * max_inverse
+    )
+    return float(1.0 / (max_inverse + depth_padding)), float(
+        1.0 / max(min_inverse - depth_padding, 0.25 * min_inverse)
     )
 
 

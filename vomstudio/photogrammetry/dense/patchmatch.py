@@ -27,31 +27,31 @@ if TYPE_CHECKING:
 # Reduction, number of sweeps over both colours, initial size of the random changes, and distance of
 # the far neighbours.
 _LEVELS = ((4, 4, 1.0, 5), (2, 3, 0.4, 3), (1, 1, 0.15, 0))
-_MIN_SIDE = 48
+_MIN_SIDE_PX = 48
 _MAX_COST = 0.35
-_ALIKE = 0.5
+_MAX_SIMILAR_COST = 0.5
 _BLOCK_ROWS = 32
 # Number of best sources of a plane: at least this many see most of the rock.
-_SOURCES = 3
+_N_SOURCES = 3
 
 
 @dataclass(frozen=True, eq=False)
 class PatchMatchResult:
-    """Result of `match`.
+    """Result of `match_patches`.
 
     inverse : (h, w) inverse depths, 0 = none
-    agreeing : (h, w) number of sources with a similar patch
+    agreement_counts : (h, w) number of sources with a similar patch
     """
 
     inverse: Float32Array
-    agreeing: ByteArray
+    agreement_counts: ByteArray
 
 
-def match(
+def match_patches(
     view: View,
     gray: ByteArray,
     is_active: BoolArray,
-    known_depths: Float32Array,
+    known_inverse_depths: Float32Array,
     source_masks: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
     min_depth: float,
@@ -68,7 +68,7 @@ def match(
         Pinhole view and grey picture of the photo.
     is_active : (h, w) array of bool
         Pixels to compute.
-    known_depths : (h, w) array
+    known_inverse_depths : (h, w) array
         Known inverse depths, 0 = none; their planes are propagated.
     source_masks : sequence of (View, array, array of bool)
         View, picture and mask of each source.
@@ -82,25 +82,33 @@ def match(
     rng = np.random.default_rng(seed)
     planes: tuple[Float32Array, Float32Array] | None = None
     h, w = gray.shape
-    levels = [level for level in _LEVELS if min(h, w) / level[0] >= _MIN_SIDE] or [_LEVELS[-1]]
+    levels = [level for level in _LEVELS if min(h, w) / level[0] >= _MIN_SIDE_PX] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
         for reduction, sweeps, spread, radius in levels:
             pyramid_level = _PyramidLevel.make(view, gray, is_active, source_masks, reduction)
-            fixed_depths = _reduce_size(known_depths, pyramid_level.reference.shape)
+            fixed_inverse_depths = _downsample(known_inverse_depths, pyramid_level.reference.shape)
             if planes is None:
-                depth, normal = _start(
-                    pyramid_level.lens, fixed_depths, view, points, min_depth, max_depth, rng
+                depth, normal = _initial_planes(
+                    pyramid_level.lens,
+                    fixed_inverse_depths,
+                    view,
+                    points,
+                    min_depth,
+                    max_depth,
+                    rng,
                 )
                 sweeps, spread, radius = _LEVELS[0][1:]
             else:
                 depth, normal = _refine_planes(planes, pyramid_level.lens, min_depth, max_depth)
-            has_depth = fixed_depths > 0
-            depth[has_depth] = 1.0 / fixed_depths[has_depth]
+            has_depth = fixed_inverse_depths > 0
+            depth[has_depth] = 1.0 / fixed_inverse_depths[has_depth]
             is_unmatched = to_kernel_array(pyramid_level.is_active & ~has_depth, np.uint8)
             costs = np.full((*pyramid_level.reference.shape, len(source_masks)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, pyramid_level.reference.size, dtype=np.uint32)
-            unit = np.float32(_unit(view, pyramid_level.lens, [s[0] for s in source_masks]))
+            unit = np.float32(
+                _inverse_depth_unit(view, pyramid_level.lens, [s[0] for s in source_masks])
+            )
             arrays = (
                 pyramid_level.reference,
                 pyramid_level.pictures,
@@ -123,7 +131,7 @@ def match(
                             np.float32(max_depth),
                             unit,
                             size,
-                            _SOURCES,
+                            _N_SOURCES,
                             radius,
                             parity,
                         ),
@@ -131,19 +139,19 @@ def match(
             planes = depth, normal
         _run_in_blocks(pool, h, _measure, arrays, ())
     inverse = np.zeros((h, w), np.float32)
-    is_alike = costs < _MAX_COST
+    is_similar = costs < _MAX_COST
     for s, (_, _, counts) in enumerate(source_masks):
         if not counts.all():
-            is_alike[..., s] &= _is_on_source(view, source_masks[s][0], depth, counts)
-    agreement_counts = is_alike.sum(axis=2).astype(np.uint8)
+            is_similar[..., s] &= _is_on_source(view, source_masks[s][0], depth, counts)
+    agreement_counts = is_similar.sum(axis=2).astype(np.uint8)
     is_confirmed = (is_unmatched > 0) & (agreement_counts >= 1)
     inverse[is_confirmed] = 1.0 / depth[is_confirmed]
-    _drop_specks(inverse, float(unit))
+    _remove_specks(inverse, float(unit))
     agreement_counts[inverse == 0] = 0
     return PatchMatchResult(inverse, agreement_counts)
 
 
-def likeness(
+def count_similar_sources(
     view: View,
     gray: ByteArray,
     depth: Float32Array,
@@ -157,11 +165,11 @@ def likeness(
 
     depth, normals : (h, w), (h, w, 3) depth map of the photo, 0 = none
     """
-    step = 2 if min(depth.shape) >= 2 * _MIN_SIDE else 1
+    step = 2 if min(depth.shape) >= 2 * _MIN_SIDE_PX else 1
     h, w = depth.shape
-    masked = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
-    pyramid_level = _PyramidLevel.make(view, gray, depth > 0, masked, step)
-    reduced_depth = _reduce_size(depth, pyramid_level.reference.shape)
+    masked_sources = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
+    pyramid_level = _PyramidLevel.make(view, gray, depth > 0, masked_sources, step)
+    reduced_depth = _downsample(depth, pyramid_level.reference.shape)
     height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
@@ -182,21 +190,23 @@ def likeness(
     )
     row_indices = ((np.arange(h) + 0.5) * height / h).astype(int)[:, None]
     column_indices = ((np.arange(w) + 0.5) * width / w).astype(int)
-    return np.asarray((costs < _ALIKE).sum(axis=2).astype(np.uint8)[row_indices, column_indices])
+    return np.asarray(
+        (costs < _MAX_SIMILAR_COST).sum(axis=2).astype(np.uint8)[row_indices, column_indices]
+    )
 
 
 def _sweep(reference: Float32Array, pictures: Float32Array, *arguments: object) -> None:
-    from vomstudio.photogrammetry.dense._patchmatch_kernels import SAMPLES, sweep
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import PATCH_SAMPLES, sweep_planes
 
-    samples, n = np.empty((3, SAMPLES), np.float32), len(pictures)
+    samples, n = np.empty((3, PATCH_SAMPLES), np.float32), len(pictures)
     trial, selection = np.empty(n, np.float32), np.empty(n, np.int64)
-    sweep(reference, pictures, *arguments, samples, trial, selection)
+    sweep_planes(reference, pictures, *arguments, samples, trial, selection)
 
 
 def _measure(*arguments: object) -> None:
-    from vomstudio.photogrammetry.dense._patchmatch_kernels import SAMPLES, measure
+    from vomstudio.photogrammetry.dense._patchmatch_kernels import PATCH_SAMPLES, measure_costs
 
-    measure(*arguments, np.empty((3, SAMPLES), np.float32))
+    measure_costs(*arguments, np.empty((3, PATCH_SAMPLES), np.float32))
 
 
 def _run_in_blocks(
@@ -240,12 +250,12 @@ class _PyramidLevel:
         sources: Sequence[tuple[View, ByteArray, BoolArray]],
         reduction: int,
     ) -> _PyramidLevel:
-        reference = _shrunk(gray, reduction)
+        reference = _reduce_photo(gray, reduction)
         lens = view.intrinsics.scaled(reference.shape[1], reference.shape[0])
         (fx, fy), (cx, cy) = lens.focal, lens.centre
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
-        inverse_matrix = np.linalg.inv(_matrix_of_centres(lens))
-        reduced_photos = [_shrunk(source[1], reduction) for source in sources]
+        inverse_matrix = np.linalg.inv(_pixel_centre_matrix(lens))
+        reduced_photos = [_reduce_photo(source[1], reduction) for source in sources]
         height, width = np.max([item.shape for item in reduced_photos], axis=0)
         pictures = np.zeros((len(reduced_photos), height, width), np.float32)
         rotations, translations = (
@@ -255,14 +265,16 @@ class _PyramidLevel:
         for s, (item, source) in enumerate(zip(reduced_photos, sources, strict=True)):
             pictures[s, : item.shape[0], : item.shape[1]] = item
             source_view = source[0]
-            matrix = _matrix_of_centres(source_view.intrinsics.scaled(item.shape[1], item.shape[0]))
+            matrix = _pixel_centre_matrix(
+                source_view.intrinsics.scaled(item.shape[1], item.shape[0])
+            )
             rotation = source_view.rotation @ view.rotation.T
             rotations[s] = matrix @ rotation @ inverse_matrix
             translations[s] = matrix @ (source_view.translation - rotation @ view.translation)
         return cls(
             lens,
             reference,
-            _reduce_size(is_active.astype(np.float32), reference.shape) > 0,
+            _downsample(is_active.astype(np.float32), reference.shape) > 0,
             k,
             pictures,
             np.array([item.shape[::-1] for item in reduced_photos], np.int64),
@@ -271,13 +283,13 @@ class _PyramidLevel:
         )
 
 
-def _matrix_of_centres(lens: Intrinsics) -> FloatArray:
+def _pixel_centre_matrix(lens: Intrinsics) -> FloatArray:
     """Return the calibration matrix for pixels counted from the centre of the first pixel."""
     half_pixel = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
     return np.asarray(lens.matrix - half_pixel)
 
 
-def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
+def _reduce_photo(gray: ByteArray, reduction: int) -> Float32Array:
     import cv2
 
     h, w = gray.shape
@@ -287,21 +299,21 @@ def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
     return np.ascontiguousarray(gray, np.float32) / np.float32(255.0)
 
 
-def _reduce_size(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
+def _downsample(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
     """Sample values at the centre of each larger pixel."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
     return np.asarray(values[rows[:, None], columns])
 
 
-def _unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
+def _inverse_depth_unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
     bases = [np.linalg.norm(source_view.centre - view.centre) for source_view in sources]
     return float(1.0 / (np.mean(lens.focal) * np.median(bases)))
 
 
-def _start(
+def _initial_planes(
     lens: Intrinsics,
-    fixed_depths: Float32Array,
+    fixed_inverse_depths: Float32Array,
     view: View,
     points: FloatArray,
     min_depth: float,
@@ -315,23 +327,23 @@ def _start(
     """
     from scipy.spatial import cKDTree
 
-    shape = fixed_depths.shape
+    shape = fixed_inverse_depths.shape
     inverse = 1 / max_depth + (1 / min_depth - 1 / max_depth) * rng.random(shape)
-    pixels, depths = lens.project(_to_camera(view, points)), view.depths(points)
+    pixels, depths = lens.project(_transform_to_camera(view, points)), view.depths(points)
     is_valid = np.isfinite(pixels).all(axis=1) & (depths > min_depth) & (depths < max_depth)
     if is_valid.sum() > 3:
         x, y = np.meshgrid(np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5)
         _, nearest_rows = cKDTree(pixels[is_valid]).query(np.stack([x, y], axis=-1))
         jitter = 1.0 + 0.02 * rng.standard_normal(shape)
-        is_tied = rng.random(shape) < 0.5
-        inverse = np.where(is_tied, jitter / depths[is_valid][nearest_rows], inverse)
+        is_from_tie_point = rng.random(shape) < 0.5
+        inverse = np.where(is_from_tie_point, jitter / depths[is_valid][nearest_rows], inverse)
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     depth = np.clip(1.0 / inverse, min_depth, max_depth)
     return to_kernel_array(depth, np.float32), to_kernel_array(normal, np.float32)
 
 
-def _to_camera(view: View, points: FloatArray) -> FloatArray:
+def _transform_to_camera(view: View, points: FloatArray) -> FloatArray:
     return np.asarray(points @ view.rotation.T + view.translation)
 
 
@@ -347,13 +359,13 @@ def _refine_planes(
     z, n = depth[rows[:, None], columns], normal[rows[:, None], columns]
     (fx, fy), (cx, cy) = lens.focal, lens.centre
 
-    def along(x: AnyArray, y: AnyArray) -> FloatArray:
+    def ray_slopes(x: AnyArray, y: AnyArray) -> FloatArray:
         return np.asarray(
             n[..., 0] * ((x - cx) / fx) + n[..., 1] * ((y - cy) / fy)[:, None] + n[..., 2]
         )
 
-    slope_before = along((columns + 0.5) * w / width, (rows + 0.5) * h / height)
-    slope_after = along(np.arange(w) + 0.5, np.arange(h) + 0.5)
+    slope_before = ray_slopes((columns + 0.5) * w / width, (rows + 0.5) * h / height)
+    slope_after = ray_slopes(np.arange(w) + 0.5, np.arange(h) + 0.5)
     refined_depths = z * slope_before / np.where(slope_after < -0.05, slope_after, -1.0)
     is_accurate = (slope_after < -0.05) & (np.abs(refined_depths - z) < 0.1 * z)
     depth = np.clip(np.where(is_accurate, refined_depths, z), min_depth, max_depth)
@@ -376,7 +388,7 @@ def _is_on_source(
     return np.asarray((is_on_source & is_valid[row, column]).reshape(h, w))
 
 
-def _drop_specks(inverse: Float32Array, unit: float) -> None:
+def _remove_specks(inverse: Float32Array, unit: float) -> None:
     """Remove small patches that differ from their surroundings."""
     import cv2
 

@@ -27,7 +27,7 @@ _MAX_SLOPE = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Rectified:
+class Rectification:
     """Rectification of a pair, with pixel centres at half-integer coordinates.
 
     Attributes
@@ -43,7 +43,7 @@ class Rectified:
         Distance between the projection centres.
     plane : (float, float, float)
         Coefficients alpha, beta, gamma of the reference disparity alpha u + beta v + gamma.
-    lowest, count : int
+    min_disparity, count : int
         Range of disparities to search.
     left, top, width, height : int
         Part of the plane to fill.
@@ -55,7 +55,7 @@ class Rectified:
     focal: float
     baseline: float
     plane: tuple[float, float, float]
-    lowest: int
+    min_disparity: int
     count: int
     left: int
     top: int
@@ -70,7 +70,7 @@ class Rectified:
 
 def rectify(
     first: View, second: View, points: FloatArray, min_depth: float, max_depth: float
-) -> Rectified | None:
+) -> Rectification | None:
     """Rectify two pinhole photos, or return None if rectification is not useful.
 
     points : (n, 3) tie points of the first photo
@@ -93,7 +93,7 @@ def rectify(
         if box is None:
             return None
         left, top, right, bottom = box
-        plane, low, high = _search(
+        plane, low, high = _disparity_range(
             (points - first.centre) @ rotation.T, focal, length, min_depth, max_depth
         )
         count = int(np.ceil((high - low + 1) / 16)) * 16
@@ -104,9 +104,9 @@ def rectify(
             return None
     else:
         return None
-    lowest = int(np.floor(low))
+    min_disparity = int(np.floor(low))
     # SGBM excludes columns whose matching column may lie beyond the edge.
-    left_margin, right_margin = max(lowest + count, 0) + 2, max(-lowest, 0) + 2
+    left_margin, right_margin = max(min_disparity + count, 0) + 2, max(-min_disparity, 0) + 2
     width, height = right - left + left_margin + right_margin, bottom - top
     if width * height > _MAX_GROWTH * lens.width * lens.height:
         return None
@@ -120,14 +120,14 @@ def rectify(
             np.float64,
         )
 
-    return Rectified(
+    return Rectification(
         project_onto(first),
         np.linalg.inv(shear) @ project_onto(second),
         rotation,
         focal,
         length,
         plane,
-        lowest,
+        min_disparity,
         count,
         left - left_margin,
         top,
@@ -151,7 +151,7 @@ def pair_inverse_depth(
     """
     import cv2
 
-    from vomstudio.photogrammetry.dense._depth_kernels import lift
+    from vomstudio.photogrammetry.dense._depth_kernels import convert_disparities
 
     pair = rectify(first[0], second[0], points, min_depth, max_depth)
     if pair is None:
@@ -163,14 +163,14 @@ def pair_inverse_depth(
     origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
     # OpenCV's cubic weights would shift the pictures by up to 0.05 pixel.
     pictures = [
-        cv2.warpPerspective(gray, origin @ to_left @ shift, size, flags=cv2.INTER_LANCZOS4)
-        for to_left, gray in ((pair.first, first[1]), (pair.second, second[1]))
+        cv2.warpPerspective(gray, origin @ homography @ shift, size, flags=cv2.INTER_LANCZOS4)
+        for homography, gray in ((pair.first, first[1]), (pair.second, second[1]))
     ]
     is_visible = cv2.warpPerspective(
         second[2].astype(np.uint8), origin @ pair.second @ shift, size, flags=cv2.INTER_NEAREST
     )
     matcher = cv2.StereoSGBM.create(
-        minDisparity=pair.lowest,
+        minDisparity=pair.min_disparity,
         numDisparities=pair.count,
         blockSize=_WINDOW_SIZE,
         P1=8 * _WINDOW_SIZE * _WINDOW_SIZE,
@@ -192,10 +192,10 @@ def pair_inverse_depth(
             *(first[0].rotation @ pair.rotation.T)[2],
         ]
     )
-    lift(
+    convert_disparities(
         to_kernel_array(disparities, np.int16),
         to_kernel_array(is_visible, np.uint8),
-        pair.lowest,
+        pair.min_disparity,
         pair.count,
         pair.left,
         pair.top,
@@ -224,7 +224,7 @@ def _rectified_box(
     return int(left), int(top), int(right), int(bottom)
 
 
-def _search(
+def _disparity_range(
     xyz: FloatArray,
     focal: float,
     baseline: float,

@@ -16,11 +16,11 @@ from vomstudio.geometry.cameras import Intrinsics, View
 
 # Limits for the undistorted picture of a very wide lens: 63 degrees from the axis, and 1.5 times
 # the size of the photo.
-_MAX_TAN = 2.0
+_MAX_ANGLE_TANGENT = 2.0
 _MAX_GROWTH = 1.5
 # OpenCV's remap stores pixel coordinates in 16 bits.
-_MAX_SIDE = 32_000
-_ROWS_AT_ONCE = 256
+_MAX_SIDE_PX = 32_000
+_ROWS_PER_BLOCK = 256
 _JPEG_QUALITY = 97
 
 
@@ -50,7 +50,7 @@ class UndistortTask:
 
 
 @dataclass(frozen=True, eq=False)
-class Undistorted:
+class UndistortedPhoto:
     """Undistorted photo.
 
     photo : contents of the image file
@@ -81,7 +81,7 @@ class Undistorted:
         return np.asarray(cv2.cvtColor(self.pixels(), cv2.COLOR_RGB2GRAY))
 
 
-def undistort(task: UndistortTask) -> Undistorted:
+def undistort(task: UndistortTask) -> UndistortedPhoto:
     """Remove the distortion of the lens from a photo.
 
     The focal length is that of the photo's centre (times the reduction), so that the centre remains
@@ -111,8 +111,8 @@ def undistort(task: UndistortTask) -> Undistorted:
     if task.mask is not None:
         mask = decode_mask(task.mask, lens.width, lens.height, view.name)
 
-    full_lens = _pinhole_of(lens) if lens.distorts else _drop_distortion(lens)
-    limit = min(task.max_size or _MAX_SIDE, _MAX_SIDE)
+    full_lens = _make_pinhole(lens) if lens.has_distortion else _drop_distortion(lens)
+    limit = min(task.max_size or _MAX_SIDE_PX, _MAX_SIDE_PX)
     reduction = min(1.0, limit / max(full_lens.width, full_lens.height))
     width = max(1, round(full_lens.width * reduction))
     height = max(1, round(full_lens.height * reduction))
@@ -132,8 +132,8 @@ def undistort(task: UndistortTask) -> Undistorted:
             full_mask = np.asarray(
                 cv2.resize(full_mask, reduced_size, interpolation=cv2.INTER_AREA)
             )
-    if lens.distorts:
-        x, y, is_on_photo = _remapping(pinhole_lens, lens, reduced_size)
+    if lens.has_distortion:
+        x, y, is_on_photo = _compute_remapping(pinhole_lens, lens, reduced_size)
         # OpenCV's cubic weights shift the interpolated picture by up to 0.05 pixel.
         image = np.asarray(
             cv2.remap(image, x, y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
@@ -149,7 +149,7 @@ def undistort(task: UndistortTask) -> Undistorted:
     else:
         is_on_photo = np.ones((height, width), bool)
 
-    return Undistorted(
+    return UndistortedPhoto(
         _encode_photo(image, task.is_lossless),
         None if is_on_photo.all() else _encode_mask(is_on_photo),
         View(view.name, pinhole_lens, view.rotation, view.translation),
@@ -158,7 +158,7 @@ def undistort(task: UndistortTask) -> Undistorted:
 
 def memory_needed(width: int, height: int, max_size: int | None) -> int:
     """Return the peak memory of `undistort` for a photo of this size, in bytes."""
-    scale = min(1.0, (max_size or _MAX_SIDE) / max(width, height, 1))
+    scale = min(1.0, (max_size or _MAX_SIDE_PX) / max(width, height, 1))
     return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
 
 
@@ -206,7 +206,7 @@ def _drop_distortion(lens: Intrinsics) -> Intrinsics:
     return Intrinsics("PINHOLE", lens.width, lens.height, (*lens.focal, *lens.centre))
 
 
-def _pinhole_of(lens: Intrinsics) -> Intrinsics:
+def _make_pinhole(lens: Intrinsics) -> Intrinsics:
     """Return the pinhole camera with the same focal length and field of view."""
     border_columns = np.linspace(0.0, lens.width, 65)
     down = np.linspace(0.0, lens.height, 65)
@@ -217,8 +217,8 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
         raise GeometryError(Finding("dense.calibration"))
     focal, centre = np.array(lens.focal), np.array(lens.centre)
     size = np.array([lens.width, lens.height], float)
-    low = np.maximum(rays.min(axis=0), -_MAX_TAN) * focal
-    high = np.minimum(rays.max(axis=0), _MAX_TAN) * focal
+    low = np.maximum(rays.min(axis=0), -_MAX_ANGLE_TANGENT) * focal
+    high = np.minimum(rays.max(axis=0), _MAX_ANGLE_TANGENT) * focal
     midpoint = size / 2 - centre
     low = np.floor(np.maximum(low, midpoint - _MAX_GROWTH * size / 2))
     high = np.ceil(np.minimum(high, midpoint + _MAX_GROWTH * size / 2))
@@ -226,7 +226,7 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     return Intrinsics("PINHOLE", width, height, (*focal.tolist(), *(-low).tolist()))
 
 
-def _remapping(
+def _compute_remapping(
     pinhole_lens: Intrinsics, lens: Intrinsics, size: tuple[int, int]
 ) -> tuple[Float32Array, Float32Array, BoolArray]:
     """Return OpenCV's remap coordinates of each pixel of the ideal photo, and its mask.
@@ -237,8 +237,8 @@ def _remapping(
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
     is_shown = np.zeros(shape, bool)
     columns = np.arange(pinhole_lens.width) + 0.5
-    for top in range(0, pinhole_lens.height, _ROWS_AT_ONCE):
-        rows = np.arange(top, min(top + _ROWS_AT_ONCE, pinhole_lens.height)) + 0.5
+    for top in range(0, pinhole_lens.height, _ROWS_PER_BLOCK):
+        rows = np.arange(top, min(top + _ROWS_PER_BLOCK, pinhole_lens.height)) + 0.5
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
         u, v = lens.project(pinhole_lens.rays(pixels)).T
         with np.errstate(invalid="ignore"):

@@ -17,7 +17,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.progress import Progress
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import mean_error
@@ -35,7 +35,7 @@ from vomstudio.registration.similarity import (
 MIN_COMMON_POINTS = 3
 # Markers with smaller residuals, in pixels, are never treated as outliers.
 _MIN_MARKER_PX = 3.0
-_WARN_DEG = 1.0
+_WARNING_ROTATION_DEG = 1.0
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def join_components(
             (_common_points(remaining[i], remaining[j], marks, surveyed_control), i, j)
             for i in range(len(remaining))
             for j in range(i + 1, len(remaining))
-            if _pair(remaining[i], remaining[j]) not in failures
+            if _pair_key(remaining[i], remaining[j]) not in failures
         ]
         count, i, j = max(links, key=lambda link: (link[0], -link[1], -link[2]), default=(0, 0, 0))
         if count < MIN_COMMON_POINTS:
@@ -141,14 +141,14 @@ def join_components(
                 remaining[i], remaining[j], marks, surveyed_control, threads, progress
             )
         except GeometryError as error:
-            failures[_pair(remaining[i], remaining[j])] = finding_of(error)
+            failures[_pair_key(remaining[i], remaining[j])] = to_finding(error)
             continue
         junctions.append(junction)
         remaining = [joined_scene, *(p for k, p in enumerate(remaining) if k not in (i, j))]
         remaining.sort(key=lambda part: -len(part.views))
     not_joined = []
     for part in remaining[1:]:
-        cause = failures.get(_pair(remaining[0], part)) or _missing_points_finding(
+        cause = failures.get(_pair_key(remaining[0], part)) or _missing_points_finding(
             remaining[0], part, marks
         )
         not_joined.append(
@@ -164,7 +164,7 @@ def join_components(
     return tuple(remaining), JoinReport(tuple(junctions), tuple(not_joined))
 
 
-def _pair(first: SparseScene, second: SparseScene) -> tuple[str, str]:
+def _pair_key(first: SparseScene, second: SparseScene) -> tuple[str, str]:
     """Return a key that identifies a pair of parts."""
     return "\n".join(v.name for v in first.views), "\n".join(v.name for v in second.views)
 
@@ -173,7 +173,7 @@ def _pair(first: SparseScene, second: SparseScene) -> tuple[str, str]:
 def _triangulated_positions(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
     """Return the positions of the markers that the photos of a part can locate."""
     marks_by_label, _ = marks_by_point(scene, marks)
-    positions = {label: seen_at.place(scene) for label, seen_at in marks_by_label.items()}
+    positions = {label: point_marks.place(scene) for label, point_marks in marks_by_label.items()}
     return {label: position for label, position in positions.items() if np.isfinite(position).all()}
 
 
@@ -207,32 +207,34 @@ def _join(
         return joined_scene, Junction(
             photos, "control points", (), fit.scale, error, error, None, ()
         )
-    first_places, other_places = (
+    first_positions, second_positions = (
         np.array([a[c] for c in common_labels]),
         np.array([b[c] for c in common_labels]),
     )
-    if is_nearly_collinear(first_places) or is_nearly_collinear(other_places):
+    if is_nearly_collinear(first_positions) or is_nearly_collinear(second_positions):
         raise GeometryError(Finding("join.collinear"))
-    pixel = _pixel_size(first, second, first_places, other_places)
-    fit, is_used = fit_robustly(other_places, first_places, min_sigma=2 * _MIN_MARKER_PX * pixel)
-    misses = np.linalg.norm(fit(other_places) - first_places, axis=1)
-    rough_fit = merge_scenes(first, second, fit)
-    error_before = mean_error(rough_fit)
+    pixel = _pixel_size(first, second, first_positions, second_positions)
+    fit, is_used = fit_robustly(
+        second_positions, first_positions, min_sigma=2 * _MIN_MARKER_PX * pixel
+    )
+    distances = np.linalg.norm(fit(second_positions) - first_positions, axis=1)
+    initial_scene = merge_scenes(first, second, fit)
+    error_before = mean_error(initial_scene)
     wrong_labels = {
         label for label, is_good in zip(common_labels, is_used, strict=True) if not is_good
     }
     marks_by_label, _ = marks_by_point(
-        rough_fit, [mark for mark in marks if mark.label not in wrong_labels]
+        initial_scene, [mark for mark in marks if mark.label not in wrong_labels]
     )
     known_points = [
-        KnownPoint(None, 0.0, seen_at.views, seen_at.pixels)
-        for seen_at in marks_by_label.values()
-        if np.isfinite(seen_at.place(rough_fit)).all()
+        KnownPoint(None, 0.0, point_marks.views, point_marks.pixels)
+        for point_marks in marks_by_label.values()
+        if np.isfinite(point_marks.place(initial_scene)).all()
     ]
-    joined_scene = bundle_adjust(rough_fit, known_points, threads=threads, progress=progress)
+    joined_scene = bundle_adjust(initial_scene, known_points, threads=threads, progress=progress)
     error_after = mean_error(joined_scene)
     if not error_after <= 1.2 * error_before + 0.1:
-        worst_label = common_labels[int(misses.argmax())]
+        worst_label = common_labels[int(distances.argmax())]
         raise GeometryError(
             Finding(
                 "join.contradicted",
@@ -240,16 +242,16 @@ def _join(
                 after_px=error_after,
                 before_px=error_before,
                 marker=worst_label,
-                residual_px=misses.max() / pixel,
+                residual_px=distances.max() / pixel,
             )
         )
     markers = tuple(
         MarkerFit(label, float(miss / pixel), bool(is_good))
-        for label, miss, is_good in zip(common_labels, misses, is_used, strict=True)
+        for label, miss, is_good in zip(common_labels, distances, is_used, strict=True)
     )
     freedom = 3 * int(is_used.sum()) - 7
-    sigma = max(math.sqrt(float((misses[is_used] ** 2).sum()) / freedom), pixel)
-    rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_places[is_used], sigma))))
+    sigma = max(math.sqrt(float((distances[is_used] ** 2).sum()) / freedom), pixel)
+    rotation = np.degrees(np.sqrt(np.diag(rotation_covariance(first_positions[is_used], sigma))))
     rotation_vector = (float(rotation[0]), float(rotation[1]), float(rotation[2]))
     warnings = _joining_findings(markers, rotation_vector)
     return joined_scene, Junction(
@@ -272,11 +274,11 @@ def _fit_by_control(
     centre = np.mean([point.position for point in control], axis=0)
     for positions in (a, b):
         common_points = [point for point in control if point.label in positions]
-        model_places = np.array([positions[point.label] for point in common_points])
+        model_positions = np.array([positions[point.label] for point in common_points])
         world = np.array([point.position for point in common_points]) - centre
         if is_nearly_collinear(world):
             raise GeometryError(Finding("control.collinear"))
-        fits.append(fit_similarity(model_places, world))
+        fits.append(fit_similarity(model_positions, world))
     first, inverse_fit = fits[1], fits[0].inverse
     return Similarity(
         inverse_fit.scale * first.scale,
@@ -286,11 +288,16 @@ def _fit_by_control(
 
 
 def _pixel_size(
-    first: SparseScene, second: SparseScene, first_places: FloatArray, other_places: FloatArray
+    first: SparseScene,
+    second: SparseScene,
+    first_positions: FloatArray,
+    second_positions: FloatArray,
 ) -> float:
     """Return the larger of two parts' pixel sizes at the markers, in units of the first."""
-    scale = fit_similarity(other_places, first_places).scale
-    return max(first.pixel_at(first_places), second.pixel_at(other_places) * scale)
+    scale = fit_similarity(second_positions, first_positions).scale
+    return max(
+        first.median_pixel_size(first_positions), second.median_pixel_size(second_positions) * scale
+    )
 
 
 def _missing_points_finding(
@@ -304,9 +311,9 @@ def _missing_points_finding(
     a, b = _triangulated_positions(first, marks), _triangulated_positions(second, marks)
     common_labels = sorted(a.keys() & b.keys())
     not_located = set()
-    for scene, located in ((first, a), (second, b)):
+    for scene, located_positions in ((first, a), (second, b)):
         marks_by_label, _ = marks_by_point(scene, marks)
-        not_located |= {label for label in marks_by_label if label not in located}
+        not_located |= {label for label in marks_by_label if label not in located_positions}
     return Finding(
         "join.few-markers",
         size=len(second.views),
@@ -321,14 +328,14 @@ def _joining_findings(
     markers: Sequence[MarkerFit], rotation_bounds: tuple[float, float, float]
 ) -> list[Finding]:
     warnings: list[Finding] = []
-    out = [marker.label for marker in markers if not marker.used]
-    if out:
-        warnings.append(Finding("control.left-out", labels=out))
-    if len(markers) - len(out) == MIN_COMMON_POINTS:
+    outlier_labels = [marker.label for marker in markers if not marker.used]
+    if outlier_labels:
+        warnings.append(Finding("control.left-out", labels=outlier_labels))
+    if len(markers) - len(outlier_labels) == MIN_COMMON_POINTS:
         warnings.append(
             Finding("control.no-redundancy", count=MIN_COMMON_POINTS, least=MIN_COMMON_POINTS + 1)
         )
-    if max(rotation_bounds) > _WARN_DEG:
+    if max(rotation_bounds) > _WARNING_ROTATION_DEG:
         warnings.append(Finding("join.rotation", rotation_deg=max(rotation_bounds)))
     return warnings
 
@@ -341,14 +348,14 @@ def merge_scenes(first: SparseScene, second: SparseScene, fit: Similarity) -> Sp
     """
     first_names = {view.name for view in first.views}
     second = _remove_photos(second, first_names)
-    transformed = [v.moved(fit.scale, fit.rotation, fit.translation) for v in second.views]
-    views = [*first.views, *transformed]
+    moved_views = [v.moved(fit.scale, fit.rotation, fit.translation) for v in second.views]
+    views = [*first.views, *moved_views]
     order = sorted(range(len(views)), key=lambda row: views[row].name)
-    row_of = np.empty(len(views), np.int32)
-    row_of[order] = np.arange(len(views), dtype=np.int32)
-    rows = row_of[np.concatenate([first.track_views, second.track_views + len(first.views)])]
+    new_rows = np.empty(len(views), np.int32)
+    new_rows[order] = np.arange(len(views), dtype=np.int32)
+    rows = new_rows[np.concatenate([first.track_views, second.track_views + len(first.views)])]
     points = np.concatenate([first.track_points, second.track_points + len(first.points)])
-    sorting = np.lexsort((rows, points))
+    observation_order = np.lexsort((rows, points))
     lengths = np.concatenate([first.track_lengths, second.track_lengths])
     return replace(
         first,
@@ -357,8 +364,8 @@ def merge_scenes(first: SparseScene, second: SparseScene, fit: Similarity) -> Sp
         colors=np.concatenate([first.colors, second.colors]),
         errors_px=np.concatenate([first.errors_px, second.errors_px]),
         track_offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-        track_views=rows[sorting].astype(np.int32),
-        track_pixels=np.concatenate([first.track_pixels, second.track_pixels])[sorting],
+        track_views=rows[observation_order].astype(np.int32),
+        track_pixels=np.concatenate([first.track_pixels, second.track_pixels])[observation_order],
     )
 
 
@@ -371,7 +378,7 @@ def _remove_photos(scene: SparseScene, names: set[str]) -> SparseScene:
     count = np.bincount(scene.track_points[is_observed], minlength=len(scene.points))
     is_used_point = count >= 2
     is_observed &= is_used_point[scene.track_points]
-    row_of = np.cumsum(is_used_view) - 1
+    new_rows = np.cumsum(is_used_view) - 1
     return replace(
         scene,
         views=tuple(v for v, is_kept in zip(scene.views, is_used_view, strict=True) if is_kept),
@@ -379,6 +386,6 @@ def _remove_photos(scene: SparseScene, names: set[str]) -> SparseScene:
         colors=scene.colors[is_used_point],
         errors_px=scene.errors_px[is_used_point],
         track_offsets=np.concatenate([[0], np.cumsum(count[is_used_point])]).astype(np.int64),
-        track_views=row_of[scene.track_views[is_observed]].astype(np.int32),
+        track_views=new_rows[scene.track_views[is_observed]].astype(np.int32),
         track_pixels=scene.track_pixels[is_observed],
     )

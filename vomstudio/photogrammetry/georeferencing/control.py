@@ -25,22 +25,22 @@ from vomstudio.photogrammetry.georeferencing.control_adjustment import (
 from vomstudio.photogrammetry.georeferencing.mark_observations import (
     NO_MARKS,
     PointMarks,
-    labels_on_one_spot,
     marks_by_point,
+    report_coincident_marks,
 )
 from vomstudio.photogrammetry.georeferencing.placement import Placement, placement_errors
 from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, place_in_world
 from vomstudio.registration.marks.mark_errors import (
-    agreement_px,
+    disagreeing_marks_finding,
     mark_error_px,
     mark_scatter_findings,
-    marks_disagree,
+    max_mark_distance_px,
 )
 from vomstudio.registration.marks.wrong_marks import (
     WrongMark,
-    find_agreeing,
-    find_misplaced,
-    is_meeting,
+    do_rays_intersect,
+    find_consistent_marks,
+    find_misplaced_marks,
 )
 from vomstudio.registration.scatter import drift_findings
 from vomstudio.registration.similarity import fit_similarity
@@ -49,7 +49,7 @@ MIN_POINTS, MIN_PHOTOS = 3, 2
 RECOMMENDED_PHOTOS = 4
 """Recommended number of photos in which to mark a point (textbook 3.2.2)."""
 RECOMMENDED_POINTS = 4
-_WARN_DEG = 1.0
+_WARNING_ROTATION_DEG = 1.0
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def place_by_control(
         placed_scene, control_fit = bending.scene, bending.fit
     used_rows, scatter = control_fit.used, control_fit.scatter
     points = tuple(
-        _fit_of(
+        _fit_point(
             placed_scene,
             point,
             ground_points.local[i],
@@ -198,9 +198,9 @@ def place_by_control(
 
 def _bowing(points: Sequence[PointFit], is_adjusted: bool, extent: FloatArray) -> Bowing | None:
     known_points = [p for p in points if p.role in ("control", "check") and p.residual_m]
-    judges = [p for p in known_points if p.role == "check"]
-    if is_adjusted and len(judges) >= MIN_BOWING_POINTS:
-        known_points = judges
+    check_points = [p for p in known_points if p.role == "check"]
+    if is_adjusted and len(check_points) >= MIN_BOWING_POINTS:
+        known_points = check_points
     positions = np.array([p.surveyed for p in known_points], np.float64).reshape(-1, 3)
     residuals = np.array([p.residual_m for p in known_points], np.float64).reshape(-1, 3)
     return fit_bowing(positions, residuals, extent=extent)
@@ -217,29 +217,35 @@ def _marked_points(
         If the points cannot place the scene.
     """
     control_marks, ties, mark_px, findings = _observations(scene, control, marks)
-    ground = _ground(scene, control, control_marks, ties, mark_px, findings)
+    ground_points = _prepare_ground_points(scene, control, control_marks, ties, mark_px, findings)
     # If two marks contradict each other, the position of the point as determined by the other
     # points shows which mark is wrong.
-    ground_fit = ground.fitted(scene)
-    placed_scene = place_in_world(scene, ground_fit.fit, ground.origin, None)
-    limit = 6.0 * ground_fit.sigma / ground.pixel
+    ground_fit = ground_points.fitted(scene)
+    placed_scene = place_in_world(scene, ground_fit.fit, ground_points.origin, None)
+    limit = 6.0 * ground_fit.sigma / ground_points.pixel
     wrong_marks: list[WrongMark] = []
     for i, point in enumerate(control):
         other_rows = [k for k in ground_fit.used if k != i]
         if len(other_rows) >= RECOMMENDED_POINTS - 1 and len(control_marks[i].views) >= 2:
             point_marks = control_marks[i].match_views(placed_scene)
-            rows, outliers = find_misplaced(
-                point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
+            rows, outliers = find_misplaced_marks(
+                point.label,
+                point_marks,
+                ground_points.local[i],
+                max_mark_distance_px(mark_px),
+                limit,
             )
             control_marks[i] = control_marks[i].select(rows)
             wrong_marks += outliers
     if wrong_marks:
         findings = [*findings, *(mark.finding for mark in wrong_marks)]
-        ground = _ground(scene, control, control_marks, ties, mark_px, findings)
-    return ground, findings
+        ground_points = _prepare_ground_points(
+            scene, control, control_marks, ties, mark_px, findings
+        )
+    return ground_points, findings
 
 
-def _ground(
+def _prepare_ground_points(
     scene: SparseScene,
     control: Sequence[ControlPoint],
     control_marks: list[PointMarks],
@@ -257,20 +263,20 @@ def _ground(
     usable_points = [
         i
         for i, marks in enumerate(control_marks)
-        if is_meeting(marks.match_views(scene), agreement_px(mark_px))
+        if do_rays_intersect(marks.match_views(scene), max_mark_distance_px(mark_px))
     ]
-    is_fitting = [i for i in usable_points if not control[i].check]
-    if len(is_fitting) < MIN_POINTS:
+    fitting_rows = [i for i in usable_points if not control[i].check]
+    if len(fitting_rows) < MIN_POINTS:
         unused_labels = [
             point.label
             for i, point in enumerate(control)
             if i not in usable_points and len(control_marks[i].views) >= 2
         ]
-        causes = [marks_disagree(unused_labels)] if unused_labels else causes[:1]
+        causes = [disagreeing_marks_finding(unused_labels)] if unused_labels else causes[:1]
         raise GeometryError(
             Finding(
                 "control.too-few",
-                count=len(is_fitting),
+                count=len(fitting_rows),
                 total=sum(not p.check for p in control),
                 least=MIN_POINTS,
                 photos=MIN_PHOTOS,
@@ -278,28 +284,28 @@ def _ground(
                 reason_codes=[cause.code for cause in causes],
             )
         )
-    origin = integer_origin(world[is_fitting])
+    origin = integer_origin(world[fitting_rows])
     local_points = world - origin
-    positions = np.array([control_marks[i].place(scene) for i in is_fitting])
-    require_width(local_points[is_fitting])
-    stated_sigmas = [p.sigma_m for p in (control[i] for i in is_fitting) if p.sigma_m is not None]
-    surveyed_value = float(np.median(stated_sigmas)) if stated_sigmas else 0.0
-    first_fit = fit_similarity(positions, local_points[is_fitting])
-    pixel = scene.pixel_at(positions) * first_fit.scale
+    positions = np.array([control_marks[i].place(scene) for i in fitting_rows])
+    require_width(local_points[fitting_rows])
+    stated_sigmas = [p.sigma_m for p in (control[i] for i in fitting_rows) if p.sigma_m is not None]
+    survey_sigma = float(np.median(stated_sigmas)) if stated_sigmas else 0.0
+    first_fit = fit_similarity(positions, local_points[fitting_rows])
+    pixel = scene.median_pixel_size(positions) * first_fit.scale
     mark_sigmas = [
         first_fit.scale
         * math.sqrt(np.linalg.eigvalsh(control_marks[i].covariance(scene, mark_px))[-1])
-        for i in is_fitting
+        for i in fitting_rows
     ]
-    min_sigma = 3 * math.hypot(surveyed_value, max(2 * pixel, float(np.median(mark_sigmas))))
+    min_sigma = 3 * math.hypot(survey_sigma, max(2 * pixel, float(np.median(mark_sigmas))))
     return GroundPoints(
         control,
         control_marks,
         local_points,
         origin,
-        is_fitting,
+        fitting_rows,
         ties,
-        surveyed_value,
+        survey_sigma,
         pixel,
         min_sigma,
         mark_px,
@@ -328,12 +334,12 @@ def _observations(
         [point_marks.match_views(scene) for point_marks in marks_by_label.values()]
     )
     for label, point_marks in marks_by_label.items():
-        rows, wrong_marks = find_agreeing(
-            label, point_marks.match_views(scene), agreement_px(mark_px)
+        rows, wrong_marks = find_consistent_marks(
+            label, point_marks.match_views(scene), max_mark_distance_px(mark_px)
         )
         marks_by_label[label] = point_marks.select(rows)
         findings += [mark.finding for mark in wrong_marks]
-    findings += labels_on_one_spot(marks)
+    findings += report_coincident_marks(marks)
     control_marks = [marks_by_label.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
     ties = {label: s for label, s in marks_by_label.items() if np.isfinite(s.place(scene)).all()}
@@ -345,7 +351,7 @@ def _observations(
     return control_marks, list(ties.values()), mark_px, findings
 
 
-def _fit_of(
+def _fit_point(
     scene: SparseScene,
     point: ControlPoint,
     local_points: FloatArray,
@@ -380,22 +386,22 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
 
 def _control_findings(report: ControlReport) -> Iterator[Finding]:
     used_points = [p for p in report.points if p.role == "control"]
-    yield from report.findings(_WARN_DEG, "control")
+    yield from report.findings(_WARNING_ROTATION_DEG, "control")
     yield from mark_scatter_findings(report.mark_scatter_px)
     yield from drift_findings({"points": report.drift})
-    out = [p.label for p in report.points if p.role == "left out"]
+    outlier_labels = [p.label for p in report.points if p.role == "left out"]
     unseen_labels = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     unused_labels = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
-    points_with_few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
-    if out:
-        yield Finding("control.left-out", labels=out)
+    points_with_few_marks = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
+    if outlier_labels:
+        yield Finding("control.left-out", labels=outlier_labels)
     if unseen_labels:
         yield Finding("control.few-marks", labels=unseen_labels)
     if unused_labels:
-        yield marks_disagree(unused_labels)
+        yield disagreeing_marks_finding(unused_labels)
     if len(used_points) < RECOMMENDED_POINTS:
         yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
-    if points_with_few:
-        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=points_with_few)
+    if points_with_few_marks:
+        yield Finding("control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=points_with_few_marks)
     if not any(p.role == "check" for p in report.points):
         yield Finding("control.no-check-points")

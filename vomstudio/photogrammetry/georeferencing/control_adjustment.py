@@ -26,8 +26,8 @@ from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdi
 from vomstudio.photogrammetry.georeferencing.mark_observations import PointMarks
 from vomstudio.photogrammetry.georeferencing.placement import MAX_ROTATION_ERROR_DEG
 from vomstudio.photogrammetry.georeferencing.world_frame import place_in_world
-from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
-from vomstudio.registration.scatter import Scatter, scatter_of
+from vomstudio.registration.marks.mark_errors import HAND_MARK_ERROR_PX
+from vomstudio.registration.scatter import Scatter, estimate_scatter
 from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
@@ -35,11 +35,11 @@ from vomstudio.registration.similarity import (
     is_nearly_collinear,
 )
 
-_MIN_ERROR_PIXELS = 0.1
-_FOLDS = 3
+_MIN_ERROR_PX = 0.1
+_N_FOLDS = 3
 # Tolerances of the comparison: the scatter of a few points is uncertain by a quarter, and residuals
 # by a fraction of a pixel.
-_MAX_RATIO, _RESIDUAL_TOLERANCE = 1.25, 0.5
+_MAX_RESIDUAL_RATIO, _RESIDUAL_TOLERANCE_PX = 1.25, 0.5
 _MIN_POINTS_TO_COMPARE = 5
 """Minimum number of control points for comparing the scene with and without bending.
 
@@ -70,7 +70,7 @@ class GroundPoints:
         The control points and their marks.
     local : (n, 3) array
         Coordinates of the control points minus `origin`.
-    fitting : list of int
+    fitting_rows : list of int
         Rows of the points that can place the scene.
     ties : list of PointMarks
         Markers without coordinates, which only tie photos together.
@@ -88,7 +88,7 @@ class GroundPoints:
     control_marks: list[PointMarks]
     local: FloatArray
     origin: tuple[int, int, int]
-    fitting: list[int]
+    fitting_rows: list[int]
     ties: list[PointMarks]
     surveyed: float
     pixel: float
@@ -105,19 +105,19 @@ class GroundPoints:
         Raises GeometryError if the scene does not locate the points, or if they do not determine
         the similarity.
         """
-        positions = self.places(scene, self.fitting)
+        positions = self.places(scene, self.fitting_rows)
         if not np.isfinite(positions).all():
             raise GeometryError(Finding("control.not-located"))
-        targets = self.local[list(self.fitting)]
+        targets = self.local[list(self.fitting_rows)]
         require_width(positions)
-        fit, good_rows = fit_robustly(positions, targets, min_sigma=self.floor)
-        misses = (fit(positions) - targets)[good_rows]
-        used_rows = [i for i, is_good in zip(self.fitting, good_rows, strict=True) if is_good]
+        fit, is_inlier = fit_robustly(positions, targets, min_sigma=self.floor)
+        misses = (fit(positions) - targets)[is_inlier]
+        used_rows = [i for i, is_good in zip(self.fitting_rows, is_inlier, strict=True) if is_good]
         stated_errors = self.errors(scene, fit, used_rows) if self.surveyed else None
-        scatter = scatter_of(targets[good_rows], misses, stated_errors, is_ordered=True)
+        scatter = estimate_scatter(targets[is_inlier], misses, stated_errors, is_ordered=True)
         # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
-            scatter = scatter_of(targets[good_rows], misses, _MIN_ERROR_PIXELS * self.pixel)
+            scatter = estimate_scatter(targets[is_inlier], misses, _MIN_ERROR_PX * self.pixel)
         worst_rotation = scatter.worst_rotation_deg
         if not worst_rotation <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
@@ -137,35 +137,31 @@ class GroundPoints:
         rotation = fit.scale * fit.rotation
         errors = []
         for row in rows:
-            marked_control_marks = self.control_marks[row].covariance(scene, self.mark_px)
-            surveyed_control = self.control[row].sigma_m or self.surveyed
-            errors.append(
-                rotation @ marked_control_marks @ rotation.T + surveyed_control**2 * np.eye(3)
-            )
+            mark_covariance = self.control_marks[row].covariance(scene, self.mark_px)
+            point_sigma = self.control[row].sigma_m or self.surveyed
+            errors.append(rotation @ mark_covariance @ rotation.T + point_sigma**2 * np.eye(3))
         return np.array(errors)
 
-    def distances_off(self, scene: SparseScene, rows: Sequence[int]) -> float:
+    def rms_residual_m(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Return the RMS residual of points in a placed scene, m."""
         squared_distances = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squared_distances, nan=np.inf).mean()))
 
     def adjusted(
         self,
-        placed_sparse_scene: SparseScene,
+        placed_scene: SparseScene,
         fit: ControlFit,
         threads: int,
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
         """Adjust the scene with the points of a fit and all tie markers."""
         known_points = self.known(fit.used, fit.sigma)
-        return adjust_to_ground(
-            placed_sparse_scene, known_points, threads=threads, progress=progress
-        )
+        return adjust_to_ground(placed_scene, known_points, threads=threads, progress=progress)
 
     def known(self, used_indices: Sequence[int], sigma: float) -> list[KnownPoint]:
         """Return the used points and all tie markers as input of an adjustment."""
         usual_sigma = max(self.surveyed or sigma, self.pixel)
-        mark_px = max(HAND_MARK_PX, self.mark_px)
+        mark_px = max(HAND_MARK_ERROR_PX, self.mark_px)
         known_points = [
             KnownPoint(
                 self.local[i],
@@ -198,42 +194,39 @@ class BendingResult:
 
 
 def bend_to_control(
-    ground: GroundPoints,
-    placed_sparse_scene: SparseScene,
+    ground_points: GroundPoints,
+    placed_scene: SparseScene,
     first_fit: ControlFit,
     threads: int,
     progress: Progress | None,
 ) -> BendingResult:
     """Adjust the scene with the control points if this improves it."""
-    adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, first_fit, threads, progress)
-    second_fit = _fitted_or_none(ground, adjusted_scene)
+    adjusted_scene, lenses = ground_points.adjusted(placed_scene, first_fit, threads, progress)
+    second_fit = _fitted_or_none(ground_points, adjusted_scene)
     # A wrong lens makes good points scatter and contradict each other, so judge them again without
     # it.
     if second_fit is not None and (
         second_fit.used != first_fit.used
-        or (not ground.surveyed and second_fit.sigma < 0.7 * first_fit.sigma)
+        or (not ground_points.surveyed and second_fit.sigma < 0.7 * first_fit.sigma)
     ):
-        adjusted_scene, lenses = ground.adjusted(placed_sparse_scene, second_fit, threads, progress)
-        second_fit = _fitted_or_none(ground, adjusted_scene)
+        adjusted_scene, lenses = ground_points.adjusted(placed_scene, second_fit, threads, progress)
+        second_fit = _fitted_or_none(ground_points, adjusted_scene)
     # Control points that no bundle of rays can fit bend the model, which shows in the tie points.
-    if (
-        second_fit is None
-        or not mean_error(adjusted_scene) <= 1.2 * mean_error(placed_sparse_scene) + 0.1
-    ):
+    if second_fit is None or not mean_error(adjusted_scene) <= 1.2 * mean_error(placed_scene) + 0.1:
         refusal = Finding("control.contradicts-photos")
         return BendingResult(None, first_fit, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
-    if ground.ties:
-        decisions.append(Finding("control.tie-points", count=len(ground.ties)))
+    if ground_points.ties:
+        decisions.append(Finding("control.tie-points", count=len(ground_points.ties)))
     misses = _cross_validation_residuals(
-        ground, placed_sparse_scene, adjusted_scene, second_fit, threads, progress
+        ground_points, placed_scene, adjusted_scene, second_fit, threads, progress
     )
     if misses is not None:
-        bent_residuals, stiff_residuals = misses
-        values = {"adjusted_m": bent_residuals, "similarity_m": stiff_residuals}
+        bent_residuals, rigid_residuals = misses
+        values = {"adjusted_m": bent_residuals, "similarity_m": rigid_residuals}
         if (
-            bent_residuals > _MAX_RATIO * stiff_residuals
-            and bent_residuals - stiff_residuals > _RESIDUAL_TOLERANCE * ground.pixel
+            bent_residuals > _MAX_RESIDUAL_RATIO * rigid_residuals
+            and bent_residuals - rigid_residuals > _RESIDUAL_TOLERANCE_PX * ground_points.pixel
         ):
             return BendingResult(
                 None,
@@ -246,12 +239,12 @@ def bend_to_control(
     return BendingResult(adjusted_scene, second_fit, lenses, tuple(decisions), None)
 
 
-def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
+def _fitted_or_none(ground_points: GroundPoints, scene: SparseScene) -> ControlFit | None:
     """Fit an adjusted scene; return None if the adjustment failed or lost control points."""
     if not _has_converged(scene):
         return None
     try:
-        return ground.fitted(scene)
+        return ground_points.fitted(scene)
     except GeometryError:
         return None
 
@@ -267,7 +260,7 @@ def _has_converged(scene: SparseScene) -> bool:
 
 def _cross_validation_residuals(
     ground: GroundPoints,
-    placed_sparse_scene: SparseScene,
+    placed_scene: SparseScene,
     adjusted_sparse_scene: SparseScene,
     fit: ControlFit,
     threads: int,
@@ -282,30 +275,28 @@ def _cross_validation_residuals(
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
     bent_residuals, stiff = [], []
-    for k in range(_FOLDS):
-        left_out_rows = fit.used[k::_FOLDS]
+    for k in range(_N_FOLDS):
+        left_out_rows = fit.used[k::_N_FOLDS]
         other_rows = [i for i in fit.used if i not in left_out_rows]
         try:
             require_width(ground.local[other_rows])
             second_fit = fit_similarity(
-                ground.places(placed_sparse_scene, other_rows), ground.local[other_rows]
+                ground.places(placed_scene, other_rows), ground.local[other_rows]
             )
         except GeometryError:
             continue
-        start = place_in_world(
-            placed_sparse_scene, second_fit, ground.origin, placed_sparse_scene.crs
-        )
+        start = place_in_world(placed_scene, second_fit, ground.origin, placed_scene.crs)
         # Use the lenses of the complete adjustment, because estimating them takes most of the time.
         views = zip(start.views, adjusted_sparse_scene.views, strict=True)
-        start_with_lenses = replace(
+        start_scene = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
         )
         known_points = ground.known(other_rows, fit.sigma)
-        trial = bundle_adjust(start_with_lenses, known_points, threads=threads, progress=progress)
+        trial = bundle_adjust(start_scene, known_points, threads=threads, progress=progress)
         if not _has_converged(trial):
-            return math.inf, ground.distances_off(start, left_out_rows)
-        bent_residuals += [ground.distances_off(trial, [i]) for i in left_out_rows]
-        stiff += [ground.distances_off(start, [i]) for i in left_out_rows]
+            return math.inf, ground.rms_residual_m(start, left_out_rows)
+        bent_residuals += [ground.rms_residual_m(trial, [i]) for i in left_out_rows]
+        stiff += [ground.rms_residual_m(start, [i]) for i in left_out_rows]
     if not bent_residuals:
         return None
     return float(np.sqrt(np.mean(np.square(bent_residuals)))), float(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.results import Result, to_dict
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -23,9 +23,9 @@ from vomstudio.photogrammetry.georeferencing.control import (
     RECOMMENDED_POINTS,
 )
 from vomstudio.photogrammetry.georeferencing.control_adjustment import require_width
-from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
+from vomstudio.photogrammetry.georeferencing.mark_observations import report_coincident_marks
 
-_FAR_M = 5000.0
+_MAX_DISTANCE_M = 5000.0
 """Points farther than this from the cameras' GPS positions are taken to be in another CRS."""
 
 
@@ -125,39 +125,39 @@ def check_control(
     crs_reason : Finding, optional
         Source of `crs`; None if the user selected it.
     """
-    find = photo_finder([photo.name for photo in photos])
+    find_photo = photo_finder([photo.name for photo in photos])
     photos_by_label: dict[str, set[int]] = {point.label: set() for point in control}
     unknown_photos: dict[str, None] = {}
-    photos_of_unknown_labels: dict[str, set[int]] = {}
+    photos_by_unknown_label: dict[str, set[int]] = {}
     for mark in marks:
-        number = find(mark.photo)
+        number = find_photo(mark.photo)
         if number is None:
             unknown_photos.setdefault(mark.photo)
         if number is not None:
             (
-                photos_by_label if mark.label in photos_by_label else photos_of_unknown_labels
+                photos_by_label if mark.label in photos_by_label else photos_by_unknown_label
             ).setdefault(mark.label, set()).add(number)
     points = tuple(
         PointCheck(p.label, "check" if p.check else "control", len(photos_by_label[p.label]))
         for p in control
     )
-    code, reason, crs_findings = _crs(
+    code, reason, crs_findings = _determine_crs(
         control, photos, crs, crs_reason or Finding("control.crs-chosen")
     )
     return ControlCheck(
         points,
         code,
         reason,
-        _problem(control, points, unknown_photos, sorted(photos_of_unknown_labels)),
+        _find_problem(control, points, unknown_photos, sorted(photos_by_unknown_label)),
         (
             *crs_findings,
-            *labels_on_one_spot(marks),
-            *_table_findings(points, unknown_photos, photos_of_unknown_labels),
+            *report_coincident_marks(marks),
+            *_table_findings(points, unknown_photos, photos_by_unknown_label),
         ),
     )
 
 
-def _problem(
+def _find_problem(
     control: Sequence[ControlPoint],
     points: Sequence[PointCheck],
     no_photo: dict[str, None],
@@ -187,7 +187,7 @@ def _problem(
         local_points = np.array(positions, np.float64)
         require_width(local_points - local_points.mean(axis=0))
     except GeometryError as error:
-        return finding_of(error)
+        return to_finding(error)
     return None
 
 
@@ -196,28 +196,28 @@ def _table_findings(
 ) -> Iterator[Finding]:
     used_points = [p for p in points if p.usable and p.use == "control"]
     unseen_labels = [p.label for p in points if not p.usable]
-    points_with_few = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
+    points_with_few_marks = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
     if MIN_POINTS <= len(used_points) < RECOMMENDED_POINTS:
         yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
     if not any(p.usable and p.use == "check" for p in points):
         yield Finding("control.no-check-points")
     if unseen_labels:
         yield Finding("control.few-marks", labels=sorted(unseen_labels))
-    if points_with_few:
+    if points_with_few_marks:
         yield Finding(
-            "control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(points_with_few)
+            "control.more-marks", wanted=RECOMMENDED_PHOTOS, labels=sorted(points_with_few_marks)
         )
     ties = sorted(label for label, rows in others.items() if len(rows) >= MIN_PHOTOS)
-    useless = sorted(set(others) - set(ties))
+    unknown_labels = sorted(set(others) - set(ties))
     if ties:
         yield Finding("control.tie-points", labels=ties, count=len(ties))
-    if useless:
-        yield Finding("control.without-coordinates", labels=useless)
+    if unknown_labels:
+        yield Finding("control.without-coordinates", labels=unknown_labels)
     if no_photo:
         yield Finding("control.photos-missing", photos=sorted(no_photo))
 
 
-def _crs(
+def _determine_crs(
     control: Sequence[ControlPoint],
     photos: Sequence[PhotoLike],
     crs: str | None,
@@ -237,14 +237,14 @@ def _crs(
     try:
         cameras = np.median(world_positions(placed_photos, guess), axis=0)
     except GeometryError as error:
-        return crs, reason, [finding_of(error)]
+        return crs, reason, [to_finding(error)]
     median = np.median([p.position for p in control], axis=0)
     distances = math.dist(cameras[:2], median[:2])
     if crs is None:
-        if distances > _FAR_M:
+        if distances > _MAX_DISTANCE_M:
             return None, Finding("control.crs-local"), []
         return guess, Finding("control.crs-proposed", distance_m=distances), []
-    if distances > _FAR_M:
+    if distances > _MAX_DISTANCE_M:
         return (
             crs,
             reason,

@@ -27,7 +27,7 @@ from vomstudio.photogrammetry.georeferencing.placement import (
     placement_errors,
 )
 from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, place_in_world
-from vomstudio.registration.scatter import Scatter, drift_findings, scatter_of
+from vomstudio.registration.scatter import Scatter, drift_findings, estimate_scatter
 from vomstudio.registration.similarity import (
     fit_robustly,
     is_nearly_collinear,
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from vomstudio.core.progress import Progress
 
 
-_WARN_DEG = 2.0
-_MIN_DISTANCE_M = 0.5
+_WARNING_ROTATION_DEG = 2.0
+_MIN_SPREAD_M = 0.5
 # Ratio of the stated horizontal 68 % radius to the standard deviation of one coordinate.
 _RADIUS_PER_SIGMA = 1.5
 # 68 % radius of a typical receiver.
@@ -111,7 +111,7 @@ def place_by_gps(
     spread = world - world.mean(axis=0)
     # Use the horizontal spread: a receiver that has lost its satellites repeats a position,
     # although its heights may still vary.
-    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _MIN_DISTANCE_M:
+    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _MIN_SPREAD_M:
         raise GeometryError(
             Finding(
                 "gps-equal",
@@ -122,27 +122,29 @@ def place_by_gps(
         )
     centres = scene.centres[rows]
     stated_accuracy = _stated_accuracy(placed_photos)
-    _check_not_on_a_line(centres, spread)
+    _require_not_collinear(centres, spread)
     origin = integer_origin(world)
     local_points = world - origin
     # A receiver that does not state its accuracy may drift, so positions within its drift are not
     # treated as wrong.
     min_sigma = 2.5 * (stated_accuracy or _DEFAULT_ACCURACY_M / 2)
     fit, is_used = fit_robustly(centres, local_points, min_sigma=min_sigma)
-    scatter = _scatter(fit(centres), local_points, is_used, stated_accuracy)
-    sigma_of_each = _each_sigma(placed_photos, stated_accuracy or scatter.horizontal_sigma)
-    adjusted_scene, entered_accuracy = adjust_to_positions(
+    scatter = _estimate_scatter(fit(centres), local_points, is_used, stated_accuracy)
+    position_sigmas = _position_sigmas(placed_photos, stated_accuracy or scatter.horizontal_sigma)
+    adjusted_scene, gps_adjustment = adjust_to_positions(
         place_in_world(scene, fit, origin, crs),
         rows,
         local_points,
-        sigma_of_each,
+        position_sigmas,
         threads=threads,
         progress=progress,
     )
     residuals = fit(centres) - local_points
-    if entered_accuracy.adjusted:
+    if gps_adjustment.adjusted:
         _, is_used = fit_robustly(adjusted_scene.centres[rows], local_points, min_sigma=min_sigma)
-        scatter = _scatter(adjusted_scene.centres[rows], local_points, is_used, stated_accuracy)
+        scatter = _estimate_scatter(
+            adjusted_scene.centres[rows], local_points, is_used, stated_accuracy
+        )
         residuals = adjusted_scene.centres[rows] - local_points
     used_indices = np.asarray(rows)[is_used]
     report = GpsReport(
@@ -152,14 +154,14 @@ def place_by_gps(
             scatter,
             lambda other: other.centres[used_indices],
             local_points[is_used],
-            lenses=entered_accuracy.lenses if entered_accuracy.adjusted else None,
-            centres=known_centres(used_indices, local_points[is_used], sigma_of_each[is_used]),
+            lenses=gps_adjustment.lenses if gps_adjustment.adjusted else None,
+            centres=known_centres(used_indices, local_points[is_used], position_sigmas[is_used]),
         ),
         scale=fit.scale,
         crs=crs,
-        adjusted=entered_accuracy.adjusted,
-        decisions=(entered_accuracy.reason, *(lens.reason for lens in entered_accuracy.lenses)),
-        lenses=entered_accuracy.lenses,
+        adjusted=gps_adjustment.adjusted,
+        decisions=(gps_adjustment.reason, *(lens.reason for lens in gps_adjustment.lenses)),
+        lenses=gps_adjustment.lenses,
         bowing=fit_bowing(
             world[is_used], residuals[is_used], extent=adjusted_scene.points + np.array(origin)
         ),
@@ -168,7 +170,7 @@ def place_by_gps(
         residuals_m=residuals,
         used=is_used,
         rms_m=float(np.sqrt((residuals[is_used] ** 2).sum(1).mean())),
-        heights=_heights(placed_photos),
+        heights=_height_reference(placed_photos),
     )
     warnings = [
         *_gps_findings(report, scene, placed_photos),
@@ -185,29 +187,29 @@ def _photos_with_position(
     Raises GeometryError if there are fewer than three.
     """
     photo_by_name = {photo.name: photo for photo in photos}
-    rows, placed_rows = [], []
+    rows, placed_photos = [], []
     for row, view in enumerate(scene.views):
         photo = photo_by_name.get(view.name)
         if photo is not None and has_position(photo):
             rows.append(row)
-            placed_rows.append(photo)
-    if not placed_rows:
+            placed_photos.append(photo)
+    if not placed_photos:
         raise GeometryError(Finding("gps-few", "error", total=len(scene.views), photos=(), value=0))
-    if len(placed_rows) < 3:
+    if len(placed_photos) < 3:
         raise GeometryError(
             Finding(
                 "gps-few",
                 "error",
-                value=len(placed_rows),
+                value=len(placed_photos),
                 total=len(scene.views),
-                photos=[photo.name for photo in placed_rows],
+                photos=[photo.name for photo in placed_photos],
             )
         )
-    return rows, placed_rows
+    return rows, placed_photos
 
 
-def _scatter(
-    centres: FloatArray, local_points: FloatArray, is_used: BoolArray, stated_value: float | None
+def _estimate_scatter(
+    centres: FloatArray, local_points: FloatArray, is_used: BoolArray, stated_sigma: float | None
 ) -> Scatter:
     """Estimate the errors of a registration by camera positions.
 
@@ -215,13 +217,13 @@ def _scatter(
 
     centres, local : (n, 3) camera centres and GPS positions
     """
-    sigma_of_each = (
+    position_sigmas = (
         None
-        if stated_value is None
-        else np.array([stated_value, stated_value, HEIGHT_ERROR_FACTOR * stated_value])
+        if stated_sigma is None
+        else np.array([stated_sigma, stated_sigma, HEIGHT_ERROR_FACTOR * stated_sigma])
     )
-    scatter = scatter_of(
-        local_points[is_used], (centres - local_points)[is_used], sigma_of_each, is_ordered=True
+    scatter = estimate_scatter(
+        local_points[is_used], (centres - local_points)[is_used], position_sigmas, is_ordered=True
     )
     sigma = scatter.horizontal_sigma
     centred_positions = local_points[is_used] - local_points[is_used].mean(axis=0)
@@ -281,18 +283,18 @@ def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
     )
 
 
-def _each_sigma(photos: Sequence[PhotoLike], default_m: float) -> FloatArray:
+def _position_sigmas(photos: Sequence[PhotoLike], default_m: float) -> FloatArray:
     """Return the horizontal error (n,) of each photo, by default `default_m`."""
     return np.array([(p.gps_accuracy_m or 0) / _RADIUS_PER_SIGMA or default_m for p in photos])
 
 
-def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:
+def _require_not_collinear(centres: FloatArray, spread: FloatArray) -> None:
     """Raise GeometryError if the cameras are collinear in the scene or according to GPS."""
     if is_nearly_collinear(centres) or is_nearly_collinear(spread):
         raise GeometryError(Finding("collinear", "error", photos=(), value=None))
 
 
-def _heights(photos: Sequence[PhotoLike]) -> str:
+def _height_reference(photos: Sequence[PhotoLike]) -> str:
     ellipsoid = sum(p.altitude_reference == "ellipsoid" for p in photos)
     return ABOVE_ELLIPSOID if ellipsoid > len(photos) / 2 else ABOVE_SEA_LEVEL
 
@@ -300,7 +302,7 @@ def _heights(photos: Sequence[PhotoLike]) -> str:
 def _gps_findings(
     report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> Iterator[Finding]:
-    yield from report.findings(_WARN_DEG, "gps")
+    yield from report.findings(_WARNING_ROTATION_DEG, "gps")
     excluded_names = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if excluded_names:
         yield Finding(

@@ -4,9 +4,9 @@ Receivers with errors of several metres can place and scale a model, but the pho
 shape far better. Positions from real-time kinematic receivers, or from many photos, also determine
 bowing and focal length.
 Positions are used if their error divided by the square root of their number is at most
-`USEFUL_PIXELS` pixels on the ground. Each position is weighted by its own error (heights by twice
-this error), and outliers are down-weighted. If the residuals exceed the errors, the errors are
-increased. Positions that contradict the tie points are not used.
+`MAX_USEFUL_PIXELS` pixels on the ground. Each position is weighted by its own error (heights by
+twice this error), and outliers are down-weighted. If the residuals exceed the errors, the errors
+are increased. Positions that contradict the tie points are not used.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vomstudio.photogrammetry.georeferencing.ground_calibration import (
     ground_misfit,
 )
 
-USEFUL_PIXELS = 3.0
+MAX_USEFUL_PIXELS = 3.0
 MIN_POSITIONS = 5
 _MIN_SIGMA_M = 0.005
 # Ratio of vertical to horizontal errors. Heights are less accurate, since all satellites are above
@@ -90,11 +90,11 @@ def adjust_to_positions(
             return scene, GpsAdjustment(False, refusal, median)
         # A bent block misses good positions by more than their errors, so at first it is only
         # pulled towards them.
-        misses = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
-        width = float(np.median(misses))
+        distances = np.linalg.norm(scene.centres[list(rows)] - positions, axis=1)
+        typical_distance = float(np.median(distances))
         start_scene = scene
-        if width > _MAX_MISFIT * median:
-            loose_centres = known_centres(rows, positions, np.maximum(sigmas, width))
+        if typical_distance > _MAX_MISFIT * median:
+            loose_centres = known_centres(rows, positions, np.maximum(sigmas, typical_distance))
             start_scene = bundle_adjust(
                 scene, (), loose_centres, threads=threads, progress=progress
             )
@@ -123,15 +123,15 @@ def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
     """Return why positions with the errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < MIN_POSITIONS:
         return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=MIN_POSITIONS)
-    joint_scene = 1 / math.sqrt(float((sigmas**-2.0).sum()))
-    pixels = joint_scene / scene.pixel_at(scene.points)
-    if pixels <= USEFUL_PIXELS:
+    joint_sigma = 1 / math.sqrt(float((sigmas**-2.0).sum()))
+    pixels = joint_sigma / scene.median_pixel_size(scene.points)
+    if pixels <= MAX_USEFUL_PIXELS:
         return None
     return Finding(
         "gps.not-useful",
         accuracy_m=float(np.median(sigmas)),
         error_px=pixels,
-        limit_px=USEFUL_PIXELS,
+        limit_px=MAX_USEFUL_PIXELS,
     )
 
 

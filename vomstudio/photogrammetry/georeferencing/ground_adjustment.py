@@ -15,16 +15,16 @@ from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.photogrammetry.align.adjustment import (
-    LOSS_PX,
+    LOSS_SCALE_PX,
     create_adjuster,
     estimate_covariances,
-    owned_by_colmap,
+    transfer_to_colmap,
 )
-from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
-from vomstudio.photogrammetry.align.priors import MIN_PHOTOS_DISTORTION, Freedom, correlated_factor
-from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.align.mapping import convert_camera, point_errors, residuals
+from vomstudio.photogrammetry.align.priors import MIN_PHOTOS_DISTORTION, Freedom, correlation_factor
+from vomstudio.photogrammetry.base.colmap import colmap, run_cancellable
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
+from vomstudio.registration.marks.mark_errors import HAND_MARK_ERROR_PX
 
 _MIN_NOISE_PX = 0.05
 # Camera positions with larger residuals, in sigmas, are down-weighted.
@@ -56,7 +56,7 @@ class KnownPoint:
     sigma: float
     views: IntArray
     pixels: FloatArray
-    mark_px: float = HAND_MARK_PX
+    mark_px: float = HAND_MARK_ERROR_PX
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +96,8 @@ def bundle_adjust(
     """
     for _ in range(_MAX_ROUNDS):
         noise = noise_px(scene)
-        problem = _Problem(scene, points, centres, free_lenses, noise, threads, LOSS_PX)
-        cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or SilentProgress())  # type: ignore[misc]
+        problem = _Problem(scene, points, centres, free_lenses, noise, threads, LOSS_SCALE_PX)
+        run_cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or SilentProgress())  # type: ignore[misc]
         scene, lenses = _update_scene(scene, problem.reconstruction)
         free_lenses = [lenses[lens] for lens in free_lenses]
         if abs(math.log(noise_px(scene) / noise)) < _WEIGHT_TOLERANCE:
@@ -131,13 +131,13 @@ def focal_sigmas(
 
 def noise_px(scene: SparseScene) -> float:
     """Return the error of a correlated tie point observation in one direction, pixels."""
-    misses = residuals(scene)
-    is_finite = np.isfinite(misses).all(axis=1)
+    misclosures = residuals(scene)
+    is_finite = np.isfinite(misclosures).all(axis=1)
     if not is_finite.any():
         return 1.0
     # RMS of a two-dimensional Gaussian from its mean length, which is robust to a few outliers.
-    rms = float(np.linalg.norm(misses[is_finite], axis=1).mean()) / math.sqrt(math.pi / 2)
-    return max(_MIN_NOISE_PX, rms * correlated_factor(int(is_finite.sum()), len(scene.views)))
+    rms = float(np.linalg.norm(misclosures[is_finite], axis=1).mean()) / math.sqrt(math.pi / 2)
+    return max(_MIN_NOISE_PX, rms * correlation_factor(int(is_finite.sum()), len(scene.views)))
 
 
 class _Problem:
@@ -165,23 +165,23 @@ class _Problem:
         import pyceres.factors
         import pycolmap.cost_functions as costs
 
-        self.reconstruction, self.numbers = reconstruction_of(scene)
+        self.reconstruction, self.numbers = convert_scene(scene)
         count = Counter(view.intrinsics for view in scene.views)
         self.freedoms = {
             number: Freedom(lens in free_lenses, count[lens] >= MIN_PHOTOS_DISTORTION)
             for lens, number in self.numbers.items()
         }
-        is_grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
+        has_datum = bool(centres) or sum(p.position is not None for p in points) >= 3
         self.adjuster = create_adjuster(
             self.reconstruction,
             self.freedoms,
             threads,
-            fixes_gauge=not is_grounded,
+            fixes_gauge=not has_datum,
             loss_px=loss_px,
         )
         add = self.adjuster.problem.add_residual_block
         for point in points:
-            mark = np.eye(2) * (point.mark_px / noise) ** 2
+            mark_covariance = np.eye(2) * (point.mark_px / noise) ** 2
             start = point.position
             if start is None:
                 start = triangulate([scene.views[r] for r in point.views], point.pixels)
@@ -190,24 +190,28 @@ class _Problem:
             for row, pixel in zip(point.views, point.pixels, strict=True):
                 image = self.reconstruction.image(int(row) + 1)
                 camera = self.reconstruction.camera(image.camera_id)
-                ray = costs.ReprojErrorCost(camera.model, mark, pixel)
+                ray_cost = costs.ReprojErrorCost(camera.model, mark_covariance, pixel)
                 pose = image.frame.rig_from_world.params
-                add(owned_by_colmap(ray), None, [place, pose, camera.params])
+                add(transfer_to_colmap(ray_cost), None, [place, pose, camera.params])
             if point.position is not None:
                 prior = pyceres.factors.NormalPrior(
                     point.position, np.eye(3) * (point.sigma / noise) ** 2
                 )
-                add(owned_by_colmap(prior), None, [place])
+                add(transfer_to_colmap(prior), None, [place])
         for centre in centres:
             frame = self.reconstruction.image(centre.view + 1).frame
             covariance = np.diag((centre.sigma / noise) ** 2)
             prior_cost = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
             loss = pyceres.CauchyLoss(_OUTLIER_SIGMAS * noise)
             # Residuals are in units of sigma / noise.
-            add(owned_by_colmap(prior_cost), owned_by_colmap(loss), [frame.rig_from_world.params])
+            add(
+                transfer_to_colmap(prior_cost),
+                transfer_to_colmap(loss),
+                [frame.rig_from_world.params],
+            )
 
 
-def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
+def convert_scene(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
     """Convert a scene to a COLMAP reconstruction, with the camera number of each lens.
 
     View i becomes image i + 1, and tie point i becomes point i + 1.
@@ -217,8 +221,8 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
     cameras: dict[Intrinsics, int] = {}
     slot = np.zeros(len(scene.track_views), np.int64)
     for row, view in enumerate(scene.views):
-        view_tracks = np.flatnonzero(scene.track_views == row)
-        slot[view_tracks] = np.arange(len(view_tracks))
+        observation_rows = np.flatnonzero(scene.track_views == row)
+        slot[observation_rows] = np.arange(len(observation_rows))
         lens = view.intrinsics
         if lens not in cameras:
             cameras[lens] = len(cameras) + 1
@@ -229,7 +233,7 @@ def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
             reconstruction.add_camera_with_trivial_rig(camera)
         image = pycolmap.Image(
             name=f"{row + 1:06d}",
-            keypoints=scene.track_pixels[view_tracks].astype(np.float64),
+            keypoints=scene.track_pixels[observation_rows].astype(np.float64),
             camera_id=cameras[lens],
             image_id=row + 1,
         )
@@ -247,14 +251,14 @@ def _update_scene(
     scene: SparseScene, reconstruction: Any
 ) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
     """Return the adjusted scene, and the adjusted lens of each original lens."""
-    lenses = {number: intrinsics_of(camera) for number, camera in reconstruction.cameras.items()}
-    views, adjusted_pose = [], {}
+    lenses = {number: convert_camera(camera) for number, camera in reconstruction.cameras.items()}
+    views, adjusted_lenses = [], {}
     for row, view in enumerate(scene.views):
         image = reconstruction.image(row + 1)
-        adjusted_pose[view.intrinsics] = lenses[image.camera_id]
+        adjusted_lenses[view.intrinsics] = lenses[image.camera_id]
         pose = np.asarray(image.cam_from_world().matrix(), np.float64)
         rotation, translation = np.ascontiguousarray(pose[:, :3]), pose[:, 3].copy()
         views.append(View(view.name, lenses[image.camera_id], rotation, translation))
     points = np.array([reconstruction.point3D(i + 1).xyz for i in range(len(scene.points))])
     scene = replace(scene, views=tuple(views), points=points.reshape(-1, 3))
-    return replace(scene, errors_px=point_errors(scene)), adjusted_pose
+    return replace(scene, errors_px=point_errors(scene)), adjusted_lenses

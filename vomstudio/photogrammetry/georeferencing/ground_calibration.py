@@ -4,7 +4,8 @@ Control points and accurate camera positions can distinguish a longer lens from 
 when the photos alone cannot. Their information on a focal length is the total information minus the
 information of the tie points. If the tie points determine the focal length with error a, and both
 together with error b, ground control alone determines it with error 1 / sqrt(1 / b² - 1 / a²),
-times the ratio of its residuals to their errors. If this error is `MAX_SIGMA` or less, well below
+times the ratio of its residuals to their errors. If this error is `MAX_RELATIVE_SIGMA` or less,
+well below
 the errors of focal lengths from EXIF (2 to 5 %), the focal length is estimated. Otherwise it
 remains unchanged, because a compromise between a guess and the misfit of the lens model would be no
 better.
@@ -29,9 +30,9 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     focal_sigmas,
 )
 
-MAX_SIGMA = 0.015
+MAX_RELATIVE_SIGMA = 0.015
 # Maximum factor by which the sigmas computed before the lens is estimated may be too large.
-_TRIAL_FACTOR = 3.0
+_MAX_TRIAL_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
@@ -68,39 +69,41 @@ def adjust_to_ground(
 
     Raises Cancelled.
     """
-    fixed_result = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
-    order = list(dict.fromkeys(view.intrinsics for view in fixed_result.views))
-    ground_only_result, _ = _sigmas_by_ground(fixed_result, points, centres, order, threads)
-    free_order = [lens for lens in order if ground_only_result[lens] <= _TRIAL_FACTOR * MAX_SIGMA]
-    result, sigma = fixed_result, dict.fromkeys(order, 0.0)
+    fixed_scene = bundle_adjust(scene, points, centres, threads=threads, progress=progress)
+    order = list(dict.fromkeys(view.intrinsics for view in fixed_scene.views))
+    ground_only_result, _ = _estimate_ground_sigmas(fixed_scene, points, centres, order, threads)
+    free_order = [
+        lens for lens in order if ground_only_result[lens] <= _MAX_TRIAL_FACTOR * MAX_RELATIVE_SIGMA
+    ]
+    result, sigma = fixed_scene, dict.fromkeys(order, 0.0)
     while free_order:
         trial = bundle_adjust(
-            fixed_result,
+            fixed_scene,
             points,
             centres,
             free_lenses=free_order,
             threads=threads,
             progress=progress,
         )
-        new_lenses = _adjusted_lenses(fixed_result, trial)
+        new_lenses = _adjusted_lenses(fixed_scene, trial)
         trial_lenses = [new_lenses[lens] for lens in free_order]
         excess = ground_misfit(trial, points, centres)
-        sigmas_by_ground, joint_sigmas = _sigmas_by_ground(
+        trial_sigmas, joint_sigmas = _estimate_ground_sigmas(
             trial, points, centres, trial_lenses, threads
         )
-        ground_only_result |= {
-            lens: sigmas_by_ground[new_lenses[lens]] * excess for lens in free_order
-        }
-        determined = [lens for lens in free_order if ground_only_result[lens] <= MAX_SIGMA]
-        if determined == free_order:
+        ground_only_result |= {lens: trial_sigmas[new_lenses[lens]] * excess for lens in free_order}
+        determined_lenses = [
+            lens for lens in free_order if ground_only_result[lens] <= MAX_RELATIVE_SIGMA
+        ]
+        if determined_lenses == free_order:
             sigma |= {lens: joint_sigmas[new_lenses[lens]] * excess for lens in free_order}
             result = trial
             break
-        free_order = determined
-    new_lenses = _adjusted_lenses(fixed_result, result)
+        free_order = determined_lenses
+    new_lenses = _adjusted_lenses(fixed_scene, result)
     return result, tuple(
         _lens_verdict(
-            fixed_result,
+            fixed_scene,
             lens,
             new_lenses[lens],
             ground_only_result[lens],
@@ -130,15 +133,15 @@ def ground_misfit(
     for centre in centres:
         misclosure = (scene.views[centre.view].centre - centre.position) / centre.sigma
         squared_residuals += (misclosure**2).tolist()
-    known_squares = np.array([s for s in squared_residuals if math.isfinite(s)])
-    if not len(known_squares):
+    finite_squares = np.array([s for s in squared_residuals if math.isfinite(s)])
+    if not len(finite_squares):
         return 1.0
     # The median of squared standard Gaussian errors is 0.455; unlike the mean, it is robust to
     # wrong positions.
-    return max(1.0, math.sqrt(float(np.median(known_squares)) / 0.455))
+    return max(1.0, math.sqrt(float(np.median(finite_squares)) / 0.455))
 
 
-def _sigmas_by_ground(
+def _estimate_ground_sigmas(
     scene: SparseScene,
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre],
@@ -172,21 +175,21 @@ def _lens_verdict(
     scene: SparseScene,
     lens: Intrinsics,
     adjusted_lens: Intrinsics,
-    sigma_without_ties: float,
+    ground_sigma: float,
     sigma: float,
     is_freed: bool,
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
-    lens_before, focal = lens.focal[0], adjusted_lens.focal[0]
+    focal_before, focal = lens.focal[0], adjusted_lens.focal[0]
     values = {
         "focal_px": focal,
-        "required_percent": 100 * MAX_SIGMA,
-        "ground_percent": 100 * sigma_without_ties,
+        "required_percent": 100 * MAX_RELATIVE_SIGMA,
+        "ground_percent": 100 * ground_sigma,
         "sigma_px": sigma * focal,
-        "change_percent": 100 * (focal / lens_before - 1),
+        "change_percent": 100 * (focal / focal_before - 1),
     }
     code = "lens.ground-estimated" if is_freed else "lens.ground-held"
     reason = Finding(code, count=len(photos), **values)
     return LensVerdict(
-        photos, is_freed, lens_before, focal, sigma * focal if is_freed else 0.0, reason
+        photos, is_freed, focal_before, focal, sigma * focal if is_freed else 0.0, reason
     )

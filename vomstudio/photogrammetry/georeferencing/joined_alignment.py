@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -39,23 +39,23 @@ def join_alignment(
     """
     if not marks or len(alignment.parts) < 2:
         return alignment, None, ()
-    stage_work = stage()
-    if not stage_work.is_done:
+    stage_folder = stage()
+    if not stage_folder.is_done:
         progress.stage(tr("Joining components"))
         parts, report = join_components(
             alignment.parts, marks, control, threads=threads or -1, progress=progress
         )
         for number, part in enumerate(parts):
-            (stage_work.folder / f"part{number}").mkdir(exist_ok=True)
-            part.save(stage_work.folder / f"part{number}")
-        stage_work.finish(
-            parts=len(parts), findings=to_plain(_report_findings(report)), report=asdict(report)
+            (stage_folder.folder / f"part{number}").mkdir(exist_ok=True)
+            part.save(stage_folder.folder / f"part{number}")
+        stage_folder.finish(
+            parts=len(parts), findings=to_json_list(_report_findings(report)), report=asdict(report)
         )
-    facts = stage_work.facts
-    parts = tuple(SparseScene.load(stage_work.folder / f"part{k}") for k in range(facts["parts"]))
+    facts = stage_folder.facts
+    parts = tuple(SparseScene.load(stage_folder.folder / f"part{k}") for k in range(facts["parts"]))
     return (
         _replace_parts(alignment, parts),
-        stage_work,
+        stage_folder,
         tuple(map(Finding.from_dict, facts["findings"])),
     )
 
@@ -78,13 +78,13 @@ def _report_findings(report: JoinReport) -> Iterator[Finding]:
 
 
 def _junction_finding(junction: Junction) -> Finding:
-    first_photo, second_photo = junction.photos
+    first_count, second_count = junction.photos
     if junction.rotation_error_deg is None or junction.rms_px is None:
-        return Finding("join.by-control", one=first_photo, other=second_photo)
+        return Finding("join.by-control", one=first_count, other=second_count)
     return Finding(
         "join.by-markers",
-        one=first_photo,
-        other=second_photo,
+        one=first_count,
+        other=second_count,
         markers=sum(marker.used for marker in junction.markers),
         rms_px=junction.rms_px,
         rotation_deg=max(junction.rotation_error_deg),

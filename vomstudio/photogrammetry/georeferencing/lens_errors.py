@@ -21,9 +21,13 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.geology.bowing import LensBend, fit_shape_change, model_shape
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.photogrammetry.align.priors import FAR_FROM_EXIF, UNKNOWN_FOCAL_SIGMA, Calibration
+from vomstudio.geology.bowing import LensDeformation, fit_shape_change, model_shape
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
+from vomstudio.photogrammetry.align.priors import (
+    MIN_EXIF_DIFFERENCE,
+    UNKNOWN_FOCAL_SIGMA,
+    Calibration,
+)
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     KnownCentre,
@@ -31,7 +35,7 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     noise_px,
 )
 from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdict
-from vomstudio.photogrammetry.georeferencing.lens_response import Response, response_of
+from vomstudio.photogrammetry.georeferencing.lens_response import LensResponse, compute_response
 from vomstudio.registration.similarity import Similarity
 
 _Z95 = 1.959963984540054
@@ -40,9 +44,9 @@ _Z95 = 1.959963984540054
 _POINTS_PER_PHOTO = 60
 # One-sigma priors for lenses of the same model: the radial terms, and the principal point as a
 # share of the diagonal (see `align.priors`).
-_K1, _K2, _CENTRE = 0.1, 0.05, 0.005 / np.sqrt(2.0)
+_K1_SIGMA, _K2_SIGMA, _CENTRE_SIGMA = 0.1, 0.05, 0.005 / np.sqrt(2.0)
 # EXIF errors of 95 % of cameras are smaller; larger ones are detected (see `align.priors`).
-_EXIF_SIGMA = FAR_FROM_EXIF / _Z95
+_EXIF_SIGMA = MIN_EXIF_DIFFERENCE / _Z95
 _MAX_LENSES = 20
 _MAX_VIEWS = 1500
 _MIN_POINTS = 20
@@ -63,14 +67,14 @@ class LensEffect:
     """
 
     covariance: FloatArray
-    bend: LensBend
+    bend: LensDeformation
 
 
 def lens_effect(
     scene: SparseScene,
     cameras: Sequence[Calibration],
     centre: FloatArray,
-    placed_again: Callable[[SparseScene], Similarity] | None = None,
+    fit_placement: Callable[[SparseScene], Similarity] | None = None,
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
     lenses: Sequence[LensVerdict] = (),
@@ -86,7 +90,7 @@ def lens_effect(
     cameras : sequence of Calibration
     centre : (3,) array
         Reference point of the covariance, in the frame of the scene.
-    placed_again : callable, optional
+    fit_placement : callable, optional
         Function that registers a similar scene. By default, a scene is registered by its own
         points.
     points, centres : sequence
@@ -100,51 +104,59 @@ def lens_effect(
     if not focal_errors:
         return None
     thin_scene = _thin_points(scene)
-    wide_scene = _add_second_radial(thin_scene, focal_errors)
-    response = response_of(wide_scene, noise_px(wide_scene), points, centres)
+    extended_scene = _add_second_radial(thin_scene, focal_errors)
+    response = compute_response(extended_scene, noise_px(extended_scene), points, centres)
     shape_middle, axes, half_extent = model_shape(scene.points)
     changes = []
     try:
-        for change in _changes(response, [focal_errors.get(lens) for lens in _lenses(thin_scene)]):
-            changed_scene = response.moved(change)
+        for change in _lens_changes(
+            response, [focal_errors.get(lens) for lens in _lenses(thin_scene)]
+        ):
+            changed_scene = response.apply_change(change)
             fit = (
-                _fit_by_tie_points(wide_scene, changed_scene)
-                if placed_again is None
-                else placed_again(changed_scene)
+                _fit_by_tie_points(extended_scene, changed_scene)
+                if fit_placement is None
+                else fit_placement(changed_scene)
             )
-            moves = fit(changed_scene.points) - wide_scene.points
-            changes.append(fit_shape_change(wide_scene.points, moves))
+            displacements = fit(changed_scene.points) - extended_scene.points
+            changes.append(fit_shape_change(extended_scene.points, displacements))
     except (GeometryError, np.linalg.LinAlgError):
         return None
-    shape_centre, _, _ = model_shape(wide_scene.points)
+    shape_centre, _, _ = model_shape(extended_scene.points)
     rows = np.zeros((len(changes), 7))
-    for row, change_ in zip(rows, changes, strict=True):
+    for row, shape_change in zip(rows, changes, strict=True):
         offsets = centre - shape_centre
-        row[:3], row[3] = change_.turn, change_.growth
-        row[4:] = change_.shift + np.cross(change_.turn, offsets) + change_.growth * offsets
+        row[:3], row[3] = shape_change.rotation, shape_change.growth
+        row[4:] = (
+            shape_change.shift
+            + np.cross(shape_change.rotation, offsets)
+            + shape_change.growth * offsets
+        )
     covariance = rows.T @ rows
-    curvature = float(np.sqrt(sum(change_.curvature_per_m**2 for change_ in changes)))
-    scale_error = float(np.sqrt(sum(change_.stretch**2 for change_ in changes)))
+    curvature = float(np.sqrt(sum(shape_change.curvature_per_m**2 for shape_change in changes)))
+    scale_error = float(np.sqrt(sum(shape_change.stretch**2 for shape_change in changes)))
     if not np.isfinite([*covariance.ravel(), curvature, scale_error]).all():
         return None
-    away2 = float(
+    mean_squared_distance = float(
         (((scene.points - shape_middle) @ axes[:2].T) ** 2)
         .sum(axis=1)
         .clip(0, half_extent**2)
         .mean()
     )
-    tilt = (2.0 * curvature) ** 2 * away2 / 2.0 + (scale_error / 2.0) ** 2 / 2.0
+    tilt = (2.0 * curvature) ** 2 * mean_squared_distance / 2.0 + (scale_error / 2.0) ** 2 / 2.0
     covariance[:3, :3] += tilt * axes[:2].T @ axes[:2]
-    return LensEffect(covariance, LensBend(_Z95 * curvature, half_extent, _Z95 * scale_error))
+    return LensEffect(
+        covariance, LensDeformation(_Z95 * curvature, half_extent, _Z95 * scale_error)
+    )
 
 
-def bend_of_lenses(scene: SparseScene, cameras: Sequence[Calibration]) -> LensBend | None:
+def compute_lens_bend(scene: SparseScene, cameras: Sequence[Calibration]) -> LensDeformation | None:
     """Return the bend of a scene that only photos determine, in the units of the scene."""
     effect_of_lenses = lens_effect(scene, cameras, scene.points.mean(axis=0))
     return None if effect_of_lenses is None else effect_of_lenses.bend
 
 
-def identity(_scene: SparseScene) -> Similarity:
+def identity_placement(_scene: SparseScene) -> Similarity:
     """Return the identity, for a scene whose frame is fixed by its adjustment."""
     return Similarity(1.0, np.eye(3), np.zeros(3))
 
@@ -210,30 +222,32 @@ def _thin_points(scene: SparseScene) -> SparseScene:
 def _add_second_radial(scene: SparseScene, known_sigmas: dict[Intrinsics, float]) -> SparseScene:
     """Add k2, which bends a block most, to lenses without it."""
 
-    def widen_view(view: View) -> View:
+    def add_k2(view: View) -> View:
         lens = view.intrinsics
         if lens.model != "SIMPLE_RADIAL" or lens not in known_sigmas:
             return view
         return replace(view, intrinsics=replace(lens, model="RADIAL", params=(*lens.params, 0.0)))
 
-    return replace(scene, views=tuple(widen_view(view) for view in scene.views))
+    return replace(scene, views=tuple(add_k2(view) for view in scene.views))
 
 
-def _changes(response: Response, focal_errors: Sequence[float | None]) -> list[FloatArray]:
+def _lens_changes(response: LensResponse, focal_errors: Sequence[float | None]) -> list[FloatArray]:
     """Return independent one-sigma changes (l,) of all lenses.
 
     focal_errors : relative error of each lens's focal length, 0 if estimated; None for a fixed lens
     """
-    prior, fixed_lenses, focal_changes = [], [], []
+    prior, is_fixed, focal_changes = [], [], []
     for lens, focal_error in zip(response.lenses, focal_errors, strict=True):
         diagonal = float(np.hypot(lens.width, lens.height))
-        for name in MODELS[lens.model]:
-            spread = {"c": _CENTRE * diagonal, "k": _K2, "p": 0.1 * _K2}.get(name[0], np.inf)
-            prior.append(_K1 if name == "k1" else spread)
-            focal = name[0] == "f"
-            fixed_lenses.append(focal_error is None or (focal and focal_error > 0.0))
-            focal_changes.append((focal_error or 0.0) * lens.focal[0] if focal else 0.0)
-    is_free = ~np.array(fixed_lenses)
+        for name in CAMERA_MODELS[lens.model]:
+            spread = {"c": _CENTRE_SIGMA * diagonal, "k": _K2_SIGMA, "p": 0.1 * _K2_SIGMA}.get(
+                name[0], np.inf
+            )
+            prior.append(_K1_SIGMA if name == "k1" else spread)
+            is_focal = name[0] == "f"
+            is_fixed.append(focal_error is None or (is_focal and focal_error > 0.0))
+            focal_changes.append((focal_error or 0.0) * lens.focal[0] if is_focal else 0.0)
+    is_free = ~np.array(is_fixed)
     information = response.information + np.diag(np.array(prior) ** -2.0)
     free_information = information[np.ix_(is_free, is_free)]
     values, axes = np.linalg.eigh(free_information)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray, IntArray
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
 
@@ -25,7 +25,7 @@ _STEP_PX, _STEP_K = 0.5, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class LensResponse:
     """Response of a scene to lens changes.
 
     Attributes
@@ -41,8 +41,8 @@ class Response:
     information: FloatArray
     _poses_by_lens: FloatArray
     _point_inverse: FloatArray
-    _to_pose: FloatArray
-    _to_lens: FloatArray
+    _point_pose_information: FloatArray
+    _point_lens_information: FloatArray
     _rows: tuple[IntArray, IntArray, IntArray]
 
     @property
@@ -51,21 +51,21 @@ class Response:
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 
-    def moved(self, change: FloatArray) -> SparseScene:
+    def apply_change(self, change: FloatArray) -> SparseScene:
         """Return the adjusted scene after a change (l,) of the lenses."""
         poses = self._poses_by_lens @ change
-        views, points, lens_of = self._rows
+        views, points, lens_rows = self._rows
         pose_changes = poses.reshape(-1, 6)
         new_lenses = []
         for lens, start in zip(self.lenses, self.starts, strict=True):
             params = np.array(lens.params) + change[start : start + len(lens.params)]
             new_lenses.append(replace(lens, params=tuple(params.tolist())))
-        right = np.einsum("mij,mj->mi", self._to_pose, pose_changes[views])
-        parameter_count = self._to_lens.shape[2]
+        right = np.einsum("mij,mj->mi", self._point_pose_information, pose_changes[views])
+        parameter_count = self._point_lens_information.shape[2]
         lens_changes = np.zeros((len(self.lenses), parameter_count))
         for k, (lens, start) in enumerate(zip(self.lenses, self.starts, strict=True)):
             lens_changes[k, : len(lens.params)] = change[start : start + len(lens.params)]
-        right += np.einsum("mij,mj->mi", self._to_lens, lens_changes[lens_of])
+        right += np.einsum("mij,mj->mi", self._point_lens_information, lens_changes[lens_rows])
         count = len(self._point_inverse)
         pull = np.stack([np.bincount(points, right[:, k], count) for k in range(3)], axis=1)
         point_shifts = -np.einsum("nij,nj->ni", self._point_inverse, pull)
@@ -82,12 +82,12 @@ class Response:
         )
 
 
-def response_of(
+def compute_response(
     scene: SparseScene,
     noise_px: float,
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
-) -> Response:
+) -> LensResponse:
     """Compute the response of a scene.
 
     Parameters
@@ -110,50 +110,63 @@ def response_of(
     views, point_rows = observations.views, observations.points
     count = len(positions)
 
-    inner_matrices = np.zeros((count, 3, 3))
+    point_information = np.zeros((count, 3, 3))
     np.add.at(
-        inner_matrices, point_rows, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives)
+        point_information,
+        point_rows,
+        np.einsum("mki,mkj->mij", point_derivatives, point_derivatives),
     )
-    inner_matrices += observations.prior[:, None, None] * np.eye(3)
+    point_information += observations.prior[:, None, None] * np.eye(3)
     # Points on two almost parallel rays need a prior of the size of the scene.
-    scale = float(np.trace(inner_matrices, axis1=1, axis2=2).mean()) if count else 1.0
-    inverse: FloatArray = np.linalg.inv(inner_matrices + 1e-12 * scale * np.eye(3)).astype(
+    scale = float(np.trace(point_information, axis1=1, axis2=2).mean()) if count else 1.0
+    inverse: FloatArray = np.linalg.inv(point_information + 1e-12 * scale * np.eye(3)).astype(
         np.float64
     )
-    to_pose: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, pose_derivatives)
-    to_lens: FloatArray = np.einsum("mki,mkj->mij", point_derivatives, lens_derivatives)
+    point_pose_information: FloatArray = np.einsum(
+        "mki,mkj->mij", point_derivatives, pose_derivatives
+    )
+    point_lens_information: FloatArray = np.einsum(
+        "mki,mkj->mij", point_derivatives, lens_derivatives
+    )
 
     size = 6 * len(scene.views)
     total = size + int(starts[-1])
     normal = np.zeros((total, total))
-    lens_of = rows[views]
+    lens_rows = rows[views]
     columns = np.concatenate([pose_derivatives, lens_derivatives], axis=2)
-    pull = np.concatenate([to_pose, to_lens], axis=2)
+    pull = np.concatenate([point_pose_information, point_lens_information], axis=2)
     places_of = np.full((len(views), 6 + width), total, np.int64)
     places_of[:, :6] = 6 * views[:, None] + np.arange(6)
     for k, lens in enumerate(lenses):
-        is_of_lens = lens_of == k
-        places_of[np.ix_(is_of_lens, 6 + np.arange(len(lens.params)))] = (
+        has_lens = lens_rows == k
+        places_of[np.ix_(has_lens, 6 + np.arange(len(lens.params)))] = (
             size + starts[k] + np.arange(len(lens.params))
         )
     padded_matrix = np.zeros((total + 1, total + 1))
     products = np.einsum("mki,mkj->mij", columns, columns)
     np.add.at(padded_matrix, (places_of[:, :, None], places_of[:, None, :]), products)
-    _eliminate(padded_matrix, point_rows, places_of, pull, inverse)
+    _eliminate_points(padded_matrix, point_rows, places_of, pull, inverse)
     normal = padded_matrix[:total, :total]
     _add_priors(normal, scene, centres)
     poses = normal[:size, :size]
     mixed_normal = normal[:size, size:]
-    answer = np.asarray(-np.linalg.solve(poses, mixed_normal), np.float64)
-    information = normal[size:, size:] + mixed_normal.T @ answer
+    poses_by_lens = np.asarray(-np.linalg.solve(poses, mixed_normal), np.float64)
+    information = normal[size:, size:] + mixed_normal.T @ poses_by_lens
     information = (information + information.T) / 2.0
-    return Response(
-        scene, lenses, information, answer, inverse, to_pose, to_lens, (views, point_rows, lens_of)
+    return LensResponse(
+        scene,
+        lenses,
+        information,
+        poses_by_lens,
+        inverse,
+        point_pose_information,
+        point_lens_information,
+        (views, point_rows, lens_rows),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Observed:
+class _Observations:
     """Observations of points in photos.
 
     views, points : (m,) rows
@@ -169,7 +182,7 @@ class _Observed:
 
 def _observations(
     scene: SparseScene, noise_px: float, points: Sequence[KnownPoint]
-) -> tuple[FloatArray, _Observed]:
+) -> tuple[FloatArray, _Observations]:
     views, point_rows = [scene.track_views.astype(np.int64)], [scene.track_points]
     weight = [np.full(len(scene.track_views), 1.0 / noise_px)]
     positions, prior = [scene.points], [np.zeros(len(scene.points))]
@@ -183,12 +196,17 @@ def _observations(
         positions.append(np.asarray(point.position, np.float64)[None])
         prior.append(np.array([point.sigma**-2.0]))
         count += 1
-    observations = _Observed(*(np.concatenate(item) for item in (views, point_rows, weight, prior)))
+    observations = _Observations(
+        *(np.concatenate(item) for item in (views, point_rows, weight, prior))
+    )
     return np.concatenate(positions), observations
 
 
 def _derivatives(
-    views: Sequence[View], positions: FloatArray, observations: _Observed, n_unknowns: int
+    views: Sequence[View],
+    positions: FloatArray,
+    observations: _Observations,
+    n_lens_parameters: int,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the weighted derivatives (m, 2, k) of observations for pose, point and lens.
 
@@ -197,7 +215,7 @@ def _derivatives(
     """
     count = len(observations.views)
     pose_derivatives, point_derivatives = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
-    lens_derivatives = np.zeros((count, 2, n_unknowns))
+    lens_derivatives = np.zeros((count, 2, n_lens_parameters))
     for row, view in enumerate(views):
         rows_of_view = np.flatnonzero(observations.views == row)
         if not len(rows_of_view):
@@ -209,11 +227,11 @@ def _derivatives(
         slopes = np.zeros((len(rows_of_view), 2, 3))
         for k in range(3):
             move = step * np.eye(3)[k]
-            forward_rotation, inverse_rotation = (
+            forward_pixels, backward_pixels = (
                 view.intrinsics.project(camera_points + move),
                 view.intrinsics.project(camera_points - move),
             )
-            slopes[:, :, k] = (forward_rotation - inverse_rotation) / (2.0 * step)
+            slopes[:, :, k] = (forward_pixels - backward_pixels) / (2.0 * step)
         rotation_derivatives = np.zeros((len(rows_of_view), 3, 6))
         x, y, z = camera_points.T
         rotation_derivatives[:, 0, 1], rotation_derivatives[:, 0, 2] = z, -y
@@ -223,14 +241,14 @@ def _derivatives(
         pose_derivatives[rows_of_view] = slopes @ rotation_derivatives
         point_derivatives[rows_of_view] = slopes @ view.rotation
         params = np.array(view.intrinsics.params)
-        for k, name in enumerate(MODELS[view.intrinsics.model]):
+        for k, name in enumerate(CAMERA_MODELS[view.intrinsics.model]):
             move = np.zeros(len(params))
             move[k] = _STEP_PX if name[0] in "fc" else _STEP_K
-            two_coordinates = [
+            shifted_lenses = [
                 replace(view.intrinsics, params=tuple((params + sign * move).tolist()))
                 for sign in (1.0, -1.0)
             ]
-            pixels = [lens.project(camera_points) for lens in two_coordinates]
+            pixels = [lens.project(camera_points) for lens in shifted_lenses]
             lens_derivatives[rows_of_view, :, k] = (pixels[0] - pixels[1]) / (2.0 * move[k])
     weight = observations.weight[:, None, None]
     weighted_derivatives = (
@@ -244,17 +262,17 @@ def _derivatives(
     return weighted_derivatives
 
 
-def _eliminate(
+def _eliminate_points(
     normal: FloatArray,
     residual_rows: IntArray,
-    places: IntArray,
+    unknown_indices: IntArray,
     pull: FloatArray,
     inverse: FloatArray,
 ) -> None:
     """Eliminate the points from the normal equations, in place.
 
     which : (m,) point of each observation
-    places : (m, k) indices of the unknowns of each observation
+    unknown_indices : (m, k) indices of the unknowns of each observation
     pull : (m, 3, k)
     """
     order = np.argsort(residual_rows, kind="stable")
@@ -264,7 +282,7 @@ def _eliminate(
         rows_of_point = order[start:end]
         start = end
         cross_terms = np.concatenate(list(pull[rows_of_point]), axis=1)
-        unknowns = places[rows_of_point].ravel()
+        unknowns = unknown_indices[rows_of_point].ravel()
         correction = cross_terms.T @ inverse[residual_rows[rows_of_point[0]]] @ cross_terms
         np.subtract.at(normal, (unknowns[:, None], unknowns[None, :]), correction)
 
@@ -274,12 +292,12 @@ def _add_priors(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownC
     max_distance = (
         float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
     )
-    is_loose = np.array(
+    pose_prior = np.array(
         [_POSE_SIGMA, _POSE_SIGMA, _POSE_SIGMA, *(3 * [_POSE_SIGMA / max_distance**2])]
     )
     for row in range(len(scene.views)):
         position = np.arange(6 * row, 6 * row + 6)
-        normal[position, position] += is_loose
+        normal[position, position] += pose_prior
     for centre in centres:
         view = scene.views[centre.view]
         # The centre moves by -R^T times the translation in the camera frame.

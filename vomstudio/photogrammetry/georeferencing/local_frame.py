@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 # Up direction in the camera frame (x right, y down) for each EXIF orientation tag.
-_UP = {
+_UP_BY_ORIENTATION = {
     1: (0.0, -1.0),
     2: (0.0, -1.0),
     3: (0.0, 1.0),
@@ -30,7 +30,7 @@ _UP = {
 _MIN_UP_LENGTH = 0.3
 
 
-def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
+def rotate_upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     """Rotate the scene upright according to its photos, and scale it for display.
 
     z points up, x points to the right as seen from the mean camera, and the median distance from a
@@ -38,14 +38,14 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     that the cameras were held level, and must not be used for measurements. `scaled` is False.
     """
     orientation = {photo.name: photo.orientation for photo in photos}
-    ups = np.array(
+    up_vectors = np.array(
         [
-            np.array([*_UP[orientation.get(view.name, 1)], 0.0]) @ view.rotation
+            np.array([*_UP_BY_ORIENTATION[orientation.get(view.name, 1)], 0.0]) @ view.rotation
             for view in scene.views
         ]
     )
     mean_direction = np.array([view.direction for view in scene.views]).mean(axis=0)
-    up = ups.mean(axis=0)
+    up = up_vectors.mean(axis=0)
     if np.linalg.norm(up) < _MIN_UP_LENGTH:
         # The camera was held in all directions, like that of a drone that looks down and rotates.
         up = -mean_direction
@@ -59,7 +59,7 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     depths = [
         float(np.median(view.depths(scene.points[point_rows])))
         for number, view in enumerate(scene.views)
-        if len(point_rows := scene.seen_by(number))
+        if len(point_rows := scene.observed_points(number))
     ]
     scale = 10.0 / float(np.median(depths)) if depths else 1.0
     median = np.median(scene.points, axis=0) if len(scene.points) else scene.centres.mean(axis=0)

@@ -13,9 +13,9 @@ from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.registration.marks.mark_errors import Marks, place_covariance
+from vomstudio.registration.marks.mark_errors import Marks, position_covariance
 
-SAME_SPOT_PX = 3.0
+MAX_COINCIDENCE_PX = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class PointMarks:
 
         mark_px : error of a mark in one direction, one sigma
         """
-        return place_covariance(self.match_views(scene), self.place(scene), mark_px)
+        return position_covariance(self.match_views(scene), self.place(scene), mark_px)
 
     def select(self, rows: IntArray) -> PointMarks:
         """Return the marks in `rows`."""
@@ -70,11 +70,11 @@ def marks_by_point(
     missing_photos : set of str
         Names of marked photos without a pose.
     """
-    find_mark = photo_finder([view.name for view in scene.views])
+    find_photo = photo_finder([view.name for view in scene.views])
     observations: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     missing_photos = set()
     for mark in marks:
-        row = find_mark(mark.photo)
+        row = find_photo(mark.photo)
         if row is None:
             missing_photos.add(mark.photo)
             continue
@@ -87,7 +87,7 @@ def marks_by_point(
     }, missing_photos
 
 
-def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
+def report_coincident_marks(marks: Sequence[Mark]) -> Iterator[Finding]:
     """Report each pair of points that are marked at the same position in a photo."""
     from scipy.spatial import cKDTree
 
@@ -96,7 +96,7 @@ def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
         marks_by_photo.setdefault(mark.photo, []).append(mark)
     for photo, photo_marks in marks_by_photo.items():
         tree = cKDTree([(mark.x, mark.y) for mark in photo_marks])
-        for i, k in sorted(tree.query_pairs(SAME_SPOT_PX)):
+        for i, k in sorted(tree.query_pairs(MAX_COINCIDENCE_PX)):
             if photo_marks[i].label != photo_marks[k].label:
                 yield Finding(
                     "control.same-spot",

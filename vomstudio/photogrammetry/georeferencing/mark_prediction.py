@@ -23,13 +23,13 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances
-from vomstudio.registration.marks.wrong_marks import find_agreeing
+from vomstudio.registration.marks.wrong_marks import find_consistent_marks
 from vomstudio.registration.similarity import Similarity, fit_robustly, is_nearly_collinear
 
 Pixel = tuple[float, float]
 
 MIN_POINTS, MIN_PHOTOS = 3, 2
-BAD_PX = 2.0
+MAX_GOOD_RESIDUAL_PX = 2.0
 """Marks with larger residuals are highlighted."""
 _MIN_MARKS_TO_SUSPECT = 4
 CONTROL, CHECK, TIE = "control", "check", "tie"
@@ -56,9 +56,9 @@ class ControlMarks:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Labels of points with coordinates in table order, then others as created."""
-        named_labels = [p.label for p in self.control]
+        control_labels = [p.label for p in self.control]
         other_labels = [*(m.label for m in self.marks), *self.begun]
-        return tuple(dict.fromkeys([*named_labels, *other_labels]))
+        return tuple(dict.fromkeys([*control_labels, *other_labels]))
 
     def point(self, label: str) -> ControlPoint | None:
         """Return the control or check point with this label, or None if it has no coordinates."""
@@ -99,8 +99,8 @@ class ControlMarks:
     def unmarked(self, label: str, photo: str) -> ControlMarks:
         """Return a copy without the mark of a point in a photo; the point remains."""
         marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
-        started_points = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, marks=marks, begun=started_points)
+        unmarked_labels = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, marks=marks, begun=unmarked_labels)
 
     def begun_with(self, label: str) -> ControlMarks:
         """Return a copy with a new label that has neither coordinates nor marks yet."""
@@ -116,8 +116,8 @@ class ControlMarks:
     def unplaced(self, label: str) -> ControlMarks:
         """Return a copy in which a point has no coordinates and is therefore a tie point."""
         control = tuple(p for p in self.control if p.label != label)
-        started_points = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, control=control, begun=started_points)
+        unmarked_labels = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, control=control, begun=unmarked_labels)
 
     def removed(self, label: str) -> ControlMarks:
         """Return a copy without a point and its marks."""
@@ -127,20 +127,20 @@ class ControlMarks:
             _remove_label(self.begun, label),
         )
 
-    def renamed(self, old_text: str, new_text: str) -> ControlMarks:
+    def renamed(self, old_label: str, new_label: str) -> ControlMarks:
         """Return a copy in which a point is renamed.
 
         Raises GeometryError if the new label is already used or invalid.
         """
-        if new_text == old_text:
+        if new_label == old_label:
             return self
-        check_label(new_text)
-        if new_text in self.labels:
-            raise GeometryError(Finding("label.in-use", label=new_text))
+        check_label(new_label)
+        if new_label in self.labels:
+            raise GeometryError(Finding("label.in-use", label=new_label))
         return ControlMarks(
-            tuple(replace(p, label=new_text) if p.label == old_text else p for p in self.control),
-            tuple(replace(m, label=new_text) if m.label == old_text else m for m in self.marks),
-            tuple(new_text if label == old_text else label for label in self.begun),
+            tuple(replace(p, label=new_label) if p.label == old_label else p for p in self.control),
+            tuple(replace(m, label=new_label) if m.label == old_label else m for m in self.marks),
+            tuple(new_label if label == old_label else label for label in self.begun),
         )
 
     def add_marks(
@@ -253,7 +253,7 @@ class PlacedPhotos:
                 distances = mark_distances(part_marks, place[0])
                 names = [view.name for view in part_marks.views]
                 residuals |= dict(zip(names, distances.tolist(), strict=True))
-                wrong_marks = find_agreeing(label, part_marks, BAD_PX)[1]
+                wrong_marks = find_consistent_marks(label, part_marks, MAX_GOOD_RESIDUAL_PX)[1]
                 if (
                     len(distances) >= _MIN_MARKS_TO_SUSPECT
                     and wrong_marks
@@ -353,8 +353,8 @@ def usable_tables(
     rows = [(mark, find_mark(mark.photo)) for mark in read_marks(marks)]
     usable_marks = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = ControlMarks(tuple(read_control(control)), usable_marks)
-    good_usable_points = find_usable_points(marking)
-    if len(good_usable_points) < MIN_POINTS or _is_collinear(marking, good_usable_points):
+    usable_labels = find_usable_points(marking)
+    if len(usable_labels) < MIN_POINTS or _is_collinear(marking, usable_labels):
         return None, marks, missing(marking)
     return control, marks, []
 
@@ -366,7 +366,7 @@ def find_usable_points(marking: ControlMarks, photos: Iterable[str] | None = Non
     return [
         p.label
         for p in marking.control
-        if not p.check and len(_count_marks(marking, p.label, allowed_photos)) >= MIN_PHOTOS
+        if not p.check and len(_marked_photos(marking, p.label, allowed_photos)) >= MIN_PHOTOS
     ]
 
 
@@ -377,30 +377,30 @@ def missing(marking: ControlMarks, placed_photos: PlacedPhotos | None = None) ->
         None if placed_photos is None else {v.name for v in placed_photos.parts[0].views}
     )
     control = [p.label for p in marking.control if not p.check]
-    good_usable_points = find_usable_points(marking, allowed_photos)
-    if control and len(good_usable_points) < MIN_POINTS:
-        lacking_control = [label for label in control if label not in good_usable_points]
+    usable_labels = find_usable_points(marking, allowed_photos)
+    if control and len(usable_labels) < MIN_POINTS:
+        unlocated_labels = [label for label in control if label not in usable_labels]
         findings.append(
             Finding(
                 "control.too-few",
                 "info",
-                count=len(good_usable_points),
+                count=len(usable_labels),
                 total=len(control),
                 least=MIN_POINTS,
                 photos=MIN_PHOTOS,
-                reasons=_too_few_marks(
-                    _marks(label, len(_count_marks(marking, label, allowed_photos)))
-                    for label in lacking_control
+                reasons=_few_marks_text(
+                    _marks(label, len(_marked_photos(marking, label, allowed_photos)))
+                    for label in unlocated_labels
                 ),
-                labels=lacking_control,
+                labels=unlocated_labels,
             )
         )
-    elif control and _is_collinear(marking, good_usable_points):
+    elif control and _is_collinear(marking, usable_labels):
         findings.append(Finding("control.collinear", "info"))
     unseen_labels = [
         p.label
         for p in marking.control
-        if p.check and len(_count_marks(marking, p.label, allowed_photos)) < MIN_PHOTOS
+        if p.check and len(_marked_photos(marking, p.label, allowed_photos)) < MIN_PHOTOS
     ]
     if unseen_labels:
         findings.append(Finding("control.few-marks", "info", labels=unseen_labels))
@@ -421,8 +421,8 @@ def _missing_joins(
         part_names = {view.name for view in part.views}
         counts = {
             label: (
-                len(_count_marks(marking, label, model)),
-                len(_count_marks(marking, label, part_names)),
+                len(_marked_photos(marking, label, model)),
+                len(_marked_photos(marking, label, part_names)),
             )
             for label in marking.labels
         }
@@ -463,13 +463,13 @@ def _missing_joins(
     return findings
 
 
-def _too_few_marks(points: Iterable[str]) -> str:
+def _few_marks_text(points: Iterable[str]) -> str:
     """List points with their numbers of marks as text; empty without points."""
     names = ", ".join(points)
     return names and tr("Too few marks: {points}.", points=names)
 
 
-def _count_marks(marking: ControlMarks, label: str, photos: set[str] | None) -> list[str]:
+def _marked_photos(marking: ControlMarks, label: str, photos: set[str] | None) -> list[str]:
     return [name for name in marking.of(label) if photos is None or name in photos]
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.bowing import Bowing, LensBend
+from vomstudio.geology.bowing import Bowing, LensDeformation
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
 from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdict
-from vomstudio.photogrammetry.georeferencing.lens_errors import identity, lens_effect
+from vomstudio.photogrammetry.georeferencing.lens_errors import identity_placement, lens_effect
 from vomstudio.registration.scatter import Scatter, scale_findings
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.registration.warnings import bowing_findings, lens_findings
@@ -72,7 +72,7 @@ class Placement:
     covariance: FloatArray
     centre: tuple[float, float, float]
     bowing: Bowing | None
-    lens_bend: LensBend | None
+    lens_bend: LensDeformation | None
     warnings: tuple[Finding, ...] = ()
 
     @property
@@ -134,15 +134,15 @@ def placement_errors(
         Control points and camera positions of the adjustment.
     """
 
-    def place_again(other_scene: SparseScene) -> Similarity:
+    def fit_placement(other_scene: SparseScene) -> Similarity:
         return fit_similarity(locate(other_scene), targets)
 
     centre = targets.mean(axis=0)
     if lenses is None:
-        lens_bend = lens_effect(scene, cameras, centre, place_again)
+        effect = lens_effect(scene, cameras, centre, fit_placement)
     else:
-        lens_bend = lens_effect(scene, cameras, centre, identity, points, centres, lenses)
-    covariance = scatter.covariance + (0.0 if lens_bend is None else lens_bend.covariance)
+        effect = lens_effect(scene, cameras, centre, identity_placement, points, centres, lenses)
+    covariance = scatter.covariance + (0.0 if effect is None else effect.covariance)
     east, north, up = (float(angle) for angle in np.degrees(np.sqrt(np.diag(covariance)[:3])))
     x, y, z = (float(value) for value in centre + np.array(scene.origin))
     return {
@@ -153,5 +153,5 @@ def placement_errors(
         "tilt_error_deg": math.hypot(east, north),
         "covariance": covariance,
         "centre": (x, y, z),
-        "lens_bend": None if lens_bend is None else lens_bend.bend,
+        "lens_bend": None if effect is None else effect.bend,
     }

@@ -64,7 +64,7 @@ class PoseErrors:
         """Return the names of the weakly connected photos."""
         return frozenset(scene.views[row].name for row in np.flatnonzero(self.is_weak))
 
-    def named_errors(self, scene: SparseScene) -> dict[str, tuple[float, float]]:
+    def errors_by_name(self, scene: SparseScene) -> dict[str, tuple[float, float]]:
         """Return the errors of position and rotation by the name of the photo."""
         errors = zip(self.position95.tolist(), self.rotation95_deg.tolist(), strict=True)
         return {view.name: error for view, error in zip(scene.views, errors, strict=True)}
@@ -84,7 +84,7 @@ def pose_errors(scene: SparseScene, noise: float | None = None) -> PoseErrors | 
         return None
     normal = _pose_information(scene, noise_px(scene) if noise is None else noise)
     depths = np.array([_median_depth(scene, row) for row in range(count)])
-    motions = _similarities(scene.centres, float(np.nanmedian(depths)))
+    motions = _similarity_motions(scene.centres, float(np.nanmedian(depths)))
     is_datum = np.ones(count, bool)
     for _ in range(_MAX_ROUNDS):
         covariance = _free_covariance(normal, motions, is_datum)
@@ -105,7 +105,7 @@ def _exceeds(values: FloatArray, limit: float) -> BoolArray:
 
 
 def _median_depth(scene: SparseScene, row: int) -> float:
-    points = scene.points[scene.seen_by(row)]
+    points = scene.points[scene.observed_points(row)]
     return float(np.median(scene.views[row].depths(points))) if len(points) else np.nan
 
 
@@ -118,25 +118,33 @@ def _pose_information(scene: SparseScene, noise: float) -> FloatArray:
     from scipy.sparse import bsr_matrix
 
     count, points = len(scene.views), scene.track_points
-    to_pose, to_point = _derivatives(scene.views, scene, noise)
+    pose_derivatives, point_derivatives = _derivatives(scene.views, scene, noise)
     normal = np.zeros((count, 6, count, 6))
     pose_blocks = np.zeros((count, 6, 6))
-    np.add.at(pose_blocks, scene.track_views, np.einsum("mki,mkj->mij", to_pose, to_pose))
+    np.add.at(
+        pose_blocks,
+        scene.track_views,
+        np.einsum("mki,mkj->mij", pose_derivatives, pose_derivatives),
+    )
     normal[np.arange(count), :, np.arange(count), :] = pose_blocks
-    inner = np.zeros((len(scene.points), 3, 3))
-    np.add.at(inner, points, np.einsum("mki,mkj->mij", to_point, to_point))
+    point_information = np.zeros((len(scene.points), 3, 3))
+    np.add.at(
+        point_information, points, np.einsum("mki,mkj->mij", point_derivatives, point_derivatives)
+    )
     # Points on parallel rays are undetermined along these.
-    values, axes = np.linalg.eigh(inner)
+    values, axes = np.linalg.eigh(point_information)
     is_determined = values > 1e-9 * np.maximum(values[:, -1:], 1e-300)
     roots = np.where(is_determined, 1 / np.sqrt(np.where(is_determined, values, 1.0)), 0.0)
-    whitened = np.einsum("nij,nj->nji", axes, roots)
-    blocks = np.einsum("mab,mkb,mkj->maj", whitened[points], to_point, to_pose)
+    whitening = np.einsum("nij,nj->nji", axes, roots)
+    blocks = np.einsum("mab,mkb,mkj->maj", whitening[points], point_derivatives, pose_derivatives)
     # Rows by point, in the order of the observations.
-    pulls = bsr_matrix(
+    cross_terms = bsr_matrix(
         (blocks, scene.track_views, scene.track_offsets),
         shape=(3 * len(scene.points), 6 * count),
     ).tocsr()
-    return np.asarray(normal.reshape(6 * count, 6 * count) - (pulls.T @ pulls).toarray())
+    return np.asarray(
+        normal.reshape(6 * count, 6 * count) - (cross_terms.T @ cross_terms).toarray()
+    )
 
 
 def _derivatives(
@@ -147,7 +155,7 @@ def _derivatives(
     A pose consists of the projection centre and a rotation about the axes of the scene.
     """
     count = len(scene.track_views)
-    to_pose, to_point = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
+    pose_derivatives, point_derivatives = np.zeros((count, 2, 6)), np.zeros((count, 2, 3))
     for row, view in enumerate(views):
         rows = np.flatnonzero(scene.track_views == row)
         if not len(rows):
@@ -160,16 +168,16 @@ def _derivatives(
             ends = [view.intrinsics.project(camera_points + side * step * move) for side in (1, -1)]
             slopes[:, :, axis] = (ends[0] - ends[1]) / (2 * step)
         point_slopes = slopes @ view.rotation
-        to_point[rows] = point_slopes
-        to_pose[rows, :, :3] = -point_slopes
+        point_derivatives[rows] = point_slopes
+        pose_derivatives[rows, :, :3] = -point_slopes
         # A rotation of the photo by a vector moves a ray, seen from the photo, by ray x vector.
-        to_pose[rows, :, 3:] = np.cross(point_slopes, rays[:, None])
-    is_undefined = ~np.isfinite(to_pose).all(axis=(1, 2))
-    to_pose[is_undefined] = to_point[is_undefined] = 0.0
-    return to_pose / noise, to_point / noise
+        pose_derivatives[rows, :, 3:] = np.cross(point_slopes, rays[:, None])
+    is_undefined = ~np.isfinite(pose_derivatives).all(axis=(1, 2))
+    pose_derivatives[is_undefined] = point_derivatives[is_undefined] = 0.0
+    return pose_derivatives / noise, point_derivatives / noise
 
 
-def _similarities(centres: FloatArray, scale: float) -> FloatArray:
+def _similarity_motions(centres: FloatArray, scale: float) -> FloatArray:
     """Return the motions (6 v, 7) of all poses by the seven parameters of a similarity."""
     count = len(centres)
     offsets = centres - centres.mean(axis=0)
@@ -192,13 +200,13 @@ def _free_covariance(normal: FloatArray, motions: FloatArray, is_datum: BoolArra
     weights = np.tile([1 / motions[0, 0], 1 / motions[0, 0], 1 / motions[0, 0], 1, 1, 1], size // 6)
     weights = np.where(np.repeat(is_datum, 6), weights, 0.0) ** 2
     scales = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-12 * np.diag(normal).max()))
-    scaled = normal * scales[:, None] * scales
+    scaled_normal = normal * scales[:, None] * scales
     constraints = motions * weights[:, None] * scales[:, None]
     constraints /= np.linalg.norm(constraints, axis=0)
     ridge = 1e-10 * np.eye(size)
-    inverse = np.linalg.inv(scaled + constraints @ constraints.T + ridge)
+    inverse = np.linalg.inv(scaled_normal + constraints @ constraints.T + ridge)
     inverse = inverse * scales[:, None] * scales
-    weighted = motions * weights[:, None]
-    fit = np.linalg.solve(weighted.T @ motions, weighted.T)
+    weighted_motions = motions * weights[:, None]
+    fit = np.linalg.solve(weighted_motions.T @ motions, weighted_motions.T)
     to_free = np.eye(size) - motions @ fit
     return np.asarray(to_free @ inverse @ to_free.T)

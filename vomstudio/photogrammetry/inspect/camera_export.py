@@ -23,7 +23,7 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.atomic import atomic_group, atomic_write, check_target
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -41,7 +41,7 @@ _COLMAP_FILES = ("cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frame
 _AXES = np.diag([1.0, -1.0, -1.0])
 """From a camera with y down and z forward to one with y up and z backward."""
 _TIE_POINTS = "sparse.ply"
-_SHARED_PARAMETERS = ("k1", "k2", "k3", "p1", "p2")
+_SUPPORTED_PARAMETERS = ("k1", "k2", "k3", "p1", "p2")
 """Distortion that transforms.json stores for a lens that is not a fisheye."""
 
 
@@ -159,10 +159,12 @@ def _read_cameras(source: Path) -> tuple[Cameras, tuple[Finding, ...]]:
     path = source / FILE_NAME if (source / FILE_NAME).is_file() else source
     if path.name == FILE_NAME and is_own_cameras(path):
         return read_cameras(path), ()
-    foreign: OwnCameras = read_own_cameras(source)
-    if not foreign.views:
-        raise InputError(Finding("cameras.no-poses"), file=foreign.path)
-    return Cameras(tuple(foreign.views.values()), foreign.photos or Path(".")), foreign.warnings
+    foreign_cameras: OwnCameras = read_own_cameras(source)
+    if not foreign_cameras.views:
+        raise InputError(Finding("cameras.no-poses"), file=foreign_cameras.path)
+    return Cameras(
+        tuple(foreign_cameras.views.values()), foreign_cameras.photos or Path(".")
+    ), foreign_cameras.warnings
 
 
 def _scene_in_world(scene: SparseScene, source: Path) -> SparseScene:
@@ -188,14 +190,14 @@ def _scene_in_world(scene: SparseScene, source: Path) -> SparseScene:
 # --- writing --------------------------------------------------------------------------------------
 def _write_colmap(folder: Path, scene: SparseScene, *, force: bool) -> tuple[Path, ...]:
     model = _colmap_model(scene)
-    with tempfile.TemporaryDirectory(prefix="vomstudio-") as scratch:
-        model.write_text(scratch)
-        written_files = [name for name in _COLMAP_FILES if (Path(scratch) / name).is_file()]
+    with tempfile.TemporaryDirectory(prefix="vomstudio-") as scratch_folder:
+        model.write_text(scratch_folder)
+        written_files = [name for name in _COLMAP_FILES if (Path(scratch_folder) / name).is_file()]
         folder.mkdir(parents=True, exist_ok=True)
         paths = tuple(folder / name for name in written_files)
         with atomic_group(paths, force) as temporaries:
             for name, temporary in zip(written_files, temporaries, strict=True):
-                shutil.copyfile(Path(scratch) / name, temporary)
+                shutil.copyfile(Path(scratch_folder) / name, temporary)
     return paths
 
 
@@ -223,9 +225,9 @@ def _colmap_model(scene: SparseScene) -> Any:
         image = pycolmap.Image()
         image.name, image.image_id = view.name, number
         image.camera_id = numbers[view.intrinsics]
-        is_of_view = scene.track_views == number - 1
-        feature_rows[is_of_view] = np.arange(np.count_nonzero(is_of_view))
-        pixels = np.asarray(scene.track_pixels[is_of_view], np.float64)
+        is_in_view = scene.track_views == number - 1
+        feature_rows[is_in_view] = np.arange(np.count_nonzero(is_in_view))
+        pixels = np.asarray(scene.track_pixels[is_in_view], np.float64)
         image.points2D = pycolmap.Point2DList([pycolmap.Point2D(xy) for xy in pixels])
         pose = pycolmap.Rigid3d(
             pycolmap.Rotation3d(np.asarray(view.rotation, np.float64)),
@@ -256,8 +258,14 @@ def _write_transforms(
         files.append(points)
     with atomic_write(path, force) as temporary:
         temporary.write_text(json.dumps(content, indent=1, ensure_ascii=False), "utf-8")
-    simplified = sorted({v.name for v in scene.views if not _has_shared_parameters(v.intrinsics)})
-    warnings = (Finding("cameras.lenses-simplified", photos=simplified),) if simplified else ()
+    simplified_photos = sorted(
+        {v.name for v in scene.views if not _is_supported_lens(v.intrinsics)}
+    )
+    warnings = (
+        (Finding("cameras.lenses-simplified", photos=simplified_photos),)
+        if simplified_photos
+        else ()
+    )
     return tuple(files), warnings
 
 
@@ -267,10 +275,10 @@ def _frame_entry(view: View, photo: Path | None, folder: Path) -> dict[str, Any]
     matrix[:3, :3] = view.rotation.T @ _AXES
     matrix[:3, 3] = view.centre
     lens = view.intrinsics
-    values = dict(zip(MODELS[lens.model], lens.params, strict=True))
+    values = dict(zip(CAMERA_MODELS[lens.model], lens.params, strict=True))
     is_fisheye = lens.model == "OPENCV_FISHEYE"
-    used = ("k1", "k2", "k3", "k4") if is_fisheye else _SHARED_PARAMETERS
-    name = view.name if photo is None else _relative(photo, folder)
+    used_names = ("k1", "k2", "k3", "k4") if is_fisheye else _SUPPORTED_PARAMETERS
+    name = view.name if photo is None else _relative_path(photo, folder)
     return {
         "file_path": name,
         "w": lens.width,
@@ -280,18 +288,18 @@ def _frame_entry(view: View, photo: Path | None, folder: Path) -> dict[str, Any]
         "cx": float(lens.centre[0]),
         "cy": float(lens.centre[1]),
         **({"camera_model": "OPENCV_FISHEYE"} if is_fisheye else {}),
-        **{key: float(values[key]) for key in used if key in values},
+        **{key: float(values[key]) for key in used_names if key in values},
         "transform_matrix": matrix.tolist(),
     }
 
 
-def _has_shared_parameters(lens: Intrinsics) -> bool:
-    values = dict(zip(MODELS[lens.model], lens.params, strict=True))
+def _is_supported_lens(lens: Intrinsics) -> bool:
+    values = dict(zip(CAMERA_MODELS[lens.model], lens.params, strict=True))
     is_full = lens.model == "FULL_OPENCV"
     return not (is_full and any(values[key] != 0.0 for key in ("k4", "k5", "k6")))
 
 
-def _relative(photo: Path, folder: Path) -> str:
+def _relative_path(photo: Path, folder: Path) -> str:
     try:
         return Path(os.path.relpath(photo, folder)).as_posix()
     except ValueError:

@@ -26,13 +26,13 @@ from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
-WEAK_BELOW = 50
+MIN_STRONG_MATCHES = 50
 """Pairs with fewer verified matches are weak."""
 
 _ALIGNMENT = to_translate("aligned photos")
 _POSES = to_translate("poses")
 _DEPTHS = to_translate("depth maps")
-NO_DEPTH = (58, 60, 64)
+NO_DEPTH_COLOR = (58, 60, 64)
 """Colour of pixels without a depth."""
 
 
@@ -44,7 +44,7 @@ def _stage(out: Path, name: str, results: str) -> Path:
     return folder
 
 
-def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
+def _aligned_photos(folder: Path) -> list[tuple[str, int, int]]:
     """Return name, width and height of the photos in the order of the alignment."""
     try:
         rows = read_json(folder / "database.json")
@@ -64,11 +64,11 @@ def overview(out: Path) -> dict[str, Any]:
     """
     folder = _stage(out, "alignment", _ALIGNMENT)
     alignment = Alignment.load(folder)
-    framed_scene = _stage(out, "frame", _POSES)
-    scene = SparseScene.load(framed_scene)
-    scene_facts = _facts(framed_scene)
+    frame_folder = _stage(out, "frame", _POSES)
+    scene = SparseScene.load(frame_folder)
+    scene_facts = _read_facts(frame_folder)
     database = folder / "database.db"
-    names = _aligned_names(folder)
+    names = _aligned_photos(folder)
     counts = match_database.match_counts(database)
     features = match_database.feature_counts(database)
     registration = scene_facts.get("registration", {})
@@ -101,7 +101,7 @@ def overview(out: Path) -> dict[str, Any]:
         "folder": _photo_folder(out),
         "photos": photos,
         "pairs": [[i, j, *counts[i, j]] for i, j in sorted(counts)],
-        "weak_below": WEAK_BELOW,
+        "weak_below": MIN_STRONG_MATCHES,
         "cameras": [_camera(camera) for camera in alignment.cameras],
         "reprojection_error_px": _finite_or_none(alignment.reprojection_error_px),
         "tie_points": len(scene.points),
@@ -111,7 +111,7 @@ def overview(out: Path) -> dict[str, Any]:
     }
 
 
-def _facts(folder: Path) -> dict[str, Any]:
+def _read_facts(folder: Path) -> dict[str, Any]:
     try:
         content = read_json(folder / "stage.json")
     except (OSError, ValueError):
@@ -143,13 +143,15 @@ def _camera(camera: Any) -> dict[str, Any]:
         "reason": " ".join(reason.message for reason in camera.reasons),
         "exif_px": camera.exif_px,
         "convergence_deg": camera.convergence_deg,
-        "strongest": None if camera.strongest is None else list(camera.strongest),
+        "strongest": None
+        if camera.strongest_correlation is None
+        else list(camera.strongest_correlation),
     }
 
 
 # ------------------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
-class PairOfPhotos:
+class PhotoPair:
     """Matches of two photos.
 
     left, right : (n, 2) all features of either photo
@@ -163,21 +165,21 @@ class PairOfPhotos:
     refused: IntArray
 
 
-def pair(out: Path, a: str, b: str) -> PairOfPhotos:
+def pair(out: Path, a: str, b: str) -> PhotoPair:
     """Return the features and matches of two photos."""
     folder = _stage(out, "alignment", _ALIGNMENT)
-    names = [name for name, _, _ in _aligned_names(folder)]
+    names = [name for name, _, _ in _aligned_photos(folder)]
     for name in (a, b):
         if name not in names:
             raise InputError(Finding("reconstruct.photo-not-aligned", photo=name), file=out)
-    left, right, all_rows, verified_rows = match_database.matches_of_pair(
+    left, right, all_rows, verified_rows = match_database.read_pair_matches(
         folder / "database.db", names.index(a), names.index(b)
     )
     verified_pairs = {(int(i), int(j)) for i, j in verified_rows}
     rejected_matches = np.array(
         [row for row in all_rows.tolist() if tuple(row) not in verified_pairs], np.int64
     )
-    return PairOfPhotos(left, right, verified_rows, rejected_matches.reshape(-1, 2))
+    return PhotoPair(left, right, verified_rows, rejected_matches.reshape(-1, 2))
 
 
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
@@ -189,9 +191,9 @@ def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
     if row is None:
         return np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32)
-    is_of_view = scene.track_views == row
-    pixels = scene.track_pixels[is_of_view]
-    misclosures = pixels - scene.views[row].project(scene.points[scene.track_points[is_of_view]])
+    is_in_view = scene.track_views == row
+    pixels = scene.track_pixels[is_in_view]
+    misclosures = pixels - scene.views[row].project(scene.points[scene.track_points[is_in_view]])
     is_finite = np.isfinite(misclosures).all(axis=1)
     return pixels[is_finite].astype(np.float32), misclosures[is_finite].astype(np.float32)
 
@@ -210,7 +212,7 @@ class DepthPictures:
     low, high : float
         Depths of the first and last colour.
     colors, confidence, normals : (h, w, 3) uint8 array
-        Normals by direction in the model's frame, see `facing_colors`.
+        Normals by direction in the model's frame, see `normal_colors`.
     coverage : float
         Share of the photo's usable pixels that have a depth.
     """
@@ -240,18 +242,18 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
     depth_map = DepthMap.load(path)
     photo = np.zeros((*depth_map.depth.shape, 3), np.uint8)
     is_usable = np.ones(depth_map.depth.shape, bool)
-    straight_stage_folder = stage_folder(out, "straight")
-    if straight_stage_folder is not None and _depth_path(straight_stage_folder, name).exists():
-        undistorted = load_undistorted(_depth_path(straight_stage_folder, name))
+    undistorted_folder = stage_folder(out, "straight")
+    if undistorted_folder is not None and _depth_path(undistorted_folder, name).exists():
+        undistorted = load_undistorted(_depth_path(undistorted_folder, name))
         if undistorted.pixels().shape == photo.shape:
             photo, is_usable = undistorted.pixels(), undistorted.valid
     has_depth = depth_map.depth > 0
     low, high = depth_range(depth_map.depth)
     table = color_table()
-    normals = facing_colors(depth_map.normals @ depth_map.view.rotation)
+    normals = normal_colors(depth_map.normals @ depth_map.view.rotation)
     confidence = table[depth_map.confidence]
     for picture in (normals, confidence):
-        picture[~has_depth] = NO_DEPTH
+        picture[~has_depth] = NO_DEPTH_COLOR
     return DepthPictures(
         photo,
         depth_map.depth,
@@ -274,9 +276,9 @@ def coverage(out: Path, name: str) -> float | None:
     try:
         with open_arrays(_depth_path(folder, name)) as arrays:
             has_depth = arrays["depth"] > 0
-        straight_stage_folder = stage_folder(out, "straight")
-        if straight_stage_folder is not None:
-            usable_pixels = load_undistorted(_depth_path(straight_stage_folder, name)).valid
+        undistorted_folder = stage_folder(out, "straight")
+        if undistorted_folder is not None:
+            usable_pixels = load_undistorted(_depth_path(undistorted_folder, name)).valid
             if usable_pixels.shape == has_depth.shape:
                 return float((has_depth & usable_pixels).sum() / max(1, usable_pixels.sum()))
     except (OSError, ValueError, KeyError, EOFError):
@@ -303,13 +305,15 @@ def color_table() -> ByteArray:
 
 def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray) -> ByteArray:
     """Return colours (h, w, 3) of depths; pixels without a depth are NO_DEPTH."""
-    place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
-    picture = np.asarray(table[place])
-    picture[depth <= 0] = NO_DEPTH
+    color_rows = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(
+        np.intp
+    )
+    picture = np.asarray(table[color_rows])
+    picture[depth <= 0] = NO_DEPTH_COLOR
     return picture
 
 
-def facing_colors(normals: FloatingArray) -> ByteArray:
+def normal_colors(normals: FloatingArray) -> ByteArray:
     """Return colours (..., 3) of unit normals (..., 3) in the model's frame.
 
     The hue is the direction of dip (0 to the north, clockwise), paler for gentle dips, darker for

@@ -111,7 +111,7 @@ class PhotoViews:
         self._to_file = matrix[:3, :3]
         self._from_file = np.linalg.inv(self._to_file)
         # World of the cameras' origin.
-        self._anchor = self._to_file @ self._origin + matrix[:3, 3]
+        self._world_origin = self._to_file @ self._origin + matrix[:3, 3]
         self.resolution = max(resolution_m, tree.reach)
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
@@ -134,7 +134,7 @@ class PhotoViews:
     def local(self, world: npt.ArrayLike) -> FloatArray:
         """Transform World points (n, 3) to the cameras' frame."""
         points = np.asarray(world, np.float64).reshape(-1, 3)
-        return np.asarray((points - self._anchor) @ self._from_file.T)
+        return np.asarray((points - self._world_origin) @ self._from_file.T)
 
     # --- from the model to the photos --------------------------------------------------------
     def pixels(self, view: int, world: npt.ArrayLike) -> FloatArray:
@@ -156,11 +156,11 @@ class PhotoViews:
     def _shows(
         self, view: int, local_points: FloatArray, pixels: FloatArray, slack_m: float | None
     ) -> BoolArray:
-        visible_views = self.views[view].contains(pixels)
-        rows = np.flatnonzero(visible_views)
+        is_visible = self.views[view].contains(pixels)
+        rows = np.flatnonzero(is_visible)
         if len(rows):
-            visible_views[rows] = ~self._is_hidden(self._centres[view], local_points[rows], slack_m)
-        return visible_views
+            is_visible[rows] = ~self._is_hidden(self._centres[view], local_points[rows], slack_m)
+        return is_visible
 
     def _is_hidden(
         self, centre: FloatArray, local_points: FloatArray, slack_m: float | FloatArray | None
@@ -170,8 +170,8 @@ class PhotoViews:
         slack = 2.0 * self.resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
         slack = np.minimum(slack + self.tree.reach, 0.5 * distances) + 1e-9 * distances
-        last_distances = 1.0 - slack / np.maximum(distances, 1e-300)
-        hits = self.tree.cast(centre + self._origin, ways, last_distances)
+        max_fractions = 1.0 - slack / np.maximum(distances, 1e-300)
+        hits = self.tree.cast(centre + self._origin, ways, max_fractions)
         return np.asarray(hits.index >= 0)
 
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
@@ -222,7 +222,7 @@ class PhotoViews:
             return None
         return float(np.degrees(np.arccos(min(float(np.median(cosines)), 1.0))))
 
-    def course(
+    def project_line(
         self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
     ) -> tuple[FloatArray, BoolArray]:
         """Return pixels (k, 2) along a World polyline (n, 3), and which of them are visible.
@@ -265,7 +265,7 @@ class PhotoViews:
         return [max(1, int(np.ceil(length / step))) for length in lengths]
 
     # --- from a photo to the model -----------------------------------------------------------
-    def places_under(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
+    def intersect_model(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
         """Return the World points (n, 3) where lines of sight first hit the model, or NaN.
 
         For a cloud, this is the point on the line at the distance of the point that was hit.
@@ -278,15 +278,15 @@ class PhotoViews:
         hits = self.tree.cast(self._centres[view] + self._origin, directions)
         is_hit = (hits.index >= 0) & photo.contains(pixel_positions)
         places = np.full((len(pixel_positions), 3), np.nan)
-        hit_places = self.tree.positions(hits.index[is_hit], hits.weights[is_hit])
+        hit_positions = self.tree.positions(hits.index[is_hit], hits.weights[is_hit])
         if not isinstance(self.tree.data, Mesh):
             start, hit_directions = self._centres[view] + self._origin, directions[is_hit]
-            hit_places = (
+            hit_positions = (
                 start
-                + ((hit_places - start) * hit_directions).sum(axis=1, keepdims=True)
+                + ((hit_positions - start) * hit_directions).sum(axis=1, keepdims=True)
                 * hit_directions
             )
-        places[is_hit] = (hit_places - self._origin) @ self._to_file.T + self._anchor
+        places[is_hit] = (hit_positions - self._origin) @ self._to_file.T + self._world_origin
         return places
 
     def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:

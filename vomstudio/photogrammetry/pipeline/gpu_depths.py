@@ -11,17 +11,17 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.settings import PipelineSettings
-from vomstudio.photogrammetry.dense.colmap_workspace import cuda_depth_maps, has_cuda
+from vomstudio.photogrammetry.dense.colmap_workspace import compute_cuda_depth_maps, has_cuda
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.base.scene import SparseScene
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
-    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
     from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 
 
-def device_of(settings: PipelineSettings) -> str:
+def choose_device(settings: PipelineSettings) -> str:
     """Return the device of depth maps, "cpu" or "cuda".
 
     Raises GeometryError if "cuda" is requested and not supported.
@@ -38,10 +38,10 @@ def device_of(settings: PipelineSettings) -> str:
     return "cpu"
 
 
-def put_depths_of_gpu(
+def compute_gpu_depths(
     scene: SparseScene,
     pairs: DepthMapPlans,
-    photos: Sequence[Undistorted],
+    photos: Sequence[UndistortedPhoto],
     put: Callable[[int, DepthMap], None],
     settings: PipelineSettings,
     log: StageLog,
@@ -55,7 +55,7 @@ def put_depths_of_gpu(
     try:
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
             for number, depth_map in enumerate(
-                cuda_depth_maps(scene, pairs, photos, Path(folder), log)
+                compute_cuda_depth_maps(scene, pairs, photos, Path(folder), log)
             ):
                 put(number, depth_map)
     # COLMAP raises these for a GPU without driver or memory.

@@ -9,7 +9,7 @@ from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 
 @dataclass(frozen=True)
-class MemoryNeed:
+class MemoryRequirement:
     """Memory requirement of the depth maps and their cloud, which is the largest one.
 
     Attributes
@@ -28,11 +28,13 @@ class MemoryNeed:
     free_bytes: int
 
 
-def memory_need(settings: PipelineSettings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:
+def estimate_memory(
+    settings: PipelineSettings, sizes: Sequence[tuple[int, int]]
+) -> MemoryRequirement:
     """Return the memory requirement of photos with these widths and heights."""
     from vomstudio.photogrammetry.base.memory import available_bytes
-    from vomstudio.photogrammetry.dense.memory_limits import fitting_size, memory_of_all
+    from vomstudio.photogrammetry.dense.memory_limits import fitting_size, peak_memory
 
     requested_px = settings.steps.dense_px
     size = fitting_size(requested_px, sizes)
-    return MemoryNeed(requested_px, size, memory_of_all(size, sizes), available_bytes())
+    return MemoryRequirement(requested_px, size, peak_memory(size, sizes), available_bytes())

@@ -26,9 +26,9 @@ from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
 
 # Time to wait for the worker of a killed window, which may be executing native code.
-_PATIENCE_S = 5.0
+_LOCK_TIMEOUT_S = 5.0
 # If there is less free space, a failed write in a library is attributed to a full disk.
-_FULL_BELOW = 1_000_000
+_MIN_FREE_BYTES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Outputs:
         return self.folder / FILE_NAME
 
     @property
-    def sparse(self) -> Path:
+    def sparse_cloud(self) -> Path:
         return self.folder / "sparse.ply"
 
     @property
@@ -70,7 +70,7 @@ class Outputs:
         return self.folder / "model.obj"
 
     @property
-    def others(self) -> tuple[Path, ...]:
+    def other_models(self) -> tuple[Path, ...]:
         return (self.folder / "model.glb", self.folder / "model.ply")
 
     @property
@@ -114,7 +114,7 @@ def lock_folder(outputs: Outputs) -> Iterator[None]:
         outputs.folder / WORK / "lock",
         busy_code="output.folder-in-use",
         unwritable_code="output.unwritable",
-        timeout_s=_PATIENCE_S,
+        timeout_s=_LOCK_TIMEOUT_S,
     )
     try:
         for path in outputs.folder.glob(".vom-*.part*"):
@@ -133,7 +133,7 @@ def report_disk_errors(folder: Path) -> Iterator[None]:
         raise
     except Exception as error:
         is_disk_full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
-        if is_disk_full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
+        if is_disk_full or _free_bytes(folder) <= _MIN_FREE_BYTES or is_full(folder, error):
             finding = Finding("reconstruct.not-written", reason=tr("the disk is full"))
             raise TargetError(finding, file=folder) from error
         # The messages of libraries about disk errors are unreliable, so try to write to the disk.

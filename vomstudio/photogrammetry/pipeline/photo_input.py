@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.base.checkpoints import key_of
+from vomstudio.photogrammetry.base.checkpoints import make_key
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def usable_photos(
         has_position,
         world_positions,
     )
-    from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
+    from vomstudio.photogrammetry.georeferencing.mark_observations import report_coincident_marks
 
     photo_folder = read_photos(folder, progress).replace_masks(masks)
     if len(photo_folder.photos) < 2:
@@ -94,7 +94,7 @@ def usable_photos(
         )
         if checked_control.problem is not None:
             raise InputError(checked_control.problem, file=settings.marks)
-    photo_folder.warnings.extend(labels_on_one_spot(tables.marks))
+    photo_folder.warnings.extend(report_coincident_marks(tables.marks))
     if settings.crs is not None and settings.control is None:
         placed_photos = [photo for photo in photo_folder.photos if has_position(photo)]
         if len(placed_photos) < 3:
@@ -114,7 +114,7 @@ def usable_photos(
 
 
 @dataclass(frozen=True)
-class TakenPhoto:
+class OriginalPhoto:
     """Original photo for the texture, read on access."""
 
     original: Photo
@@ -122,22 +122,22 @@ class TakenPhoto:
 
     @property
     def photo(self) -> bytes:
-        return bytes_of(self.original.path)
+        return read_bytes(self.original.path)
 
     @property
     def mask(self) -> bytes | None:
-        return None if self.original.mask is None else bytes_of(self.original.mask)
+        return None if self.original.mask is None else read_bytes(self.original.mask)
 
 
 def photo_hash(photo: Photo) -> str:
     """Return the hash of a photo and its mask."""
-    return key_of(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
+    return make_key(*(hash_file(path) for path in (photo.path, photo.mask) if path is not None))
 
 
-def bytes_of(path: Path) -> bytes:
+def read_bytes(path: Path) -> bytes:
     """Read a file. Raises InputError if it is missing."""
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             return stream.read()
     except OSError as error:
         raise InputError(
@@ -149,7 +149,7 @@ def bytes_of(path: Path) -> bytes:
 def hash_file(path: Path) -> str:
     """Return the SHA-256 of a file, hexadecimal. Raises InputError."""
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error

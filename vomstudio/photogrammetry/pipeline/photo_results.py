@@ -19,7 +19,7 @@ from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.base.checkpoints import file_name, write_atomically
 
 if TYPE_CHECKING:
-    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
 Result = TypeVar("Result")
 
@@ -84,25 +84,28 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
         ) from error
 
 
-def save_undistorted(path: Path, undistorted: Undistorted) -> None:
+def save_undistorted(path: Path, undistorted: UndistortedPhoto) -> None:
     """Write an undistorted photo with its mask and view as npz."""
-    arrays = {"photo": np.frombuffer(undistorted.photo, np.uint8), "view": _words(undistorted.view)}
+    arrays = {
+        "photo": np.frombuffer(undistorted.photo, np.uint8),
+        "view": _encode_view(undistorted.view),
+    }
     if undistorted.mask is not None:
         arrays["mask"] = np.frombuffer(undistorted.mask, np.uint8)
     _save(path, arrays)
 
 
-def load_undistorted(path: Path) -> Undistorted:
+def load_undistorted(path: Path) -> UndistortedPhoto:
     """Load an undistorted photo that was written by `save_undistorted`."""
-    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
     with open_arrays(path) as arrays:
         mask = arrays["mask"].tobytes() if "mask" in arrays.files else None
         view = view_from_dict(json.loads(str(arrays["view"])))
-        return Undistorted(arrays["photo"].tobytes(), mask, view)
+        return UndistortedPhoto(arrays["photo"].tobytes(), mask, view)
 
 
-def _words(view: Any) -> np.ndarray[Any, Any]:
+def _encode_view(view: Any) -> np.ndarray[Any, Any]:
     return np.array(json.dumps(view_to_dict(view)))
 
 

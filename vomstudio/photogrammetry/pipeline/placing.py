@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.georeferencing import control, georeference
-from vomstudio.photogrammetry.georeferencing.lens_errors import bend_of_lenses
-from vomstudio.photogrammetry.georeferencing.local_frame import upright
+from vomstudio.photogrammetry.georeferencing.lens_errors import compute_lens_bend
+from vomstudio.photogrammetry.georeferencing.local_frame import rotate_upright
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.registration.marks.mark_errors import mark_scatter_findings
 
@@ -47,7 +47,7 @@ def place_scene(
     cameras = alignment.cameras
     try:
         if settings.control is not None:
-            scene, fit_to_control = control.place_by_control(
+            scene, control_report = control.place_by_control(
                 part,
                 tables.points,
                 tables.marks,
@@ -56,15 +56,15 @@ def place_scene(
                 threads=threads,
                 progress=progress,
             )
-            return scene, report_data.control_registration(fit_to_control)
+            return scene, report_data.control_registration(control_report)
         scene, report = georeference.place_by_gps(
             part, photos, settings.crs, cameras=cameras, threads=threads, progress=progress
         )
         return scene, report_data.gps_registration(report)
     except GeometryError as error:
-        scene = upright(part, photos)
-        bend = report_data.lens_bowing(bend_of_lenses(scene, cameras))
-        return scene, {"refused": finding_of(error).to_dict(), "lens_bowing": bend}
+        scene = rotate_upright(part, photos)
+        bend = report_data.lens_bowing(compute_lens_bend(scene, cameras))
+        return scene, {"refused": to_finding(error).to_dict(), "lens_bowing": bend}
 
 
 def registration_findings(
@@ -74,11 +74,11 @@ def registration_findings(
 
     Bad marks are those that scatter.
     """
-    if refused_registration := registration.get("refused"):
+    if refusal := registration.get("refused"):
         reason = {
             "value": None,
-            "reason": refused_registration["message"],
-            "reason_code": refused_registration["code"],
+            "reason": refusal["message"],
+            "reason_code": refusal["code"],
         }
         if settings.control is not None:
             yield Finding("control-unused", photos=(), **reason)

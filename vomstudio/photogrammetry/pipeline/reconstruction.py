@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.progress import Executor, Progress, ResumedProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
@@ -24,7 +24,7 @@ from vomstudio.photogrammetry.base.settings import PipelineSettings
 from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.photogrammetry.georeferencing.pose_errors import pose_errors
 from vomstudio.photogrammetry.pipeline import report_data
-from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
+from vomstudio.photogrammetry.pipeline.gpu_depths import choose_device, compute_gpu_depths
 from vomstudio.photogrammetry.pipeline.outputs import (
     Outputs,
     claim_folder,
@@ -33,10 +33,10 @@ from vomstudio.photogrammetry.pipeline.outputs import (
 )
 from vomstudio.photogrammetry.pipeline.photo_input import (
     ControlTables,
-    TakenPhoto,
+    OriginalPhoto,
     alignment_facts,
-    bytes_of,
     photo_hash,
+    read_bytes,
     read_tables,
     usable_photos,
 )
@@ -52,7 +52,7 @@ from vomstudio.photogrammetry.pipeline.photo_results import (
 )
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
 from vomstudio.photogrammetry.pipeline.written_models import (
-    write_cameras_of,
+    write_camera_files,
     write_json,
     write_models,
     write_registrations,
@@ -64,14 +64,14 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.alignment import Alignment
     from vomstudio.photogrammetry.dense.depthmaps import DepthMap
     from vomstudio.photogrammetry.dense.pairs import DepthMapPlans
-    from vomstudio.photogrammetry.dense.undistortion import Undistorted
+    from vomstudio.photogrammetry.dense.undistortion import UndistortedPhoto
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_CLOUD, _MESH = "cloud.npz", "mesh.npz"
+_CLOUD_FILE, _MESH_FILE = "cloud.npz", "mesh.npz"
 # Stage that stores a decision for resumed runs.
-_SIZE = "size"
+_SIZE_STAGE = "size"
 
 
 def reconstruct(
@@ -119,7 +119,7 @@ def reconstruct(
 
 
 @dataclass(frozen=True)
-class _Registered:
+class _RegisteredScene:
     scene: SparseScene
     registration: dict[str, Any]
     stage: StageFolder
@@ -138,21 +138,21 @@ class _Run:
         self.photos, self.folder, self.outputs = photos, photos.folder, outputs
         self.tables = tables
         self.settings, self.executor, self.log = settings, executor, log
-        self.device = device_of(settings)
+        self.device = choose_device(settings)
         self.region = Region.of(settings.region)
         # Without a region, the keys of dependent stages do not change.
-        self.selected_stages = [tuple(settings.region)] if settings.region else []
+        self.region_key = [tuple(settings.region)] if settings.region else []
         self.checkpoints = Checkpoints(outputs.folder / WORK)
-        self.checkpoints.tidy()
+        self.checkpoints.remove_partial_files()
 
     def run_all_stages(self) -> dict[str, Any]:
         self.log.log(f"VOM Studio {__version__}, {self.settings.to_dict()}")
-        self._remember()
+        self._store_request()
         photos = self._check_photos()
         alignment, aligned = self._align(photos)
         # The alignment takes hours, so write it before anything can fail, and again once it is
         # registered.
-        write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
+        write_camera_files(self.outputs, self.folder, alignment, alignment.parts[0])
         alignment, aligned = self._join(alignment, aligned)
         placed_scene = self._place(alignment, photos, aligned)
         self.rock = find_rock(placed_scene.scene)
@@ -163,16 +163,16 @@ class _Run:
             share_percent = 100 * self.rock.background_share
             self.log.note(Finding(code, share_percent=share_percent, factor=self.rock.factor))
         self.pose_errors = pose_errors(placed_scene.scene)
-        write_cameras_of(
+        write_camera_files(
             self.outputs, self.folder, alignment, placed_scene.scene, self.rock, self.pose_errors
         )
         undistorted, flat_stage = self._undistort(placed_scene, photos)
         pairs, maps, depth_stage = self._depths(placed_scene.scene, undistorted, flat_stage)
         cloud, fused_stage = self._fuse(placed_scene.scene, pairs, undistorted, maps, depth_stage)
-        mesh, surfaced_stage = self._surface(cloud, fused_stage)
-        textured_stage, textured_result = self._texture(mesh, placed_scene, photos, surfaced_stage)
-        write_models(self.outputs, placed_scene.scene, cloud, textured_stage, self.log)
-        return self._finish(photos, alignment, placed_scene, cloud, textured_stage, textured_result)
+        mesh, surface_stage = self._surface(cloud, fused_stage)
+        textured_mesh, texture_stage = self._texture(mesh, placed_scene, photos, surface_stage)
+        write_models(self.outputs, placed_scene.scene, cloud, textured_mesh, self.log)
+        return self._finish(photos, alignment, placed_scene, cloud, textured_mesh, texture_stage)
 
     def pause(self) -> None:
         self.log.end_stage()
@@ -216,7 +216,7 @@ class _Run:
         return Alignment.load(stage.folder), stage
 
     def _join(
-        self, alignment: Alignment, aligned_stage_folder: StageFolder
+        self, alignment: Alignment, alignment_stage: StageFolder
     ) -> tuple[Alignment, StageFolder]:
         """Join components by markers; other marks are used in the registration."""
         from vomstudio.photogrammetry.georeferencing.joined_alignment import join_alignment
@@ -224,7 +224,7 @@ class _Run:
         tables = self.tables
         alignment, stage, findings = join_alignment(
             alignment,
-            lambda: self.checkpoints.stage("joined", aligned_stage_folder.key, *tables.hashes),
+            lambda: self.checkpoints.stage("joined", alignment_stage.key, *tables.hashes),
             tables.points,
             tables.marks,
             self.settings.threads,
@@ -232,18 +232,16 @@ class _Run:
         )
         for finding in findings:
             self.log.note(finding)
-        return alignment, stage or aligned_stage_folder
+        return alignment, stage or alignment_stage
 
     def _place(
-        self, alignment: Alignment, photos: PhotoFolder, aligned_stage_folder: StageFolder
-    ) -> _Registered:
+        self, alignment: Alignment, photos: PhotoFolder, alignment_stage: StageFolder
+    ) -> _RegisteredScene:
         """Register the largest part by control or GPS, else place it upright in a local frame."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
         settings, tables = self.settings, self.tables
-        stage = self.checkpoints.stage(
-            "frame", aligned_stage_folder.key, settings.crs, *tables.hashes
-        )
+        stage = self.checkpoints.stage("frame", alignment_stage.key, settings.crs, *tables.hashes)
         if not stage.is_done:
             self.log.stage(tr("Registering the model"))
             scene, facts = place_scene(alignment, photos.photos, settings, tables, self.log)
@@ -251,14 +249,14 @@ class _Run:
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):
             self.log.note(Finding.from_dict(warning))
-        if refused_facts := stage.facts["registration"].get("refused"):
-            cause = {"reason": refused_facts["message"], "reason_code": refused_facts["code"]}
+        if refusal := stage.facts["registration"].get("refused"):
+            cause = {"reason": refusal["message"], "reason_code": refusal["code"]}
             self.log.note(Finding("reconstruct.local-frame", **cause))
-        return _Registered(SparseScene.load(stage.folder), stage.facts["registration"], stage)
+        return _RegisteredScene(SparseScene.load(stage.folder), stage.facts["registration"], stage)
 
     def _undistort(
-        self, placed_registered: _Registered, photos: PhotoFolder
-    ) -> tuple[PhotoResults[Undistorted], StageFolder]:
+        self, placed_registered: _RegisteredScene, photos: PhotoFolder
+    ) -> tuple[PhotoResults[UndistortedPhoto], StageFolder]:
         """Undistort the photos in the size of the depth maps."""
         from vomstudio.photogrammetry.dense import undistortion
 
@@ -272,18 +270,20 @@ class _Run:
 
         def task(number: int) -> undistortion.UndistortTask:
             photo = photo_by_name[views[number].name]
-            mask = None if photo.mask is None else bytes_of(photo.mask)
-            return undistortion.UndistortTask(bytes_of(photo.path), mask, views[number], size)
+            mask = None if photo.mask is None else read_bytes(photo.mask)
+            return undistortion.UndistortTask(read_bytes(photo.path), mask, views[number], size)
 
         results = PhotoResults(
             stage.folder, [view.name for view in views], save_undistorted, load_undistorted
         )
         lenses = [view.intrinsics for view in views]
         need = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
-        self._each(tr("Undistorting photos"), stage, results, undistortion.undistort, task, need)
+        self._compute_missing(
+            tr("Undistorting photos"), stage, results, undistortion.undistort, task, need
+        )
         return results.at(stage.folder), stage
 
-    def _dense_size(self, placed_registered: _Registered) -> int:
+    def _dense_size(self, placed_registered: _RegisteredScene) -> int:
         """Return the size of depth maps, at most the size used by an earlier run."""
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
@@ -292,7 +292,7 @@ class _Run:
             [v.intrinsics for v in placed_registered.scene.views],
         )
         size = fitting_size(requested_px, [(lens.width, lens.height) for lens in lenses])
-        stage = self.checkpoints.stage(_SIZE, placed_registered.stage.key, requested_px)
+        stage = self.checkpoints.stage(_SIZE_STAGE, placed_registered.stage.key, requested_px)
         if not stage.is_done:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
@@ -303,8 +303,8 @@ class _Run:
     def _depths(
         self,
         scene: SparseScene,
-        undistorted: PhotoResults[Undistorted],
-        flat_stage_folder: StageFolder,
+        undistorted: PhotoResults[UndistortedPhoto],
+        undistortion_stage: StageFolder,
     ) -> tuple[DepthMapPlans, PhotoResults[DepthMap], StageFolder]:
         from vomstudio.photogrammetry.dense import depthmaps
         from vomstudio.photogrammetry.dense.pairs import select_pairs
@@ -312,43 +312,41 @@ class _Run:
         # Within the depths of the rock, the background would be matched at wrong depths.
         pairs = select_pairs(scene)
         if self.region is not None:
-            pairs = pairs.select_views(self.region.views_of(scene))
+            pairs = pairs.select_views(self.region.select_region_views(scene))
         for text in pairs.left_out:
             self.log.note(text)
         names = [scene.views[plan.view].name for plan in pairs.plans]
         if self.device == "cuda":
             versions = report_data.versions("pycolmap")
             stage = self.checkpoints.stage(
-                "depths", flat_stage_folder.key, versions, "cuda", *self.selected_stages
+                "depths", undistortion_stage.key, versions, "cuda", *self.region_key
             )
-            results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+            results = PhotoResults(stage.folder, names, _save_depth_map, depthmaps.DepthMap.load)
             if stage.is_done:
                 return pairs, results.at(stage.folder), stage
-            if put_depths_of_gpu(scene, pairs, undistorted, results.put, self.settings, self.log):
+            if compute_gpu_depths(scene, pairs, undistorted, results.put, self.settings, self.log):
                 stage.finish()
                 return pairs, results.at(stage.folder), stage
             self.device = "cpu"
         versions = report_data.versions("cv2", "numba")
-        stage = self.checkpoints.stage(
-            "depths", flat_stage_folder.key, versions, *self.selected_stages
-        )
+        stage = self.checkpoints.stage("depths", undistortion_stage.key, versions, *self.region_key)
 
         def task(number: int) -> depthmaps.DepthTask:
             return depthmaps.make_task(pairs.plans[number], undistorted.__getitem__)
 
-        results = PhotoResults(stage.folder, names, _save_map, depthmaps.DepthMap.load)
+        results = PhotoResults(stage.folder, names, _save_depth_map, depthmaps.DepthMap.load)
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
         needed_memory = max(
             depthmaps.memory_needed(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
-        self._each(
+        self._compute_missing(
             tr("Computing depth maps"), stage, results, depthmaps.depth_map, task, needed_memory
         )
         return pairs, results.at(stage.folder), stage
 
-    def _each(
+    def _compute_missing(
         self,
         title: str,
         stage: StageFolder,
@@ -373,31 +371,29 @@ class _Run:
         self,
         scene: SparseScene,
         pairs: DepthMapPlans,
-        undistorted: PhotoResults[Undistorted],
+        undistorted: PhotoResults[UndistortedPhoto],
         maps: PhotoResults[DepthMap],
         depth_stage: StageFolder,
     ) -> tuple[PointCloud, StageFolder]:
-        from vomstudio.photogrammetry.dense.fusion import fuse, neighbours_by_name
+        from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps, neighbours_by_name
 
         choice = ["rock"] if self.is_trimmed else []
         stage = self.checkpoints.stage("cloud", depth_stage.key, *choice)
         if not stage.is_done:
             photos = undistorted.select([plan.view for plan in pairs.plans])
             neighbours = neighbours_by_name(scene, pairs)
-            cloud = fuse(maps.names, maps, photos, neighbours, progress=self.log)
+            cloud = fuse_depth_maps(maps.names, maps, photos, neighbours, progress=self.log)
             if self.region is not None:
-                cloud = cloud.select_rows(self.region.inside(cloud.points, scene.origin))
+                cloud = cloud.select_rows(self.region.contains(cloud.points, scene.origin))
             if self.is_trimmed:
                 is_rock = self.rock.contains(scene, cloud.points)
                 if is_rock.any():
                     cloud = cloud.select_rows(is_rock)
-            write_atomically(stage.folder / _CLOUD, lambda path: save_cloud(path, cloud))
+            write_atomically(stage.folder / _CLOUD_FILE, lambda path: save_cloud(path, cloud))
             stage.finish(points=len(cloud.points))
-        return load_result(load_cloud, stage.folder / _CLOUD), stage
+        return load_result(load_cloud, stage.folder / _CLOUD_FILE), stage
 
-    def _surface(
-        self, cloud: PointCloud, fused_stage_folder: StageFolder
-    ) -> tuple[Mesh, StageFolder]:
+    def _surface(self, cloud: PointCloud, cloud_stage: StageFolder) -> tuple[Mesh, StageFolder]:
         from vomstudio.photogrammetry.surface.meshing import (
             MeshingOptions,
             build_surface,
@@ -406,20 +402,24 @@ class _Run:
 
         faces = self.settings.steps.faces
         stage = self.checkpoints.stage(
-            "surface", fused_stage_folder.key, report_data.versions("open3d"), faces
+            "surface", cloud_stage.key, report_data.versions("open3d"), faces
         )
         if not stage.is_done:
             threads = self.settings.threads or os.cpu_count() or 1
             options = MeshingOptions(faces=faces, threads=threads, max_points=fitting_points())
             surface = build_surface(cloud, options, self.log)
-            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, surface.mesh))
+            write_atomically(stage.folder / _MESH_FILE, lambda path: save_mesh(path, surface.mesh))
             stage.finish(facts=surface.facts, warnings=list(surface.warnings))
         for warning in stage.facts["warnings"]:
             self.log.note(Finding.from_dict(warning))
-        return load_result(load_mesh, stage.folder / _MESH), stage
+        return load_result(load_mesh, stage.folder / _MESH_FILE), stage
 
     def _texture(
-        self, mesh: Mesh, placed_registered: _Registered, photos: PhotoFolder, surfaced: StageFolder
+        self,
+        mesh: Mesh,
+        placed_registered: _RegisteredScene,
+        photos: PhotoFolder,
+        surfaced: StageFolder,
     ) -> tuple[Mesh, StageFolder]:
         """Compute the texture from original photos, so that nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
@@ -430,7 +430,8 @@ class _Run:
         if not stage.is_done:
             photo_by_name = {photo.name: photo for photo in photos.photos}
             sources = [
-                TakenPhoto(photo_by_name[view.name], view) for view in placed_registered.scene.views
+                OriginalPhoto(photo_by_name[view.name], view)
+                for view in placed_registered.scene.views
             ]
             options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
             texture = make_texture(mesh, sources, options, self.executor, self.log)
@@ -438,14 +439,14 @@ class _Run:
                 picture = jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
                 write_atomically(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
-            write_atomically(stage.folder / _MESH, lambda path: save_mesh(path, texture.mesh))
+            write_atomically(stage.folder / _MESH_FILE, lambda path: save_mesh(path, texture.mesh))
             stage.finish(report=asdict(texture.report))
         for warning in stage.facts["report"]["warnings"]:
             self.log.note(Finding.from_dict(warning))
-        return load_result(load_mesh, stage.folder / _MESH), stage
+        return load_result(load_mesh, stage.folder / _MESH_FILE), stage
 
     # ------------------------------------------------------------------------------------------
-    def _remember(self) -> None:
+    def _store_request(self) -> None:
         """Store the request, so that an unfinished run can be offered again."""
         request = {"photos": str(self.folder), **self.settings.to_dict()}
         write_atomically(self.outputs.request, lambda path: write_json(path, request))
@@ -454,7 +455,7 @@ class _Run:
         self,
         photos: PhotoFolder,
         alignment: Alignment,
-        placed_registered: _Registered,
+        placed_registered: _RegisteredScene,
         cloud: PointCloud,
         textured_mesh: Mesh,
         dressed: StageFolder,
@@ -480,7 +481,7 @@ class _Run:
         placed_names = {view.name for view in scene.views}
         missing_names = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.cameras_after_placement(alignment.cameras, scene, registration)
-        weak_poses = [] if self.pose_errors is None else self.pose_errors.findings(scene)
+        pose_findings = [] if self.pose_errors is None else self.pose_errors.findings(scene)
         rock_scene = scene.select_points(self.rock.is_rock)
         survey = check_scene(
             rock_scene,
@@ -488,8 +489,8 @@ class _Run:
             unregistered_names=[name for name, _ in alignment.unregistered],
             other_parts=alignment.parts[1:],
             cameras=cameras,
-            planes=report_data.planes_of_model(cloud, textured_mesh, registration),
-            other_limits=(*registration_findings(self.settings, registration), *weak_poses),
+            planes=report_data.model_plane_sizes(cloud, textured_mesh, registration),
+            other_findings=(*registration_findings(self.settings, registration), *pose_findings),
         )
         rows = report_data.photo_rows(photos.photos, scene, registration, self.rock)
         report_data.add_pose_errors(rows, scene, self.pose_errors)
@@ -501,10 +502,10 @@ class _Run:
             "registered": len(scene.views),
             "unregistered": missing_names,
             "survey": survey.to_dict(),
-            "alignment_notes": to_plain(alignment.notes),
+            "alignment_notes": to_json_list(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
-            "sparse": str(outputs.sparse),
+            "sparse": str(outputs.sparse_cloud),
             "dense": str(outputs.dense),
             "mesh": str(outputs.mesh),
             "dense_points": len(cloud.points),
@@ -514,13 +515,15 @@ class _Run:
             **report_data.sizes(rock_scene, dressed.facts["report"]),
             "device": self.device,
             "seconds": {
-                s.name: round(s.seconds, 2) for s in self.checkpoints.stages if s.name != _SIZE
+                s.name: round(s.seconds, 2)
+                for s in self.checkpoints.stages
+                if s.name != _SIZE_STAGE
             },
             "peak_memory_mb": round(max(s.peak_bytes for s in self.checkpoints.stages) / 1e6),
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),
-            "warnings": to_plain(self.log.notes),
+            "warnings": to_json_list(self.log.notes),
             "tie_points": len(scene.points),
             "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,
@@ -534,12 +537,12 @@ class _Run:
             "background_share": self.rock.background_share if self.region is None else None,
             "proposed_region": propose_region(scene, self.rock),
         }
-        self.checkpoints.sweep()
+        self.checkpoints.remove_other_stages()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
         write_atomically(outputs.result, lambda path: write_json(path, result))
         write_registrations(outputs, result)
         return result
 
 
-def _save_map(path: Path, depth_map: DepthMap) -> None:
+def _save_depth_map(path: Path, depth_map: DepthMap) -> None:
     depth_map.save(path)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.arrays import GenericArray
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
@@ -19,7 +19,7 @@ from vomstudio.photogrammetry.base.background import RockExtent
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 if TYPE_CHECKING:
-    from vomstudio.geology.bowing import Bowing, LensBend
+    from vomstudio.geology.bowing import Bowing, LensDeformation
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos.photo import Photo
     from vomstudio.photogrammetry.align.priors import Calibration
@@ -94,7 +94,7 @@ def add_pose_errors(
     scene : SparseScene
     errors : PoseErrors or None
     """
-    pose_errors = {} if errors is None else errors.named_errors(scene)
+    pose_errors = {} if errors is None else errors.errors_by_name(scene)
     weak_names = frozenset() if errors is None else errors.weak_names(scene)
     for row in rows:
         position, rotation_deg = pose_errors.get(row["name"], (None, None))
@@ -123,12 +123,12 @@ def _dense_resolution(rows: Sequence[Mapping[str, Any]], name: str, dense_px: in
 
 def _view_figures(scene: SparseScene, number: int, rock: RockExtent | None) -> dict[str, Any]:
     view = scene.views[number]
-    is_of_view = scene.track_views == number
-    point_rows = scene.track_points[is_of_view]
+    is_in_view = scene.track_views == number
+    point_rows = scene.track_points[is_in_view]
     if not len(point_rows):
         return {}
     points = scene.points[point_rows]
-    misses = np.linalg.norm(view.project(points) - scene.track_pixels[is_of_view], axis=1)
+    misses = np.linalg.norm(view.project(points) - scene.track_pixels[is_in_view], axis=1)
     depths = view.depths(points)
     if rock is not None and rock.is_rock[point_rows].any():
         depths = depths[rock.is_rock[point_rows]]
@@ -157,7 +157,7 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         )
     ]
     return {
-        **_placement(report),
+        **_placement_values(report),
         "method": "camera positions (GPS)",
         "crs": report.crs,
         "heights": report.heights,
@@ -171,7 +171,7 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
 def control_registration(report: ControlReport) -> dict[str, Any]:
     """Return a registration by ground control as plain values."""
     return {
-        **_placement(report),
+        **_placement_values(report),
         "method": "ground control points",
         "crs": report.crs or "local, in metres",
         "rms_control_m": report.control_rms_m,
@@ -181,8 +181,8 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
     }
 
 
-def _placement(report: Placement) -> dict[str, Any]:
-    about_east, about_north, about_up = report.rotation_error_deg
+def _placement_values(report: Placement) -> dict[str, Any]:
+    east_deg, north_deg, up_deg = report.rotation_error_deg
     # Those of bowing concern the finished model.
     bowing = report.bowing_findings
     return {
@@ -190,18 +190,18 @@ def _placement(report: Placement) -> dict[str, Any]:
         "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": to_plain(report.decisions),
+        "decisions": to_json_list(report.decisions),
         "rotation_error_deg": {
-            "about_up": about_up,
-            "about_east": about_east,
-            "about_north": about_north,
+            "about_up": up_deg,
+            "about_east": east_deg,
+            "about_north": north_deg,
         },
         "lenses": [asdict(lens) | {"reason": lens.reason.to_dict()} for lens in report.lenses],
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": to_plain([item for item in report.warnings if item not in bowing]),
+        "warnings": to_json_list([item for item in report.warnings if item not in bowing]),
     }
 
 
@@ -220,7 +220,7 @@ def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
     }
 
 
-def lens_bowing(bend: LensBend | None) -> dict[str, Any] | None:
+def lens_bowing(bend: LensDeformation | None) -> dict[str, Any] | None:
     """Return the bowing by the 95 % errors of the lenses, with degrees of dip."""
     if bend is None:
         return None
@@ -243,25 +243,25 @@ def add_edge_bowing(
     Tie points, by which it was estimated, do not extend to the edge. note : called with each
     finding
     """
-    from vomstudio.geology.bowing import LensBend, model_shape
+    from vomstudio.geology.bowing import LensDeformation, model_shape
     from vomstudio.io.models.reconstruction_file import result_registration
-    from vomstudio.project.registration_errors import bowing_of_registration
+    from vomstudio.project.registration_errors import registration_bowing
     from vomstudio.registration.warnings import bowing_findings, lens_findings
 
     _, axes, extent = model_shape(mesh.vertices)
     shape = {"reach_m" if scene.scaled else "reach": extent, "normal": axes[2].tolist()}
     figures: dict[str, Any] = {**registration, "shape": shape}
     bowing, lens_bend = (
-        bowing_of_registration(result_registration({"registration": figures}, "")),
+        registration_bowing(result_registration({"registration": figures}, "")),
         None,
     )
     if lens := registration.get("lens_bowing"):
-        lens_bend = LensBend(lens["curvature95_per_m"], extent, lens["stretch95"])
+        lens_bend = LensDeformation(lens["curvature95_per_m"], extent, lens["stretch95"])
     findings = [*bowing_findings(bowing), *lens_findings(lens_bend, bowing)]
     figures |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(lens_bend)}
     for finding in findings:
         add_finding(finding)
-    return figures | {"warnings": [*registration.get("warnings", ()), *to_plain(findings)]}
+    return figures | {"warnings": [*registration.get("warnings", ()), *to_json_list(findings)]}
 
 
 def cameras_after_placement(
@@ -344,7 +344,7 @@ def rotation95_deg(registration: Mapping[str, Any]) -> float:
     return min(90.0, math.sqrt(-2.0 * math.log(0.05)) * max(map(float, errors.values())))
 
 
-def planes_of_model(
+def model_plane_sizes(
     cloud: PointCloud, mesh: Mesh, registration: Mapping[str, Any]
 ) -> PlaneSizes | None:
     """Return the expected accuracy of planes on the finished model.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.alignment import Alignment
 
 
-def write_cameras_of(
+def write_camera_files(
     outputs: Outputs,
     photos: Path,
     alignment: Alignment,
@@ -38,16 +38,18 @@ def write_cameras_of(
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 
-    errors = {} if pose_errors is None else pose_errors.named_errors(scene)
+    errors = {} if pose_errors is None else pose_errors.errors_by_name(scene)
     weak_names = frozenset() if pose_errors is None else pose_errors.weak_names(scene)
     cameras = Cameras(scene.views, photos, scene.origin, scene.crs, scene.scaled, weak_names)
     write_cameras_csv(outputs.cameras, cameras, errors, force=True)
     write_cameras(outputs.poses, cameras, force=True)
-    write_model(tie_points(scene, rock), scene.crs, outputs.sparse, force=True, axes=scene.axes)
+    write_model(
+        tie_points(scene, rock), scene.crs, outputs.sparse_cloud, force=True, axes=scene.axes
+    )
     # Of an earlier run, before markers joined them.
     for folder in outputs.folder.glob("part[0-9]*"):
         require_inside(folder, outputs.folder)
-        for name in (outputs.poses.name, outputs.sparse.name):
+        for name in (outputs.poses.name, outputs.sparse_cloud.name):
             (folder / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):
             folder.rmdir()
@@ -57,7 +59,7 @@ def write_cameras_of(
         cameras = Cameras(part.views, photos)
         write_cameras(folder / outputs.poses.name, cameras, force=True)
         write_model(
-            tie_points(part), None, folder / outputs.sparse.name, force=True, axes=part.axes
+            tie_points(part), None, folder / outputs.sparse_cloud.name, force=True, axes=part.axes
         )
 
 
@@ -67,11 +69,11 @@ def write_models(
     """Write the cloud and the textured mesh, in World."""
     from vomstudio.io.models.writing import write_model
 
-    progress.stage(tr("Writing the model"), 2 + len(outputs.others))
+    progress.stage(tr("Writing the model"), 2 + len(outputs.other_models))
     world = replace(cloud, points=cloud.points + scene.origin)
     write_model(world, scene.crs, outputs.dense, force=True, axes=scene.axes)
     mesh = replace(textured_mesh, vertices=textured_mesh.vertices + scene.origin)
-    for written_count, path in enumerate((outputs.mesh, *outputs.others), start=1):
+    for written_count, path in enumerate((outputs.mesh, *outputs.other_models), start=1):
         progress.step(written_count)
         write_model(mesh, scene.crs, path, force=True, axes=scene.axes)
     if scene.crs is not None:
@@ -94,7 +96,7 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
     text = json.dumps({name: result[name] for name in names}, default=_to_plain_value)
     registration = result_registration(json.loads(text), outputs.folder.name)
     is_known = registration.rotation_covariance() is not None
-    for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
+    for models in ((outputs.mesh, *outputs.other_models), (outputs.dense,)):
         if is_known:
             write_registration(registration, models, force=True)
         else:

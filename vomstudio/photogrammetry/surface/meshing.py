@@ -35,7 +35,7 @@ from vomstudio.photogrammetry.surface.topology import (
 
 _MIN_POINTS = 100
 _DEPTHS = (5, 12)
-_NEIGHBOURS = 24
+_N_NEIGHBOURS = 24
 _BYTES_PER_POINT = 1000
 _MIN_THINNED_POINTS = 100_000
 # Distance from points at which a rim is trimmed, as a share of the maximum distance.
@@ -120,7 +120,7 @@ def build_surface(
     options: MeshingOptions | None = None,
     progress: Progress | None = None,
 ) -> MeshedSurface:
-    """Build the surface of a cloud whose normals point out of the rock, as in `fuse`.
+    """Build the surface of a cloud whose normals point out of the rock, as in `fuse_depth_maps`.
 
     Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
     keep the Poisson surface. Coordinates are those of the cloud. Poisson's method and the
@@ -359,7 +359,7 @@ def _refine(
         progress.step(start)
         part = slice(start, start + step)
         distance, nearest_rows = tree.query(
-            refined_vertices[part], k=min(_NEIGHBOURS, len(points)), workers=1
+            refined_vertices[part], k=min(_N_NEIGHBOURS, len(points)), workers=1
         )
         rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
         subset, corrected_vertices = (

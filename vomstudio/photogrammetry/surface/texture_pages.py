@@ -230,8 +230,8 @@ class _Tasks:
         view = blend_result.draw_view[draws]
         parts = []
         for k in np.unique(view).tolist():
-            is_of_view = view == k
-            rows, face = draws[is_of_view], local_points[is_of_view]
+            is_in_view = view == k
+            rows, face = draws[is_in_view], local_points[is_in_view]
             _, corners, used_vertices = compact(self._vertices, self._faces[faces_in_tile[face]])
             pixels, depths = project(self._photos[k].view, self._vertices[used_vertices])
             parts.append(

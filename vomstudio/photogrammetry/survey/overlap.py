@@ -33,7 +33,7 @@ MIN_MATCHES = 16
 _MATCH_RATIO = 0.8
 # In larger sets, only neighbours are compared.
 _MAX_PHOTOS_ALL_PAIRS = 40
-_NEIGHBOURS = 6
+_N_NEIGHBOURS = 6
 # Maximum number of pairs between the components of a large set.
 _MAX_EXTRA_PAIRS = 1200
 # Minimum share of matches that the homography of a plane explains.
@@ -188,12 +188,12 @@ def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[
     """
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
-    pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + _NEIGHBOURS + 1, count))}
+    pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + _N_NEIGHBOURS + 1, count))}
     if positions is not None:
         known_indices = np.flatnonzero(np.isfinite(positions).all(axis=1))
         for i in known_indices:
             distances = np.linalg.norm(positions[known_indices] - positions[i], axis=1)
-            for j in known_indices[np.argsort(distances, kind="stable")[1 : _NEIGHBOURS + 3]]:
+            for j in known_indices[np.argsort(distances, kind="stable")[1 : _N_NEIGHBOURS + 3]]:
                 pairs.add((min(i, j), max(i, j)))
     return sorted(pairs)
 

@@ -68,7 +68,7 @@ def expected_planes(
     source : {"photos", "model"}
         Source of the resolution.
     """
-    smallest_size = planes.size_for(TARGET_ERROR_DEG)
+    smallest_size = planes.size_for_error(TARGET_ERROR_DEG)
     if smallest_size is None:
         return Finding(
             "survey.no-planes",
@@ -91,7 +91,7 @@ def planes_in_short(planes: PlaneSizes) -> str:
         large=length_text(planes.textbook, 2),
         better=planes.error_deg(planes.textbook),
     )
-    smallest_size = planes.size_for(TARGET_ERROR_DEG)
+    smallest_size = planes.size_for_error(TARGET_ERROR_DEG)
     if smallest_size is None:
         return large_text
     small_text = tr(

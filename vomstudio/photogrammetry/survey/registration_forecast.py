@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def forecast(by: str, positions: FloatArray, sigma: tuple[float, float]) -> Fore
             positions, positions, np.full((n, 3), [sigma[0], sigma[0], sigma[1]])
         )
     except GeometryError as error:
-        return Forecast(by, n, sigma, why_not=cause_of(error))
+        return Forecast(by, n, sigma, why_not=cause_finding(error))
     error95 = registration.rotation_error_95_deg
     return Forecast(
         by,

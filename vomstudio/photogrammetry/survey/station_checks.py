@@ -62,10 +62,10 @@ def pair_findings(
         )
     views = float(np.median(pairs.views))
     if count >= limits.fewest_photos and views < limits.views and pairs.pairs:
-        photos_with_few = tuple(
+        photos_with_few_views = tuple(
             p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views
         )
-        findings.append(Finding("few-views", photos=photos_with_few, value=views))
+        findings.append(Finding("few-views", photos=photos_with_few_views, value=views))
     findings += _same_position_findings(measurements, limits)
     return findings
 

@@ -18,7 +18,7 @@ from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.names import decode_name, utf8_name
-from vomstudio.core.files.regular import folder_finding, open_regular, read_json
+from vomstudio.core.files.regular import folder_finding, open_regular_file, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.results import HIDDEN_IN_JSON, Result
@@ -183,7 +183,7 @@ def _is_video(path: Path) -> bool:
 
     The decoder detects the content, and would open other files for a playlist or a numbered name.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         header = file.read(400)
     return any(
         all(header[position : position + len(sign)] == sign for position, sign in signs)

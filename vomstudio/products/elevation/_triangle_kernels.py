@@ -13,12 +13,12 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel, part
 
-MAX_EXCHANGES = 1000
-NUDGE = 1e-6
+MAX_FLIPS = 1000
+POSITION_OFFSET = 1e-6
 """Offset of the evaluated position from the cell centre, in sides of a bucket.
 
 Without it, a position on an edge between points in rows would not be inside any triangle."""
-ROUNDING = 1e-9
+CIRCLE_TOLERANCE = 1e-9
 """Tolerance of the test whether a point is inside a circle, in squared bucket sides."""
 
 
@@ -38,15 +38,17 @@ def _rows(ny, low, high, top, cell_size):  # type: ignore[no-untyped-def]
 
 
 @part
-def _enclose(points, starts, nx, ny, grid_left, top, cell_size, x, y, reach, tri):  # type: ignore[no-untyped-def]
+def _find_enclosing_triangle(  # type: ignore[no-untyped-def]
+    points, starts, nx, ny, grid_left, top, cell_size, x, y, half_width, triangle
+):
     """Return whether three points in the square around a position enclose it.
 
     These are the nearest point, and the points with the largest angle to it on either side.
     """
-    j0, j1 = _rows(ny, y - reach, y + reach, top, cell_size)
+    j0, j1 = _rows(ny, y - half_width, y + half_width, top, cell_size)
     nearest_square, a = math.inf, -1
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, cell_size)
+        s, e = _row(starts, nx, j, x - half_width, x + half_width, grid_left, cell_size)
         for p in range(s, e):
             d = (points[p, 0] - x) ** 2 + (points[p, 1] - y) ** 2
             if d < nearest_square:
@@ -57,7 +59,7 @@ def _enclose(points, starts, nx, ny, grid_left, top, cell_size, x, y, reach, tri
     b, c = -1, -1
     bx = by = cx = cy = 0.0
     for j in range(j0, j1 + 1):
-        s, e = _row(starts, nx, j, x - reach, x + reach, grid_left, cell_size)
+        s, e = _row(starts, nx, j, x - half_width, x + half_width, grid_left, cell_size)
         for p in range(s, e):
             if p == a:
                 continue
@@ -67,12 +69,12 @@ def _enclose(points, starts, nx, ny, grid_left, top, cell_size, x, y, reach, tri
                     b, bx, by = p, px, py
             elif c < 0 or cx * py - cy * px < 0.0:
                 c, cx, cy = p, px, py
-    tri[0], tri[1], tri[2] = a, b, c
+    triangle[0], triangle[1], triangle[2] = a, b, c
     return b >= 0 and c >= 0 and bx * cy - by * cx > 0.0
 
 
 @part
-def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
+def _barycentric_coordinates(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
     """Return the barycentric coordinates of a position; -inf if the points are collinear."""
     ax, ay = points[a, 0] - x, points[a, 1] - y
     bx, by = points[b, 0] - x, points[b, 1] - y
@@ -85,11 +87,11 @@ def _shares(points, a, b, c, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _lifted_determinant(points, tri, x, y):  # type: ignore[no-untyped-def]
+def _lifted_plane(points, triangle, x, y):  # type: ignore[no-untyped-def]
     """Return the slopes and the height at a position of the plane through lifted points."""
-    ax, ay = points[tri[0], 0] - x, points[tri[0], 1] - y
-    bx, by = points[tri[1], 0] - x, points[tri[1], 1] - y
-    cx, cy = points[tri[2], 0] - x, points[tri[2], 1] - y
+    ax, ay = points[triangle[0], 0] - x, points[triangle[0], 1] - y
+    bx, by = points[triangle[1], 0] - x, points[triangle[1], 1] - y
+    cx, cy = points[triangle[2], 0] - x, points[triangle[2], 1] - y
     h = ax * ax + ay * ay
     ux, uy, uh = bx - ax, by - ay, bx * bx + by * by - h
     vx, vy, vh = cx - ax, cy - ay, cx * cx + cy * cy - h
@@ -101,16 +103,18 @@ def _lifted_determinant(points, tri, x, y):  # type: ignore[no-untyped-def]
 
 
 @part
-def _find_deepest(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, reach):  # type: ignore[no-untyped-def]
+def _find_deepest_point(  # type: ignore[no-untyped-def]
+    points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, half_width
+):
     """Return the point in a square that is deepest inside the circle of a plane, or -1."""
     mx, my = f / 2, g / 2
     radius = math.sqrt(max(h + mx * mx + my * my, 0.0))
-    low_y, high_y = max(my - radius, -reach), min(my + radius, reach)
-    deepest_point, greatest_depth = -1, -ROUNDING * cell_size * cell_size
+    low_y, high_y = max(my - radius, -half_width), min(my + radius, half_width)
+    deepest_point, greatest_depth = -1, -CIRCLE_TOLERANCE * cell_size * cell_size
     if low_y > high_y:
         return deepest_point
     j0, j1 = _rows(ny, y + low_y, y + high_y, top, cell_size)
-    low_x, high_x = max(mx - radius, -reach), min(mx + radius, reach)
+    low_x, high_x = max(mx - radius, -half_width), min(mx + radius, half_width)
     if low_x > high_x:
         return deepest_point
     for j in range(j0, j1 + 1):
@@ -124,24 +128,24 @@ def _find_deepest(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g,
 
 
 @part
-def _replace_point(points, tri, new, x, y):  # type: ignore[no-untyped-def]
+def _replace_point(points, triangle, new, x, y):  # type: ignore[no-untyped-def]
     """Replace one of three points by a new one so that they still enclose the position."""
-    best_score, leaves = -math.inf, 0
+    best_score, replaced_corner = -math.inf, 0
     for k in range(3):
-        a = new if k == 0 else tri[0]
-        b = new if k == 1 else tri[1]
-        c = new if k == 2 else tri[2]
-        u, v, w = _shares(points, a, b, c, x, y)
+        a = new if k == 0 else triangle[0]
+        b = new if k == 1 else triangle[1]
+        c = new if k == 2 else triangle[2]
+        u, v, w = _barycentric_coordinates(points, a, b, c, x, y)
         smallest_weight = min(u, v, w)
         if smallest_weight > best_score:
-            best_score, leaves = smallest_weight, k
-    tri[leaves] = new
+            best_score, replaced_corner = smallest_weight, k
+    triangle[replaced_corner] = new
 
 
 @part
-def _has_long_edge(points, tri, limit):  # type: ignore[no-untyped-def]
+def _has_long_edge(points, triangle, limit):  # type: ignore[no-untyped-def]
     for k in range(3):
-        a, b = tri[k], tri[(k + 1) % 3]
+        a, b = triangle[k], triangle[(k + 1) % 3]
         dx, dy = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1]
         if dx * dx + dy * dy > limit * limit:
             return True
@@ -149,32 +153,46 @@ def _has_long_edge(points, tri, limit):  # type: ignore[no-untyped-def]
 
 
 @part
-def _flip_to_delaunay(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri):  # type: ignore[no-untyped-def]
+def _flip_to_delaunay(points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, triangle):  # type: ignore[no-untyped-def]
     """Turn an enclosing triangle into the Delaunay triangle.
 
     Returns whether its sides do not exceed the limit.
     """
-    for _ in range(MAX_EXCHANGES):
-        f, g, h = _lifted_determinant(points, tri, x, y)
+    for _ in range(MAX_FLIPS):
+        f, g, h = _lifted_plane(points, triangle, x, y)
         if math.isnan(f):
             return False
-        new = _find_deepest(points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit)
+        new = _find_deepest_point(
+            points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, limit
+        )
         if new < 0:
-            if _has_long_edge(points, tri, limit):
+            if _has_long_edge(points, triangle, limit):
                 return False
             # A point farther away would become a corner that is farther than the maximum side
             # length.
-            deepest_point = _find_deepest(
+            deepest_point = _find_deepest_point(
                 points, starts, nx, ny, grid_left, top, cell_size, x, y, f, g, h, math.inf
             )
             return deepest_point < 0
-        _replace_point(points, tri, new, x, y)
+        _replace_point(points, triangle, new, x, y)
     return False
 
 
 @kernel("void(f8[:,::1], i8[::1], i8, i8, f8, f8, f8, f8, f8, f8, f8, i8[::1], f8[:,::1])")
 def interpolate(  # type: ignore[no-untyped-def]
-    points, starts, nx, ny, grid_left, top, cell_size, first_x, first_y, step, limit, tri, depth
+    points,
+    starts,
+    nx,
+    ny,
+    grid_left,
+    top,
+    cell_size,
+    first_x,
+    first_y,
+    step,
+    limit,
+    triangle,
+    depth,
 ):
     """Interpolate heights in Delaunay triangles; NaN where a side exceeds the limit.
 
@@ -190,24 +208,26 @@ def interpolate(  # type: ignore[no-untyped-def]
         Centre of the first cell, and cell spacing.
     limit : float
         Maximum length of a side.
-    tri : (3,) int array
+    triangle : (3,) int array
         Work array.
     depth : (h, w) array
         Output array for the heights.
     """
     h, w = depth.shape
-    nudge_x, nudge_y = NUDGE * cell_size, 0.618 * NUDGE * cell_size
+    offset_x, offset_y = POSITION_OFFSET * cell_size, 0.618 * POSITION_OFFSET * cell_size
     for row in range(h):
-        y = first_y + row * step + nudge_y
+        y = first_y + row * step + offset_y
         is_enclosed = False
         for column in range(w):
-            x = first_x + column * step + nudge_x
+            x = first_x + column * step + offset_x
             if is_enclosed:
-                u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
+                u, v, q = _barycentric_coordinates(
+                    points, triangle[0], triangle[1], triangle[2], x, y
+                )
                 is_enclosed = min(u, v, q) >= 0.0
-            max_distance = cell_size
-            while not is_enclosed and max_distance < 2.0 * limit:
-                is_enclosed = _enclose(
+            half_width = cell_size
+            while not is_enclosed and half_width < 2.0 * limit:
+                is_enclosed = _find_enclosing_triangle(
                     points,
                     starts,
                     nx,
@@ -217,17 +237,17 @@ def interpolate(  # type: ignore[no-untyped-def]
                     cell_size,
                     x,
                     y,
-                    min(max_distance, limit),
-                    tri,
+                    min(half_width, limit),
+                    triangle,
                 )
-                max_distance *= 2.0
+                half_width *= 2.0
             is_enclosed = is_enclosed and _flip_to_delaunay(
-                points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, tri
+                points, starts, nx, ny, grid_left, top, cell_size, x, y, limit, triangle
             )
             if not is_enclosed:
                 depth[row, column] = math.nan
                 continue
-            u, v, q = _shares(points, tri[0], tri[1], tri[2], x, y)
+            u, v, q = _barycentric_coordinates(points, triangle[0], triangle[1], triangle[2], x, y)
             depth[row, column] = (
-                u * points[tri[0], 2] + v * points[tri[1], 2] + q * points[tri[2], 2]
+                u * points[triangle[0], 2] + v * points[triangle[1], 2] + q * points[triangle[2], 2]
             )

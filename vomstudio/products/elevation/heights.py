@@ -27,7 +27,7 @@ TILE_POINTS = 500_000
 """If a tile contains more points, they are averaged per cell."""
 
 
-def draw_heights(
+def compute_heights(
     data: Mesh | PointCloud,
     plan: HeightPlan,
     limit: float | None = None,
@@ -69,18 +69,18 @@ def draw_heights(
     progress.stage(tr("Preparing the model"))
     source: Drawer[FloatArray]
     if isinstance(data, Mesh):
-        source, limit_used = MeshHeights(plan.points, data.faces, plan.grid), None
+        source, side_limit = MeshHeights(plan.points, data.faces, plan.grid), None
     else:
         default_limit = default_side_limit(plan.points[:, :2])
-        limit_used = default_limit if limit is None else limit
-        source = CloudHeights(plan.points, limit_used, plan.grid)
+        side_limit = default_limit if limit is None else limit
+        source = CloudHeights(plan.points, side_limit, plan.grid)
     grid = plan.grid
     heights = np.full((grid.height, grid.width), np.nan, np.float32)
-    level = plan.height_at_reference
+    level = plan.reference_height
     for tile, depth in draw_tiles(source, grid, progress, threads):
         rows, columns = slice(tile.row, tile.row + tile.height), slice(tile.column, None)
         heights[rows, columns][:, : tile.width] = level - depth
-    return heights, limit_used
+    return heights, side_limit
 
 
 class MeshHeights:
@@ -98,7 +98,7 @@ class MeshHeights:
 
     def draw(self, tile: Tile) -> FloatArray:
         members = self._members.members_of(tile)
-        return _cast(self._view, self._faces, members, self._grid, tile)
+        return _cast_rays(self._view, self._faces, members, self._grid, tile)
 
 
 class CloudHeights:
@@ -110,8 +110,8 @@ class CloudHeights:
         self._view = np.ascontiguousarray(view)
         self._limit, self._grid = limit, grid
         gsd = grid.gsd
-        max_distance = np.zeros(len(view))
-        self._members = Members.of(bin_points, self._view, max_distance, grid, limit + gsd)
+        radii = np.zeros(len(view))
+        self._members = Members.of(bin_points, self._view, radii, grid, limit + gsd)
 
     def draw(self, tile: Tile) -> FloatArray:
         members = self._members.members_of(tile)
@@ -123,7 +123,7 @@ class CloudHeights:
         return interpolate_tile(extract_top_sheet(points), self._limit, self._grid, tile)
 
 
-def _cast(
+def _cast_rays(
     view: FloatArray,
     faces: Int32Array,
     members: Int32Array,

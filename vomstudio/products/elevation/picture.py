@@ -64,13 +64,13 @@ def read_picture(raster: Path, maximum: int = MAX_SIDE_PX) -> ElevationPicture:
         ):
             reduction = max(file.width, file.height, maximum) / maximum
             size = tuple(max(1, round(length / reduction)) for length in (file.height, file.width))
-            read = file.read(1, out_shape=size, resampling=Resampling.average)
+            values = file.read(1, out_shape=size, resampling=Resampling.average)
             step = float(file.transform.a) * file.width / size[1]
     except (OSError, rasterio.errors.RasterioError) as error:
         raise InputError(
             Finding("file.damaged", format="GeoTIFF", reason=error), file=raster
         ) from error
-    heights = np.asarray(read, np.float32)
+    heights = np.asarray(values, np.float32)
     return colour_heights(heights, step)
 
 

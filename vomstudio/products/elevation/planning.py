@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.notation import plane_option
+from vomstudio.geology.notation import parse_plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.io.gis.raster import Affine
-from vomstudio.products.ortho.planning import lay_grid
+from vomstudio.products.ortho.planning import create_grid_layout
 from vomstudio.products.ortho.tiles import Grid
 
 
@@ -54,7 +54,7 @@ class HeightPlan:
         return self.plane.undefined
 
     @property
-    def height_at_reference(self) -> float:
+    def reference_height(self) -> float:
         """Height at the reference point."""
         return float(self.reference[2]) if self.is_map else 0.0
 
@@ -85,9 +85,9 @@ class HeightPlan:
         return matrix
 
 
-def reference_plane(text: str | None) -> Plane:
+def parse_reference_plane(text: str | None) -> Plane:
     """Parse a plane given as "DD/D"; None is the horizontal plane. Raises UsageError."""
-    return Plane(0.0, 0.0) if text is None else plane_option(text)
+    return Plane(0.0, 0.0) if text is None else parse_plane_option(text)
 
 
 def plan_heights(
@@ -118,7 +118,7 @@ def plan_heights(
         If the model is empty.
     """
     frame = view_frame(plane)
-    layout = lay_grid(
+    layout = create_grid_layout(
         data, frame, to_world=to_world, gsd=gsd, is_textured=False, is_metric=is_metric
     )
     return HeightPlan(
@@ -129,6 +129,6 @@ def plan_heights(
 def view_frame(plane: Plane) -> ViewFrame:
     """Return the view frame of a plane, in which rows run down-dip, or South if horizontal."""
     if plane.undefined:
-        return ViewFrame.looking(np.array([0.0, 0.0, -1.0]))
+        return ViewFrame.from_direction(np.array([0.0, 0.0, -1.0]))
     down, direction = plane.dip_vector(), 0.0 - plane.normal()
     return ViewFrame(np.cross(down, direction), down, direction)

@@ -15,9 +15,9 @@ from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, FloatingA
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.geometry.view_frame import ViewFrame
 
-LIGHT_FROM_DEG = 315.0
-LIGHT_HEIGHT_DEG = 45.0
-ROWS = 512
+LIGHT_AZIMUTH_DEG = 315.0
+LIGHT_ELEVATION_DEG = 45.0
+BLOCK_ROWS = 512
 """Number of rows per block."""
 
 
@@ -74,9 +74,9 @@ def compute_dips(
             - down[is_known][:, None] * frame.down
             - frame.direction
         )
-        direction, steep, level = normals_to_planes(normals)
-        dip[rows[0]][is_known] = steep
-        azimuth[rows[0]][is_known] = np.where(level, np.nan, direction)
+        direction, block_dip, is_horizontal = normals_to_planes(normals)
+        dip[rows[0]][is_known] = block_dip
+        azimuth[rows[0]][is_known] = np.where(is_horizontal, np.nan, direction)
     return dip, azimuth
 
 
@@ -86,7 +86,7 @@ def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
     The light comes from the upper left of the raster, 45 degrees above its plane.
     """
     shading = np.zeros(heights.shape, np.uint8)
-    azimuth, height = math.radians(LIGHT_FROM_DEG), math.radians(LIGHT_HEIGHT_DEG)
+    azimuth, height = math.radians(LIGHT_AZIMUTH_DEG), math.radians(LIGHT_ELEVATION_DEG)
     # The components to the right, down the rows, and up from the plane.
     x, y = math.cos(height) * math.sin(azimuth), -math.cos(height) * math.cos(azimuth)
     z = math.sin(height)
@@ -100,7 +100,7 @@ def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
 
 def _strips(heights: Float32Array):  # type: ignore[no-untyped-def]
     """Yield strips of rows, each with its rows in a part that is one row larger on each side."""
-    for start in range(0, len(heights), ROWS):
-        stop = min(start + ROWS, len(heights))
+    for start in range(0, len(heights), BLOCK_ROWS):
+        stop = min(start + BLOCK_ROWS, len(heights))
         low, high = max(start - 1, 0), min(stop + 1, len(heights))
         yield (slice(start, stop), slice(start - low, stop - low)), heights[low:high]

@@ -14,9 +14,9 @@ from vomstudio.core.arrays import AnyArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.version import __version__
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geometry.frames import world_north
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
@@ -60,7 +60,7 @@ def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
         check_target(target, force=force)
 
 
-def figures_of(
+def elevation_figures(
     heights: Float32Array, plan: HeightPlan, limit: float | None, crs: str | None
 ) -> ElevationFigures:
     """Compute the figures of an elevation model.
@@ -174,7 +174,8 @@ def write_elevation(
         crs,
         {
             "VOMSTUDIO_VERSION": __version__,
-            "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(figures.dip_direction_deg)} dip "
+            "VOMSTUDIO_PLANE": "dip direction "
+            f"{format_plain_azimuth(figures.dip_direction_deg)} dip "
             f"{figures.dip_deg:.4f} deg",
         },
     )
@@ -195,7 +196,9 @@ def write_elevation(
             part_by_target["contours"].unlink()
             write_contours(part_by_target["contours"], lines, crs)
         part_by_target["sidecar"].write_text(
-            json.dumps(metadata | {"warnings": to_plain(warnings)}, indent=1, ensure_ascii=False)
+            json.dumps(
+                metadata | {"warnings": to_json_list(warnings)}, indent=1, ensure_ascii=False
+            )
             + "\n",
             "utf-8",
         )

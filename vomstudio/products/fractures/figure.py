@@ -14,12 +14,12 @@ from vomstudio.geology.fractures.length_laws import LengthFit, find_law
 from vomstudio.geology.fractures.network import MappedNetwork, TraceLengths
 from vomstudio.geology.fractures.pieces import line_segments
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
-from vomstudio.geology.notation import format_wind
+from vomstudio.geology.notation import format_compass_point
 from vomstudio.geology.roses import count_rose
 from vomstudio.geometry.units import round_length
 from vomstudio.products.figure_layout import (
     arrange_columns,
-    make_room_for_legend,
+    extend_limits_for_legend,
     set_log_ticks,
 )
 from vomstudio.products.net.contents import OKABE_ITO
@@ -46,7 +46,7 @@ _BAR_MM, _ARROW_MM = 8.0, 9.0
 """Heights for the scale bar below the map and the arrow above it."""
 _DASHES = ("-", (0, (4, 1.5)), (0, (1, 1)))
 """Line styles that distinguish sets of the same colour."""
-_LAWS = {
+_LAW_NAMES = {
     "exponential": to_translate("exponential"),
     "lognormal": to_translate("lognormal"),
     "weibull": to_translate("Weibull"),
@@ -73,19 +73,19 @@ class FracturePage:
     curves: str
 
     @property
-    def lower_mm(self) -> float:
+    def curve_row_mm(self) -> float:
         """Height of the row of curves."""
         return _TITLES_MM + _CURVES_MM + _AXIS_MM if self.curves else _MARGIN_MM
 
     @property
-    def legend_mm(self) -> float:
+    def legend_height_mm(self) -> float:
         """Height of the legend."""
         return _LEGEND_ROW_MM * self.rows + _MARGIN_MM if self.rows else 0.0
 
     @property
     def height_mm(self) -> float:
         """Height of the page."""
-        return _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_mm + self.lower_mm
+        return _MARGIN_MM + _TITLES_MM + _PANEL_MM + self.legend_height_mm + self.curve_row_mm
 
 
 def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> FracturePage:
@@ -107,8 +107,10 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     texts = _legend_texts(mapped_network)
     if not texts:
         return FracturePage((), 0, panel_letters)
-    mm = 25.4 / 72.0
-    widths = [_LEGEND_LINE_MM + 1.5 + mm * text_width(text, 0.9 * style.font_pt) for text in texts]
+    mm_per_pt = 25.4 / 72.0
+    widths = [
+        _LEGEND_LINE_MM + 1.5 + mm_per_pt * text_width(text, 0.9 * style.font_pt) for text in texts
+    ]
     width = WIDTH_MM - 2 * _MARGIN_MM
     columns = arrange_columns(widths, width, _LEGEND_GAP_MM)
     return FracturePage(
@@ -161,21 +163,23 @@ def draw_fractures(
         "b": _draw_rose,
         "c": _draw_triangle,
         "d": _draw_lengths,
-        "e": _draw_sizes,
+        "e": _draw_intensities,
     }
-    paper = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=1)
-    paper.set_xlim(0.0, WIDTH_MM)
-    paper.set_ylim(0.0, height)
-    paper.set_axis_off()
+    page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), zorder=1)
+    page_axes.set_xlim(0.0, WIDTH_MM)
+    page_axes.set_ylim(0.0, height)
+    page_axes.set_axis_off()
     axes = []
-    for letter, (x, y, width, tall) in positions.items():
-        ax = figure.add_axes((x / WIDTH_MM, y / height, width / WIDTH_MM, tall / height), zorder=2)
+    for letter, (x, y, width, panel_height) in positions.items():
+        ax = figure.add_axes(
+            (x / WIDTH_MM, y / height, width / WIDTH_MM, panel_height / height), zorder=2
+        )
         title = draw[letter](ax, mapped_network, style)
         axes.append(ax)
         letter_x = x - 13.0 if letter in "de" else x
-        top = y + tall + _TITLES_MM - 1.0
+        top = y + panel_height + _TITLES_MM - 1.0
         top += _ARROW_MM if letter == "a" else 0.0
-        paper.text(
+        page_axes.text(
             letter_x,
             top,
             letter,
@@ -184,7 +188,7 @@ def draw_fractures(
             color=style.ink,
             va="top",
         )
-        paper.text(
+        page_axes.text(
             letter_x + _LETTER_MM,
             top - 0.5,
             title,
@@ -194,9 +198,9 @@ def draw_fractures(
             linespacing=1.1,
             parse_math=False,
         )
-    _draw_bar(paper, axes[0], positions["a"], style)
-    _draw_directions(paper, positions["a"], mapped_network, style)
-    _draw_legend(paper, mapped_network, page, bottom, style)
+    _draw_bar(page_axes, axes[0], positions["a"], style)
+    _draw_directions(page_axes, positions["a"], mapped_network, style)
+    _draw_legend(page_axes, mapped_network, page, bottom, style)
     return axes
 
 
@@ -213,7 +217,8 @@ def _legend_texts(mapped_network: MappedNetwork) -> list[str]:
     if len(mapped_network.sets) < 2:
         return []
     counts = np.bincount(
-        mapped_network.set_rows[mapped_network.set_rows >= 0], minlength=len(mapped_network.sets)
+        mapped_network.set_indices[mapped_network.set_indices >= 0],
+        minlength=len(mapped_network.sets),
     )
     width = (WIDTH_MM - 2 * _MARGIN_MM - _LEGEND_LINE_MM - 1.5) * 72.0 / 25.4
     texts = [
@@ -227,21 +232,21 @@ def _legend_texts(mapped_network: MappedNetwork) -> list[str]:
 
 
 def _draw_legend(
-    paper: Axes, mapped_network: MappedNetwork, page: FracturePage, top: float, style: NetStyle
+    page_axes: Axes, mapped_network: MappedNetwork, page: FracturePage, top: float, style: NetStyle
 ) -> None:
     for k, text in enumerate(_legend_texts(mapped_network)):
         row, column = divmod(k, len(page.columns_mm))
         x = _MARGIN_MM + sum(page.columns_mm[:column]) + _LEGEND_GAP_MM * column
         y = top - _MARGIN_MM - _LEGEND_ROW_MM * (row + 0.5)
         if k < MAX_SETS - 1 or len(mapped_network.sets) <= MAX_SETS:
-            paper.plot(
+            page_axes.plot(
                 [x, x + _LEGEND_LINE_MM],
                 [y, y],
                 color=_color(k, style),
                 linestyle=_dash(k),
                 linewidth=1.4 * style.line_pt,
             )
-        paper.text(
+        page_axes.text(
             x + _LEGEND_LINE_MM + 1.5,
             y,
             text,
@@ -260,7 +265,7 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     lines = mapped_network.pieces.lines
     line_width = float(np.clip(12.0 / math.sqrt(max(len(lines), 1)), 0.15, 0.8)) * style.line_pt
     for i in range(len(mapped_network.sets)):
-        set_lines = lines[mapped_network.set_rows == i]
+        set_lines = lines[mapped_network.set_indices == i]
         color = _color(i, style) if len(mapped_network.sets) > 1 else style.ink
         paths = [shapely.get_coordinates(line) for line in set_lines]
         ax.add_collection(
@@ -309,20 +314,20 @@ def _fill_box(ax: Axes) -> None:
 
 
 def _draw_bar(
-    paper: Axes, ax: Axes, bounds: tuple[float, float, float, float], style: NetStyle
+    page_axes: Axes, ax: Axes, bounds: tuple[float, float, float, float], style: NetStyle
 ) -> None:
     x_left, bottom, width, _ = bounds
     low, high = ax.get_xlim()
     bar = round_length(0.35 * (high - low))
     length = width * bar / (high - low)
-    paper.plot(
+    page_axes.plot(
         [x_left, x_left + length],
         [bottom - 3.0] * 2,
         color=style.ink,
         linewidth=2 * style.line_pt,
         solid_capstyle="butt",
     )
-    paper.text(
+    page_axes.text(
         x_left + length + 1.5,
         bottom - 3.0,
         f"{bar:g} m",
@@ -333,7 +338,7 @@ def _draw_bar(
 
 
 def _draw_directions(
-    paper: Axes,
+    page_axes: Axes,
     bounds: tuple[float, float, float, float],
     mapped_network: MappedNetwork,
     style: NetStyle,
@@ -342,22 +347,22 @@ def _draw_directions(
     x_left, bottom, width, height = bounds
     top = bottom + height
     left_name, right_name, up = _orientation(mapped_network)
-    bold: dict[str, Any] = {
+    bold_style: dict[str, Any] = {
         "weight": "bold",
         "fontsize": 0.9 * style.font_pt,
         "color": style.ink,
         "va": "bottom",
     }
-    paper.text(x_left, top + 1.5, left_name, ha="left", **bold)
-    paper.text(x_left + width, top + 1.5, right_name, ha="right", **bold)
+    page_axes.text(x_left, top + 1.5, left_name, ha="left", **bold_style)
+    page_axes.text(x_left + width, top + 1.5, right_name, ha="right", **bold_style)
     centre = x_left + 0.5 * width
-    paper.annotate(
+    page_axes.annotate(
         "",
         (centre, top + 5.0),
         (centre, top),
         arrowprops={"arrowstyle": "-|>", "color": style.ink, "linewidth": style.line_pt},
     )
-    paper.text(centre, top + 5.0, up, ha="center", **bold)
+    page_axes.text(centre, top + 5.0, up, ha="center", **bold_style)
 
 
 def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
@@ -368,7 +373,7 @@ def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
     if mapped_network.y_axis != "N":
         return "", "", tr("up")
     azimuth = math.degrees(math.atan2(plane.right[0], plane.right[1]))
-    return format_wind(azimuth + 180.0), format_wind(azimuth), tr("up")
+    return format_compass_point(azimuth + 180.0), format_compass_point(azimuth), tr("up")
 
 
 def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
@@ -387,8 +392,8 @@ def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     ax.set_axis_off()
     if rose.total <= 0:
         return ""
-    is_from_y = plane is None or plane.azimuths_from == "north"
-    y_axis = mapped_network.y_axis if is_from_y else "up"
+    is_azimuth_from_y = plane is None or plane.azimuths_from == "north"
+    y_axis = mapped_network.y_axis if is_azimuth_from_y else "up"
     rings = choose_rings(float(rose.shares.max()))
     draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
     count = len(mapped_network.pieces.lines)
@@ -401,7 +406,7 @@ def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     return f"{text}\n{caption}"
 
 
-def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
+def triangle_position(i: float, y: float, x: float) -> tuple[float, float]:
     """Return the position of given I, Y and X node shares in a triangle of side 1.
 
     The I corner is at the top, Y at the left and X at the right.
@@ -415,7 +420,7 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
     ax.set_axis_off()
     ax.set_xlim(-0.14, 1.14)
     ax.set_ylim(-0.16, 1.0)
-    corners = [triangle_place(*row) for row in np.eye(3)]
+    corners = [triangle_position(*row) for row in np.eye(3)]
     ax.plot(*zip(*corners, corners[0], strict=True), color=style.ink, linewidth=1.2 * style.line_pt)
     for fraction in (0.2, 0.4, 0.6, 0.8):
         third_share = 1 - fraction
@@ -424,7 +429,7 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
             ((third_share, fraction, 0), (0, fraction, third_share)),
             ((third_share, 0, fraction), (0, third_share, fraction)),
         ):
-            ends = [triangle_place(*row) for row in (first_corner, second_corner)]
+            ends = [triangle_position(*row) for row in (first_corner, second_corner)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
     for connections_per_branch in (1.0, 1.5):
         _draw_connections(ax, connections_per_branch, style)
@@ -444,7 +449,7 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
     nodes = mapped_network.found.nodes
     if nodes.I + nodes.Y + nodes.X:
         ax.plot(
-            *triangle_place(nodes.I, nodes.Y, nodes.X),
+            *triangle_position(nodes.I, nodes.Y, nodes.X),
             marker="o",
             markersize=5.5,
             color=_color(1, style),
@@ -466,10 +471,10 @@ def _draw_connections(ax: Axes, connections_per_branch: float, style: NetStyle) 
     ends = []
     for weight, corner_index in ((3.0, 1), (4.0, 2)):
         ratio = (2.0 - connections_per_branch) / connections_per_branch * weight
-        isolated_share = 1.0 / (1.0 + ratio)
-        row = [1.0 - isolated_share, 0.0, 0.0]
-        row[corner_index] = isolated_share
-        ends.append(triangle_place(*row))
+        connected_share = 1.0 / (1.0 + ratio)
+        row = [1.0 - connected_share, 0.0, 0.0]
+        row[corner_index] = connected_share
+        ends.append(triangle_position(*row))
     ax.plot(
         *zip(*ends, strict=True),
         color=style.soft,
@@ -491,7 +496,7 @@ def _draw_connections(ax: Axes, connections_per_branch: float, style: NetStyle) 
 def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     from scipy.stats import CensoredData, ecdf
 
-    _plain_axes(ax, style)
+    _style_axes(ax, style)
     ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel(tr("fraction longer than this"), fontsize=style.font_pt, color=style.ink)
     lengths, is_cut = mapped_network.pieces.lengths(), mapped_network.pieces.is_cut.any(axis=1)
@@ -518,11 +523,11 @@ def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> s
         linewidth=1.6 * style.line_pt,
         label=tr("pieces (Kaplan-Meier)"),
     )
-    position = np.sort(lengths[is_cut])
-    if len(position):
+    censored_lengths = np.sort(lengths[is_cut])
+    if len(censored_lengths):
         ax.plot(
-            position,
-            np.interp(position, x, s, left=1.0),
+            censored_lengths,
+            np.interp(censored_lengths, x, s, left=1.0),
             linestyle="none",
             marker="|",
             markersize=4,
@@ -554,14 +559,14 @@ def _add_legend(ax: Axes, location: Literal["lower left", "upper right"], style:
         handlelength=1.6,
         borderaxespad=0.2,
     )
-    make_room_for_legend(ax, legend)
+    extend_limits_for_legend(ax, legend)
 
 
 def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> None:
     if not length.fits:
         return
     best_fit = length.fits[0]
-    name = tr(_LAWS[best_fit.distribution])
+    name = tr(_LAW_NAMES[best_fit.distribution])
     ax.plot(
         grid,
         _survival(best_fit, grid),
@@ -569,11 +574,11 @@ def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> No
         linewidth=1.6 * style.line_pt,
         label=tr("{law}, whole traces", law=name) if length.uncorrected else name,
     )
-    is_same = [f for f in length.uncorrected if f.distribution == best_fit.distribution]
-    if is_same:
+    matching_fits = [f for f in length.uncorrected if f.distribution == best_fit.distribution]
+    if matching_fits:
         ax.plot(
             grid,
-            _survival(is_same[0], grid),
+            _survival(matching_fits[0], grid),
             color=style.ink,
             linewidth=style.line_pt,
             linestyle=(0, (3, 2)),
@@ -583,11 +588,11 @@ def _draw_fits(ax: Axes, length: TraceLengths, grid: Any, style: NetStyle) -> No
 
 def _survival(fit: LengthFit, x: Any) -> Any:
     law, u = find_law(fit)
-    return np.exp(law.log_s(x, u))
+    return np.exp(law.log_survival(x, u))
 
 
-def _draw_sizes(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
-    _plain_axes(ax, style)
+def _draw_intensities(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
+    _style_axes(ax, style)
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
     sizes = mapped_network.found.P21_by_size
@@ -634,7 +639,7 @@ def _draw_sizes(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str
     return tr("Intensity by window size")
 
 
-def _plain_axes(ax: Axes, style: NetStyle) -> None:
+def _style_axes(ax: Axes, style: NetStyle) -> None:
     ax.set_facecolor(style.net)
     for spine in ("top", "right"):
         ax.spines[spine].set_visible(False)

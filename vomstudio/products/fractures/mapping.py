@@ -26,7 +26,7 @@ from vomstudio.geology.fractures.trace_plane import (
     vertices_with_heights,
 )
 from vomstudio.geology.fractures.windows import trace_directions
-from vomstudio.geology.notation import format_plane, plane_option
+from vomstudio.geology.notation import format_plane, parse_plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.outlines.self_crossing import resolve_crossings
 from vomstudio.io.gate.drawn_layers import (
@@ -34,7 +34,7 @@ from vomstudio.io.gate.drawn_layers import (
     RawLayer,
     extract_area,
     extract_lines,
-    raw_shapes,
+    layer_from_shapes,
     read_raw_areas,
     read_raw_lines,
 )
@@ -44,11 +44,11 @@ from vomstudio.io.gis.raster import is_view_plane
 from vomstudio.io.text.repeated_rows import repeats_finding
 
 SET_COLUMN = "set"
-_REPEAT = "repeat_of"
+_REPEAT_COLUMN = "repeat_of"
 
 
 @dataclass(frozen=True)
-class FractureOrder:
+class FractureMapRequest:
     """Input of a fracture analysis.
 
     Parameters
@@ -66,7 +66,7 @@ class FractureOrder:
 
 
 def map_fractures(
-    request: FractureOrder,
+    request: FractureMapRequest,
     *,
     lines: ObjectArray | None = None,
     crs: str | None = None,
@@ -110,52 +110,52 @@ def map_fractures(
     if len(used_options) > 1:
         finding = Finding("option.conflict", option=used_options[0], other=used_options[1])
         raise UsageError(finding, field=used_options[1])
-    place = None if options.circle is None else parse_circle(options.circle)
+    circle_values = None if options.circle is None else parse_circle(options.circle)
     strikes = parse_strikes(options.strikes)
-    attitude = None if options.plane is None else plane_option(options.plane)
+    attitude = None if options.plane is None else parse_plane_option(options.plane)
     if lines is not None or request.traces is None:
         shapes = np.empty(0, np.object_) if lines is None else lines
-        raw = raw_shapes(shapes, "traces", crs, request.frame)
+        raw = layer_from_shapes(shapes, "traces", crs, request.frame)
     else:
-        columns = _attributes(options) if sets is None else (_REPEAT,)
+        columns = _attributes(options) if sets is None else (_REPEAT_COLUMN,)
         raw = read_raw_lines(request.traces, options.layer, columns, progress, request.frame)
-    placed_layer = _place_layer(raw, attitude)
-    drawn_layer, plane = placed_layer.drawn, placed_layer.plane
+    placed_traces = _place_layer(raw, attitude)
+    drawn_layer, plane = placed_traces.layer, placed_traces.plane
     warnings: list[Finding] = list(drawn_layer.warnings)
-    if place is not None:
-        circle = placed_layer.circle(place)
+    if circle_values is not None:
+        circle = placed_traces.circle(circle_values)
         sampling_region = SamplingRegion(circle_area(*circle), circle=circle)
     elif options.area is not None:
         raw = read_raw_areas(
             Path(options.area), progress=progress, model=ModelFrame(drawn_layer.crs)
         )
-        polygon, area_layer = extract_area(placed_layer.window(raw, "area"))
+        polygon, area_layer = extract_area(placed_traces.window(raw, "area"))
         warnings += _new_findings(area_layer.warnings, warnings)
         sampling_region = SamplingRegion(polygon)
     elif area is not None:
         polygon, crossings = resolve_crossings(
-            placed_layer.window(raw_shapes(area, "area"), "area").shapes
+            placed_traces.window(layer_from_shapes(area, "area"), "area").shapes
         )
         sampling_region = SamplingRegion(polygon, warnings=tuple(crossings))
     elif options.scanline is not None:
         raw = read_raw_lines(
             Path(options.scanline), progress=progress, model=ModelFrame(drawn_layer.crs)
         )
-        area_layer = extract_lines(placed_layer.window(raw, "scanline"))
+        area_layer = extract_lines(placed_traces.window(raw, "scanline"))
         warnings += _new_findings(area_layer.warnings, warnings)
         sampling_region = SamplingRegion(scanlines=area_layer.shapes)
     elif scanlines is not None:
-        shapes = placed_layer.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
+        shapes = placed_traces.window(layer_from_shapes(scanlines, "scanline"), "scanline").shapes
         sampling_region = SamplingRegion(scanlines=shapes)
     if sets is None:
-        sets = sets_of(drawn_layer, options.by, strikes, plane)
+        sets = assign_sets(drawn_layer, options.by, strikes, plane)
     elif lines is None or len(sets) != len(lines):
         raise UsageError(Finding("fractures.sets-not-of-traces", sets=len(sets)), field="by")
     else:
         sets = [sets[i - 1] for i in drawn_layer.feature]
     if progress is not None:
         progress.stage(tr("Analysing the fracture network"))
-    mapped_fracture_network = fracture_network(
+    mapped_network = fracture_network(
         drawn_layer.shapes,
         sampling_region,
         sets=sets,
@@ -165,9 +165,9 @@ def map_fractures(
         plane=plane,
     )
     return (
-        replace(mapped_fracture_network, y_axis="up")
+        replace(mapped_network, y_axis="up")
         if plane is None and is_view_plane(drawn_layer.crs)
-        else mapped_fracture_network
+        else mapped_network
     )
 
 
@@ -182,14 +182,14 @@ def _new_findings(findings: Sequence[Finding], known_findings: Sequence[Finding]
 
 
 @dataclass(frozen=True, eq=False)
-class _Placed:
+class _PlacedTraces:
     """Traces in the coordinates in which they are analysed.
 
     plane : plane of the traces; None if the coordinates are those of the map
     heights : minimum and maximum Z of the traces
     """
 
-    drawn: DrawnLayer
+    layer: DrawnLayer
     plane: TracePlane | None
     heights: tuple[float, float]
 
@@ -210,35 +210,35 @@ class _Placed:
         return self.plane.project_circle(circle)
 
 
-def _place_layer(raw_layer: RawLayer, attitude: Plane | None) -> _Placed:
+def _place_layer(raw_layer: RawLayer, attitude: Plane | None) -> _PlacedTraces:
     """Project traces onto a plane if they are three-dimensional or if a plane is given."""
     lines, lacks_heights = vertices_with_heights(raw_layer.shapes)
     plane = find_trace_plane(lines) if attitude is None else None
     if attitude is not None:
-        plane = _given_plane(attitude, lines, int(lacks_heights.sum()))
+        plane = _plane_from_attitude(attitude, lines, int(lacks_heights.sum()))
     if plane is None:
         findings: list[Finding] = []
         is_outline = raw_layer.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
             raw_layer = raw_layer.select_rows(~is_outline)
-        drawn_first_picks = _first_picks(extract_lines(raw_layer))
-        return _Placed(_add_findings(drawn_first_picks, findings), None, (math.nan, math.nan))
+        first_pick_layer = _exclude_repeats(extract_lines(raw_layer))
+        return _PlacedTraces(_add_findings(first_pick_layer, findings), None, (math.nan, math.nan))
     findings = []
     if lacks_heights.any() and not plane.is_horizontal:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw_layer = raw_layer.select_rows(~lacks_heights)
     projected_layer = replace(raw_layer, shapes=plane.project(raw_layer.shapes))
-    drawn_first_picks = _first_picks(extract_lines(projected_layer, include_rings=False))
-    findings = [plane.finding(len(drawn_first_picks.shapes)), *findings]
+    first_pick_layer = _exclude_repeats(extract_lines(projected_layer, include_rings=False))
+    findings = [plane.finding(len(first_pick_layer.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in lines]) if lines else np.array([math.nan])
-    return _Placed(
-        _add_findings(drawn_first_picks, findings), plane, (float(z.min()), float(z.max()))
+    return _PlacedTraces(
+        _add_findings(first_pick_layer, findings), plane, (float(z.min()), float(z.max()))
     )
 
 
-def _given_plane(
+def _plane_from_attitude(
     attitude: Plane, lines: Sequence[FloatArray], flat_count: int
 ) -> TracePlane | None:
     """Return the plane given by the user, placed through the traces, or None for a map.
@@ -248,7 +248,7 @@ def _given_plane(
     if attitude.undefined or not (lines or flat_count):
         return None
     if lines:
-        return TracePlane.through(attitude, lines)
+        return TracePlane.from_attitude(attitude, lines)
     finding = Finding("lines.no-heights", lines=flat_count, plane=format_plane(attitude))
     raise GeometryError(finding, field="--plane")
 
@@ -259,12 +259,14 @@ def _add_findings(drawn_layer: DrawnLayer, findings: Sequence[Finding]) -> Drawn
 
 def _attributes(options: FractureOptions) -> list[str]:
     """Return the attributes of the traces that the analysis uses."""
-    return [_REPEAT, SET_COLUMN, *([] if options.by is None else [options.by])]
+    return [_REPEAT_COLUMN, SET_COLUMN, *([] if options.by is None else [options.by])]
 
 
-def _first_picks(drawn_layer: DrawnLayer) -> DrawnLayer:
+def _exclude_repeats(drawn_layer: DrawnLayer) -> DrawnLayer:
     """Exclude lines that repeat another line according to their attribute `repeat_of`."""
-    name = next((column for column in drawn_layer.columns if column.casefold() == _REPEAT), None)
+    name = next(
+        (column for column in drawn_layer.columns if column.casefold() == _REPEAT_COLUMN), None
+    )
     if name is None:
         return drawn_layer
     is_first = np.array([not word for word in drawn_layer.column(name, name)], np.bool_)
@@ -281,7 +283,7 @@ def _first_picks(drawn_layer: DrawnLayer) -> DrawnLayer:
     )
 
 
-def sets_of(
+def assign_sets(
     drawn_layer: DrawnLayer,
     column: str | None,
     strikes: Sequence[tuple[float, float]],

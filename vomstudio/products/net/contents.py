@@ -15,7 +15,7 @@ from vomstudio.geology.common_rotation_errors import (
     ConfidenceRegion,
     RotationErrors,
     cone,
-    move_vectors,
+    differentiate_vectors,
     principal_axis,
     region,
 )
@@ -52,10 +52,10 @@ OKABE_ITO = (
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 """Symbols of sets; the star is that of the fold axis."""
 
-TYPED_LINE = "d"
+USER_LINE_MARKER = "d"
 """Marker of lines entered by the user; it is not used for sets or means."""
 
-AUTO_CIRCLES = 40
+MAX_AUTOMATIC_CIRCLES = 40
 """Maximum number of planes for which great circles are drawn by default.
 
 More would hide the poles."""
@@ -263,7 +263,7 @@ class NetMark:
     label, marker : str
     color : str or None
         Colour of the set to which the mark belongs; None for a direction entered by the user.
-    typed_text : str
+    input_text : str
         Text that precedes the line in the label of a direction entered by the user.
     """
 
@@ -271,11 +271,11 @@ class NetMark:
     label: str
     marker: str = "x"
     color: str | None = None
-    typed_text: str = ""
+    input_text: str = ""
 
 
 @dataclass(frozen=True)
-class NetLive:
+class LiveFeature:
     """Feature being picked: its plane or line, with the 95 % ellipse if known."""
 
     plane: Plane | None = None
@@ -327,12 +327,12 @@ class NetContents:
     sets : tuple of NetSet
     projection : {"area", "angle"}
     circles : bool or None
-        Whether to draw great circles of planes. If None, they are drawn for up to `AUTO_CIRCLES`
-        planes.
+        Whether to draw great circles of planes. If None, they are drawn for up to
+        `MAX_AUTOMATIC_CIRCLES` planes.
     poles : bool
     means : tuple of NetMean
     fold : FoldAxis or None
-    fold_not_good : int or None
+    fold_not_good_count : int or None
         Number of planes used for the fold axis whose verdict is not good; None if unknown.
     selected : frozenset of str
         Ids of highlighted features; their great circles are always drawn.
@@ -341,7 +341,7 @@ class NetContents:
     contour : str or None
         Density method for the contours of all poles and lines, one of `density.DENSITY_METHODS`.
     contouring : Contouring
-    circles_typed : tuple of NetCircle
+    user_circles : tuple of NetCircle
         Great and small circles entered by the user, and girdles.
     marks : tuple of NetMark
         Marked directions: density maxima, and slip lines entered by the user.
@@ -371,16 +371,16 @@ class NetContents:
     poles: bool = True
     means: tuple[NetMean, ...] = ()
     fold: FoldAxis | None = None
-    fold_not_good: int | None = None
+    fold_not_good_count: int | None = None
     selected: frozenset[str] = frozenset()
     ellipses: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     contouring: Contouring = Contouring()
-    circles_typed: tuple[NetCircle, ...] = ()
+    user_circles: tuple[NetCircle, ...] = ()
     marks: tuple[NetMark, ...] = ()
     errors: tuple[AnyEllipse, ...] = ()
     averages: tuple[str, ...] = ()
-    live: NetLive | None = None
+    live: LiveFeature | None = None
     notation: str = "dipdir/dip"
     decimals: int = 0
     title: str = ""
@@ -390,10 +390,10 @@ class NetContents:
     north: bool = True
 
     def replace_selection(
-        self, selected_names: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
+        self, selected_ids: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
         """Return a copy of the net with another selection."""
-        return replace(self, selected=frozenset(selected_names), ellipses=tuple(ellipses))
+        return replace(self, selected=frozenset(selected_ids), ellipses=tuple(ellipses))
 
 
 def make_sets(
@@ -409,10 +409,13 @@ def make_sets(
     for i, (name, (kind, azimuth, angle)) in enumerate(groups.items()):
         if kind not in ("plane", "line"):
             raise ValueError(kind)
-        azimuths, b = np.asarray(azimuth, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        is_finite = np.isfinite(azimuths) & np.isfinite(b)
+        azimuths, angles = (
+            np.asarray(azimuth, dtype=np.float64),
+            np.asarray(angle, dtype=np.float64),
+        )
+        is_finite = np.isfinite(azimuths) & np.isfinite(angles)
         names = tuple(ids[name]) if ids and name in ids else ()
-        kept_ids = (
+        finite_ids = (
             tuple(name for name, is_kept in zip(names, is_finite, strict=True) if is_kept)
             if names
             else ()
@@ -429,8 +432,8 @@ def make_sets(
                 name,
                 kind,
                 azimuths[is_finite],
-                b[is_finite],
-                kept_ids,
+                angles[is_finite],
+                finite_ids,
                 color,
                 marker,
                 rotation_errors=selected_rotation_errors,
@@ -495,7 +498,7 @@ def _total(net_set: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     vectors = net_set.vectors()
     values, axes = orientation_tensor(vectors)
     covariance = principal_axis(
-        move_vectors(vectors, net_set.rotation_errors), values, axes, 0
+        differentiate_vectors(vectors, net_set.rotation_errors), values, axes, 0
     ).covariance()[0]
     fisher_cone = None
     if no_fisher_reason(vectors, False) is None:
@@ -508,4 +511,4 @@ def shows_all_circles(net: NetContents) -> bool:
     """Return whether the great circles of all planes are drawn."""
     if net.circles is not None:
         return net.circles
-    return sum(len(set_) for set_ in net.sets if set_.kind == "plane") <= AUTO_CIRCLES
+    return sum(len(set_) for set_ in net.sets if set_.kind == "plane") <= MAX_AUTOMATIC_CIRCLES

@@ -74,11 +74,11 @@ def draw_bar(page: NetPage, plan: ContourPlan) -> None:
     from matplotlib.patches import Rectangle
 
     n, font, row = len(plan.levels), page.font, page.row
-    bar_thickness = bar_width(plan, font, page.is_beside)
-    if page.is_beside:
+    bar_thickness = bar_width(plan, font, page.is_legend_beside)
+    if page.is_legend_beside:
         height = bar_height(plan, font, page.height)
-        x_left, y_low = page.legend_x, page.pad + (page.entries_below + 0.8) * row
-        for i, line in enumerate(reversed(page.bar_words)):
+        x_left, y_low = page.legend_x, page.pad + (page.rows_below + 0.8) * row
+        for i, line in enumerate(reversed(page.bar_lines)):
             page.text(x_left, y_low + height + (0.8 + i) * row, line)
     else:
         height = min(1.5 * font * n, 1.2 * page.radius)

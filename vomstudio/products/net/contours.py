@@ -135,8 +135,8 @@ def contoured_sets(net: NetContents) -> list[NetSet]:
     -------
     list of NetSet
     """
-    contoured_type = net.contouring.set_name
-    return [set_ for set_ in net.sets if len(set_) and contoured_type in (None, set_.group_name)]
+    contoured_name = net.contouring.set_name
+    return [set_ for set_ in net.sets if len(set_) and contoured_name in (None, set_.group_name)]
 
 
 def _describe_subject(net: NetContents) -> str:
@@ -219,10 +219,10 @@ def contour_colors(
     return [mix_colors(color, style.net, float(fraction)) for fraction in np.linspace(0.55, 0.0, n)]
 
 
-def bar_width(plan: ContourPlan, font: float, is_beside: bool) -> float:
+def bar_width(plan: ContourPlan, font: float, is_legend_beside: bool) -> float:
     """Return the total width of the columns of the colour bar in points."""
     k = len(bar_columns(plan))
-    max_letters = 8.0 if is_beside else 2.5
+    max_letters = 8.0 if is_legend_beside else 2.5
     return font if k == 1 else font * min(0.9 * k, max_letters)
 
 
@@ -233,10 +233,10 @@ def bar_height(plan: ContourPlan, font: float, height: float) -> float:
 
 def bar_columns(plan: ContourPlan) -> list[ContourGroup]:
     """Return the first group of each colour, which has its own column in the colour bar."""
-    first: dict[str | None, ContourGroup] = {}
+    first_groups: dict[str | None, ContourGroup] = {}
     for part in plan.parts:
-        first.setdefault(part.of.color if part.of else None, part)
-    return list(first.values())
+        first_groups.setdefault(part.of.color if part.of else None, part)
+    return list(first_groups.values())
 
 
 def bar_space(plan: ContourPlan | None, font: float) -> float:

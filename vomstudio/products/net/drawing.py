@@ -13,15 +13,15 @@ from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.products.net.contents import (
-    AUTO_CIRCLES,
+    MAX_AUTOMATIC_CIRCLES,
     NetContents,
     NetLineEllipse,
     NetSet,
     fold_ellipse,
     shows_all_circles,
 )
-from vomstudio.products.net.legend import fold_texts, set_text
-from vomstudio.products.net.net_axes import plot_curves, plot_parts, plot_vectors
+from vomstudio.products.net.legend import fold_texts, format_set_entry
+from vomstudio.products.net.net_axes import plot_curves, plot_polylines, plot_vectors
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
 
@@ -64,14 +64,14 @@ class NetDrawing:
     def _draw_circles(self, s: NetSet) -> None:
         net, style = self.net, self.style
         count = sum(len(item) for item in net.sets if item.kind == "plane")
-        draws_circles = s.kind == "plane" and shows_all_circles(net)
-        rows = np.arange(len(s) if draws_circles else 0)
+        has_circles = s.kind == "plane" and shows_all_circles(net)
+        rows = np.arange(len(s) if has_circles else 0)
         arcs = nets.great_circles(
             s.azimuth_deg[rows], s.angle_deg[rows], 61 if count <= 100 else 31
         )
         self.arcs.append(arcs)
         self.arc_rows.append(rows)
-        if len(rows) <= AUTO_CIRCLES:
+        if len(rows) <= MAX_AUTOMATIC_CIRCLES:
             self.outlines += list(arcs[:, ::4])
         if len(rows):
             plot_curves(
@@ -86,14 +86,14 @@ class NetDrawing:
     def _draw_additions(self) -> None:
         """Draw the circles, marks and error ellipses of the net."""
         style = self.style
-        for circle in self.net.circles_typed:
+        for circle in self.net.user_circles:
             parts = circle.outline()
             self.outlines += [part[::4] for part in parts]
-            plot_parts(
+            plot_polylines(
                 self.axes,
                 parts,
                 label=circle.label,
-                color=self._ink(circle.color),
+                color=self._addition_color(circle.color),
                 linewidth=style.line_pt if circle.color is None else 1.5 * style.line_pt,
                 linestyle=circle.dash,
                 zorder=layer("circles"),
@@ -108,7 +108,7 @@ class NetDrawing:
             )
         for mark in self.net.marks:
             is_open = mark.marker not in "x+"
-            for width, ink in ((3.6, style.net), (1.8, self._ink(mark.color))):
+            for width, ink in ((3.6, style.net), (1.8, self._addition_color(mark.color))):
                 self._plot_symbol(
                     mark.line.vector(),
                     mark.marker,
@@ -119,19 +119,19 @@ class NetDrawing:
                     label=mark.label if width < 3.0 else "",
                 )
 
-    def _ink(self, color: str | None) -> str:
+    def _addition_color(self, color: str | None) -> str:
         """Return the colour of an addition, which belongs to a set or to none."""
         return self.style.ink if color is None else self.style.outline(self.style.color(color))
 
     def _draw_set(self, s: NetSet) -> None:
         """Draw the poles or lines of a set."""
         net, style = self.net, self.style
-        pole_count = sum(len(item) for item in net.sets)
-        size = style.marker_pt * symbol_scale(pole_count)
-        draws_dots = (
-            net.contour is not None and pole_count > 500
+        feature_count = sum(len(item) for item in net.sets)
+        size = style.marker_pt * symbol_scale(feature_count)
+        is_dotted = (
+            net.contour is not None and feature_count > 500
         )  # so that the contours stay visible
-        if draws_dots:
+        if is_dotted:
             size *= 0.5
         vectors = s.vectors()
         shown_vectors = vectors if net.poles else vectors[:0]
@@ -139,13 +139,13 @@ class NetDrawing:
         up = (s.angle_deg < 0) if s.kind == "line" else np.zeros(len(s), dtype=bool)
         up = up[: len(shown_vectors)]
         face, rim, edge = style.symbol(s)
-        if rim == style.net and (draws_dots or len(vectors) > 2000):
+        if rim == style.net and (is_dotted or len(vectors) > 2000):
             edge = 0.0
         symbol: dict[str, Any] = {
             "linestyle": "none",
             "marker": s.marker,
             "markersize": size * SYMBOL_SIZES.get(s.marker, 1.0),
-            "zorder": layer("dots" if draws_dots else "poles"),
+            "zorder": layer("dots" if is_dotted else "poles"),
         }
         self.poles.append(
             plot_vectors(
@@ -154,8 +154,8 @@ class NetDrawing:
                 markerfacecolor=face,
                 markeredgecolor=rim,
                 markeredgewidth=edge,
-                alpha=0.4 if draws_dots else 1.0,
-                label=set_text(s, net.poles),
+                alpha=0.4 if is_dotted else 1.0,
+                label=format_set_entry(s, net.poles),
                 **symbol,
             )
         )
@@ -202,7 +202,7 @@ class NetDrawing:
     def _draw_means(self) -> None:
         style = self.style
         for mean in self.net.means:
-            color = self._ink(mean.color)
+            color = self._addition_color(mean.color)
             self._plot_symbol(
                 mean.line.vector(),
                 mean.marker,
@@ -218,7 +218,7 @@ class NetDrawing:
     def _draw_ellipse(self, ellipse: NetLineEllipse, color: str) -> None:
         parts = ellipse.outline()
         self.outlines += parts
-        plot_parts(
+        plot_polylines(
             self.axes, parts, color=color, linewidth=self.style.line_pt, zorder=layer("fold")
         )
 

@@ -20,13 +20,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Line
-from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
+from vomstudio.products.net.contents import AnyEllipse, LiveFeature, NetContents
 from vomstudio.products.net.contour_drawing import draw_bar, draw_contours
 from vomstudio.products.net.drawing import NetDrawing
 from vomstudio.products.net.figure_file import FORMATS, font_settings, write_figure
 from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import NetPage
-from vomstudio.products.net.selection_highlight import draw_emphasis
+from vomstudio.products.net.selection_highlight import draw_highlight
 from vomstudio.products.net.style import PRINT, NetStyle
 
 if TYPE_CHECKING:
@@ -83,14 +83,14 @@ class NetArtists:
         """Return the line under a pixel, or None outside the net."""
         return nets.line_at(*self.to_net(x_px, y_px), self.contents.projection)
 
-    def feature_at(self, x_px: float, y_px: float, reach_px: float = 6.0) -> str | None:
+    def feature_at(self, x_px: float, y_px: float, max_distance_px: float = 6.0) -> str | None:
         """Return the id of the nearest pole or line within reach, or else of a great circle.
 
         Great circles must be within half the reach. Of equally near features, the topmost one,
         which was drawn last, is returned.
         """
         point = np.array(self.to_net(x_px, y_px))
-        best_distance, id_ = reach_px / self.radius_px, None
+        best_distance, id_ = max_distance_px / self.radius_px, None
         if self.contents.poles:
             for set_, position in zip(self.contents.sets, self.positions, strict=True):
                 if set_.ids and len(position):
@@ -100,7 +100,7 @@ class NetArtists:
                         best_distance, id_ = float(distances[row]), set_.ids[row]
         if id_ is not None:
             return id_
-        best_distance = max(2.0, reach_px / 2.0) / self.radius_px
+        best_distance = max(2.0, max_distance_px / 2.0) / self.radius_px
         for set_, arcs, rows in zip(self.contents.sets, self.arcs, self.arc_rows, strict=True):
             if set_.ids and len(arcs):
                 distances = _distance_to_arcs(point, arcs)
@@ -109,7 +109,7 @@ class NetArtists:
                     best_distance, id_ = float(distances[i]), set_.ids[int(rows[i])]
         return id_
 
-    def features_within(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
+    def features_in_polygon(self, polygon_px: Sequence[tuple[float, float]]) -> frozenset[str]:
         """Return the ids of the poles and lines inside a pixel polygon (a lasso)."""
         from matplotlib.path import Path as Outline
 
@@ -121,30 +121,30 @@ class NetArtists:
             for i in np.flatnonzero(outline.contains_points(position))
         )
 
-    def select(self, selected_names: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
+    def select(self, selected_ids: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Change the highlighted features; the caller must redraw the canvas.
 
         The whole net is drawn again only if the legend entry of the ellipse changes.
         """
-        legend_names = _named_in_legend(self.contents)
-        self.contents = self.contents.replace_selection(selected_names, ellipses)
-        if legend_names != _named_in_legend(self.contents) and not self.contents.compact:
+        ellipse_types = _legend_ellipse_types(self.contents)
+        self.contents = self.contents.replace_selection(selected_ids, ellipses)
+        if ellipse_types != _legend_ellipse_types(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
             new_artists = draw_stereonet(figure, self.contents, self.style)
             self.__dict__.update(new_artists.__dict__)
             return
-        self._emphasise()
+        self._update_highlight()
 
-    def show_live(self, live_net: NetLive | None) -> None:
+    def show_live_feature(self, live_feature: LiveFeature | None) -> None:
         """Draw the feature being picked on top; the caller must redraw the canvas."""
-        self.contents = replace(self.contents, live=live_net)
-        self._emphasise()
+        self.contents = replace(self.contents, live=live_feature)
+        self._update_highlight()
 
-    def _emphasise(self) -> None:
+    def _update_highlight(self) -> None:
         for artist in self.emphasis:
             artist.remove()
-        self.emphasis = draw_emphasis(self.axes, self.contents, self.style)
+        self.emphasis = draw_highlight(self.axes, self.contents, self.style)
 
 
 def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) -> NetArtists:
@@ -167,7 +167,7 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
         draw_contours(page.axes, page.contours, style)
     drawing = NetDrawing(page.axes, net, style)
     drawing.draw()
-    emphasis = draw_emphasis(page.axes, net, style)
+    emphasis = draw_highlight(page.axes, net, style)
     page.draw_legend()
     if page.bar is not None:
         draw_bar(page, page.bar)
@@ -192,13 +192,13 @@ def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> fl
     from matplotlib.figure import Figure
 
     min_diameter_pt = min(_MIN_NET_MM, _MIN_WIDTH_SHARE * width_mm) / 25.4 * 72.0
-    height, previous_height = SIZE_MM[1], 0.0
+    height, previous_radius = SIZE_MM[1], 0.0
     while height < _MAX_HEIGHT_MM:
         page = NetPage(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
         # The width may be the limiting dimension.
-        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= previous_height):
+        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= previous_radius):
             break
-        previous_height = page.radius
+        previous_radius = page.radius
         height += _HEIGHT_STEP_MM
     return height
 
@@ -238,7 +238,7 @@ def write_stereonet(
     )
 
 
-def _named_in_legend(net: NetContents) -> list[type]:
+def _legend_ellipse_types(net: NetContents) -> list[type]:
     """Return the kinds of ellipses of the selection that the legend explains."""
     return [type(ellipse) for ellipse in net.ellipses]
 

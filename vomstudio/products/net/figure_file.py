@@ -16,7 +16,7 @@ from vomstudio.products.net.style import NetStyle
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Drawn = TypeVar("Drawn")
+DrawResult = TypeVar("DrawResult")
 
 FORMATS = ("svg", "pdf", "png")
 """Formats of figures; pages with pictures can also be written as JPEG."""
@@ -27,7 +27,7 @@ _SAVE_OPTIONS: Mapping[str, dict[str, Any]] = {
     # Disable chroma subsampling, so that thin coloured lines keep their colour.
     "jpeg": {"pil_kwargs": {"quality": 92, "subsampling": 0}},
 }
-_OTHER_SCRIPTS = (
+_FALLBACK_FONTS = (
     "Noto Sans CJK SC",
     "Noto Sans CJK JP",
     "Noto Sans CJK KR",
@@ -47,19 +47,19 @@ _OTHER_SCRIPTS = (
     "Arial Unicode MS",
 )
 # Matplotlib's settings are global, so concurrent writers would change each other's settings.
-_SETTINGS = threading.Lock()
+_SETTINGS_LOCK = threading.Lock()
 
 
 def write_figure(
     target: str | Path | IO[bytes],
-    draw: Callable[[Figure], Drawn],
+    draw: Callable[[Figure], DrawResult],
     *,
     format: str,
     size_mm: tuple[float, float] | Callable[[], tuple[float, float]],
     paper: str,
     dpi: float,
     settings: Mapping[str, Any] | None = None,
-) -> Drawn:
+) -> DrawResult:
     """Write a drawing as SVG, PDF, PNG or JPEG, without a date or random names.
 
     Text remains editable in SVG and PDF.
@@ -92,27 +92,27 @@ def write_figure(
 
     rc: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
     rc = rc | dict(settings or {})
-    if other_fonts := fonts_of_other_scripts():
-        rc["font.family"] = [*rc.get("font.family", ["DejaVu Sans"]), *other_fonts]
-    with _SETTINGS, rc_context(rc):
+    if fallbacks := fallback_fonts():
+        rc["font.family"] = [*rc.get("font.family", ["DejaVu Sans"]), *fallbacks]
+    with _SETTINGS_LOCK, rc_context(rc):
         width, height = size_mm() if callable(size_mm) else size_mm
         figure = Figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(figure)
         figure.set_facecolor(paper)
-        drawn_figure = draw(figure)
+        result = draw(figure)
         for text in figure.findobj(Text):
             text.set_text(replace_control_characters(text.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_SAVE_OPTIONS[format])
-    return drawn_figure
+    return result
 
 
 @cache
-def fonts_of_other_scripts() -> tuple[str, ...]:
+def fallback_fonts() -> tuple[str, ...]:
     """Return the installed fonts that have characters which matplotlib's own font lacks."""
     from matplotlib.font_manager import fontManager
 
-    installed = {font.name for font in fontManager.ttflist}
-    return tuple(name for name in _OTHER_SCRIPTS if name in installed)
+    installed_names = {font.name for font in fontManager.ttflist}
+    return tuple(name for name in _FALLBACK_FONTS if name in installed_names)
 
 
 def size_settings(style: NetStyle) -> dict[str, Any]:

@@ -22,11 +22,11 @@ LIMITS = {
 }
 """Bounds of the dimensions of a figure."""
 MAX_LEVELS = 20
-_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+_COLOR_PATTERN = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 @dataclass(frozen=True)
-class FigureLook(Options):
+class FigureAppearance(Options):
     """Fonts, lines and colours of a figure.
 
     Raises
@@ -73,7 +73,7 @@ class FigureLook(Options):
 
 
 @dataclass(frozen=True)
-class StereonetFigure(FigureLook):
+class StereonetFigure(FigureAppearance):
     """Size and appearance of a stereonet.
 
     Raises
@@ -138,7 +138,7 @@ class StereonetFigure(FigureLook):
 
 
 @dataclass(frozen=True)
-class RoseFigure(FigureLook):
+class RoseFigure(FigureAppearance):
     """Size and appearance of rose diagrams.
 
     Raises
@@ -174,7 +174,7 @@ class SetColors(Options):
         super().__post_init__()
         for item in self.colors:
             name, _, color = item.rpartition("=")
-            if not name or not _COLOR.fullmatch(color):
+            if not name or not _COLOR_PATTERN.fullmatch(color):
                 raise UsageError(Finding("figure.not-a-color", text=item), field="--color")
 
     @property

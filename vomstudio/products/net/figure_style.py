@@ -73,23 +73,27 @@ class FigureStyle:
             name: value for name, value in stated_sizes.items() if value is not None
         }
         return replace(
-            PRINT, grey=figure.grey, family=figure.font or "", swaps=dict(self.colors), **sizes
+            PRINT,
+            grey=figure.grey,
+            family=figure.font or "",
+            color_replacements=dict(self.colors),
+            **sizes,
         )
 
-    def to_keep(self) -> dict[str, Any]:
+    def to_settings(self) -> dict[str, Any]:
         """Return the values that differ from the defaults, to be stored in the settings."""
         colors = {"colors": dict(self.colors)} if self.colors else {}
         return {**given_options(self.figure), **colors}
 
     @classmethod
     def restore(cls, values: Mapping[str, Any]) -> FigureStyle:
-        """Restore a style from `to_keep`, or the default style if the values are invalid."""
+        """Restore a style from `to_settings`, or the default style if the values are invalid."""
         names = {item.name for item in fields(StereonetFigure)}
         figure_values = {name: value for name, value in values.items() if name in names}
         try:
             figure = cls.from_options(StereonetFigure(**figure_values)).figure
             colors = dict(values.get("colors", {}))
-            SetColors(tuple(f"{old}={new}" for old, new in colors.items()))
+            SetColors(tuple(f"{set_name}={color}" for set_name, color in colors.items()))
         except (UsageError, TypeError, ValueError):
             return cls()
         return cls(figure, colors)

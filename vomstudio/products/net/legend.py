@@ -9,7 +9,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_error_deg, format_plane
 from vomstudio.products.net.contents import (
-    TYPED_LINE,
+    USER_LINE_MARKER,
     NetContents,
     NetLineEllipse,
     NetSet,
@@ -19,7 +19,7 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.style import NetStyle
 
-_EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
+_NO_BREAK_EQUALS = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 SYMBOLS = {
     "slip": to_translate("Slip of the hanging wall"),
     "line-ellipse": to_translate("Joint 95 % region of the selected line"),
@@ -37,9 +37,9 @@ class NetLegendEntry:
     marker: str | None = None
     line: str | None = None
     is_outlined: bool = False
-    like: NetSet | None = None
+    symbol_set: NetSet | None = None
     """Set whose symbol is drawn in the same way as on the net."""
-    is_continued: bool = False
+    is_continuation: bool = False
     """Whether the text continues that of the previous entry."""
 
 
@@ -49,16 +49,18 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
     names = [set_.name for set_ in net.sets]
     for set_ in net.sets:
         has_circles = set_.kind == "plane" and shows_all_circles(net)
-        terse = set_.name
+        short_name = set_.name
         if set_.kind == "line" and names.count(set_.name) > 1:
-            terse = tr("{set}, lines", set=terse)
+            short_name = tr("{set}, lines", set=short_name)
         entries.append(
             NetLegendEntry(
-                f"{terse} ({len(set_):,})" if net.compact else set_text(set_, net.poles),
+                f"{short_name} ({len(set_):,})"
+                if net.compact
+                else format_set_entry(set_, net.poles),
                 style.color(set_.color),
                 set_.marker if net.poles else None,
                 "-" if has_circles else None,
-                like=set_,
+                symbol_set=set_,
             )
         )
     if net.poles and any(set_.slips is not None for set_ in net.sets):
@@ -67,12 +69,12 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[NetLegendEntry]:
         beta, plane = fold_texts(net, net.fold)
         entries.append(NetLegendEntry(beta, style.ink, "*"))
         entries.append(NetLegendEntry(plane, style.ink, None, "--"))
-    for circle in (item for item in net.circles_typed if item.label):
+    for circle in (item for item in net.user_circles if item.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(NetLegendEntry(circle.label, color, None, circle.dash))
-    if any(mark.marker == TYPED_LINE for mark in net.marks):
+    if any(mark.marker == USER_LINE_MARKER for mark in net.marks):
         text = tr("Line on a plane (rake)")
-        entries.append(NetLegendEntry(text, style.net, TYPED_LINE, None, is_outlined=True))
+        entries.append(NetLegendEntry(text, style.net, USER_LINE_MARKER, None, is_outlined=True))
     if net.errors:
         entries.append(NetLegendEntry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
@@ -100,13 +102,13 @@ def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
         errors = " / ".join(f"±{format_error_deg(angle)}" for angle in semi_axes)
         text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
     text = tr("{beta}, n = {n:,}", beta=text, n=fold.n)
-    if net.fold_not_good:
-        text = tr("{beta}, {count:,} not good", beta=text, count=net.fold_not_good)
+    if net.fold_not_good_count:
+        text = tr("{beta}, {count:,} not good", beta=text, count=net.fold_not_good_count)
     plane = format_plane(fold.pi_plane, net.notation, net.decimals)
     return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
-def set_text(net_set: NetSet, include_poles: bool) -> str:
+def format_set_entry(net_set: NetSet, include_poles: bool) -> str:
     """Return the full legend text of a set.
 
     Parameters
@@ -151,13 +153,13 @@ def wrap_text(text: str, font_pt: float, width: float) -> list[str]:
     An equals sign and both of its sides stay together.
     """
     lines: list[str] = []
-    for word in text.replace(" = ", _EQUALS).split(" "):
-        longer = f"{lines[-1]} {word}" if lines else word
-        if lines and text_width(longer, font_pt) <= width:
-            lines[-1] = longer
+    for word in text.replace(" = ", _NO_BREAK_EQUALS).split(" "):
+        extended_line = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(extended_line, font_pt) <= width:
+            lines[-1] = extended_line
         else:
             lines.append(word)
-    return [line.replace(_EQUALS, " = ") for line in lines]
+    return [line.replace(_NO_BREAK_EQUALS, " = ") for line in lines]
 
 
 def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal") -> str:
@@ -165,11 +167,11 @@ def shorten_text(text: str, font_pt: float, width: float, weight: str = "normal"
     if text_width(text, font_pt, weight) <= width:
         return text
     # Measuring is slow, so find the end by bisection.
-    fits, too_long = 1, len(text)
-    while too_long - fits > 1:
-        centre = (fits + too_long) // 2
+    low, high = 1, len(text)
+    while high - low > 1:
+        centre = (low + high) // 2
         if text_width(text[:centre] + "…", font_pt, weight) <= width:
-            fits = centre
+            low = centre
         else:
-            too_long = centre
-    return text[:fits].rstrip() + "…"
+            high = centre
+    return text[:low].rstrip() + "…"

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.transforms import Transform
 
-UNIT = (-1.0, 1.0)
-NORTH_LETTERS, NORTH_SIZE = 1.5, 1.15
+UNIT_RANGE = (-1.0, 1.0)
+NORTH_HEIGHT_LETTERS, NORTH_SIZE = 1.5, 1.15
 """Height of the middle of the N over the circle, and its size, in sizes of the font."""
 
 
@@ -59,8 +59,8 @@ def add_net(
     style: NetStyle,
     projection: str = "area",
     *,
-    x_radii: tuple[float, float] = UNIT,
-    y_radii: tuple[float, float] = UNIT,
+    x_radii: tuple[float, float] = UNIT_RANGE,
+    y_radii: tuple[float, float] = UNIT_RANGE,
     north: str = "N",
 ) -> Any:
     """Add axes of a net with circle, ticks every 10 degrees, centre and north.
@@ -103,7 +103,7 @@ def add_net(
     if north:
         axes.text(
             0.0,
-            1.0 + NORTH_LETTERS * letter,
+            1.0 + NORTH_HEIGHT_LETTERS * letter,
             north,
             ha="center",
             va="center_baseline",
@@ -197,7 +197,7 @@ def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any
     return line  # type: ignore[no-any-return]
 
 
-def plot_parts(
+def plot_polylines(
     ax: Any, parts: Sequence[FloatArray], *, label: str = "", **look: Any
 ) -> list[Line2D]:
     """Plot the parts (k, 3) of one curve on the lower hemisphere; the first one has the label.

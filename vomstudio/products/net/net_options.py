@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane, parse_plane
 from vomstudio.geology.orientation import (
@@ -21,7 +21,7 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.rotations import pairwise_intersections, rotate_vectors, untilt
 from vomstudio.products.net.contents import (
     OKABE_ITO,
-    TYPED_LINE,
+    USER_LINE_MARKER,
     AnyEllipse,
     NetBand,
     NetCircle,
@@ -54,7 +54,7 @@ def parse_cone(text: str) -> NetCircle:
     ------
     UsageError
     """
-    trend, plunge, half_angle = _parse_three(text, "--cone")
+    trend, plunge, half_angle = _parse_three_numbers(text, "--cone")
     if not 0.0 < half_angle <= 90.0:
         raise _range_error("half-angle", half_angle, 0, 90, "--cone")
     return NetCircle(_line(trend, plunge, "--cone"), half_angle, tr("Cone {cone}", cone=text))
@@ -67,7 +67,7 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
     ------
     UsageError
     """
-    direction, dip, rake = _parse_three(text, "--slip-line")
+    direction, dip, rake = _parse_three_numbers(text, "--slip-line")
     if not 0.0 <= dip <= 90.0:
         raise _range_error("dip", dip, 0, 90, "--slip-line")
     if not abs(rake) <= 180.0:
@@ -86,7 +86,7 @@ def parse_slip(text: str) -> tuple[NetCircle, NetMark]:
 
 def _parse_mark(line: Line, text: str) -> NetMark:
     label = tr("{said}: {line}", said=text, line=format_line(line))
-    return NetMark(line, label, TYPED_LINE, typed_text=text)
+    return NetMark(line, label, USER_LINE_MARKER, input_text=text)
 
 
 def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
@@ -99,7 +99,7 @@ def parse_net_plane(text: str, field: str, notation: str = "dipdir/dip") -> Plan
     try:
         return parse_plane(text, notation)
     except InputError as error:
-        raise UsageError(cause_of(error), field=field) from error
+        raise UsageError(cause_finding(error), field=field) from error
 
 
 def parse_rotation(text: str) -> tuple[Line, float]:
@@ -109,11 +109,11 @@ def parse_rotation(text: str) -> tuple[Line, float]:
     ------
     UsageError
     """
-    trend, plunge, angle = _parse_three(text, "--rotate")
+    trend, plunge, angle = _parse_three_numbers(text, "--rotate")
     return _line(trend, plunge, "--rotate"), angle
 
 
-def _parse_three(text: str, field: str) -> tuple[float, float, float]:
+def _parse_three_numbers(text: str, field: str) -> tuple[float, float, float]:
     try:
         first, second, third = (float(word) for word in text.split("/"))
         if np.isfinite([first, second, third]).all():
@@ -137,7 +137,7 @@ def _range_error(angle: str, value: float, minimum: int, maximum: int, field: st
 
 
 @dataclass(frozen=True)
-class Turning:
+class NetRotation:
     """Rotation that is applied to orientations before drawing.
 
     First, the plane is rotated to horizontal about its strike. Then everything is rotated about the
@@ -208,7 +208,7 @@ class Turning:
         return replace(circle, axis=axis, label=label)
 
     def rotate_mark(self, mark: NetMark) -> NetMark:
-        return _parse_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.typed_text)
+        return _parse_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.input_text)
 
     def rotate_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):
@@ -219,18 +219,18 @@ class Turning:
         return replace(line, line=Line.from_vector(vector), axis=axis)
 
 
-def rotate_net(net: NetContents, turning: Turning) -> NetContents:
+def rotate_net(net: NetContents, turning: NetRotation) -> NetContents:
     """Rotate a net and recompute its means."""
     sets = [turning.rotate_set(set_) for set_ in net.sets]
-    has_mean = {mean.color + mean.marker for mean in net.means}
-    clustered_sets = [set_ for set_ in sets if set_.color + set_.marker in has_mean]
+    keys_with_mean = {mean.color + mean.marker for mean in net.means}
+    clustered_sets = [set_ for set_ in sets if set_.color + set_.marker in keys_with_mean]
     return replace(
         net,
         sets=tuple(sets),
         means=compute_means(clustered_sets, net.notation, net.decimals),
         errors=tuple(turning.rotate_ellipse(error) for error in net.errors),
-        circles_typed=tuple(
-            turning.rotate_circle(circle, net.notation) for circle in net.circles_typed
+        user_circles=tuple(
+            turning.rotate_circle(circle, net.notation) for circle in net.user_circles
         ),
         marks=tuple(map(turning.rotate_mark, net.marks)),
         notes=(*net.notes, *turning.notes),

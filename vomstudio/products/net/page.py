@@ -14,9 +14,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.notation import format_attitude
-from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
+from vomstudio.products.net.contents import MAX_AUTOMATIC_CIRCLES, NetContents
 from vomstudio.products.net.contours import ContourPlan, bar_height, bar_space
-from vomstudio.products.net.labels import Box, find_label_place
+from vomstudio.products.net.labels import Box, find_label_position
 from vomstudio.products.net.legend import (
     NetLegendEntry,
     legend_entries,
@@ -24,7 +24,7 @@ from vomstudio.products.net.legend import (
     text_width,
     wrap_text,
 )
-from vomstudio.products.net.net_axes import NORTH_LETTERS, NORTH_SIZE, add_net
+from vomstudio.products.net.net_axes import NORTH_HEIGHT_LETTERS, NORTH_SIZE, add_net
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer
 
 if TYPE_CHECKING:
@@ -41,9 +41,9 @@ _MAX_BRIEF_ROWS = 2
 """Maximum number of rows of the legend of a small net."""
 _MAX_CORNER_SHARE = 0.4
 """Maximum width of the selected feature's name, as a share of the width of the net."""
-_SIGN_LETTERS = 2.2
+_SYMBOL_LETTERS = 2.2
 """Width of the symbol of a legend entry, in letter widths."""
-_HINTING = 1.05
+_HINTING_FACTOR = 1.05
 """Maximum width of a text on the screen, in widths of its outlines, because letters are hinted."""
 _MIN_CONNECTED_LETTERS = 1.5
 """Minimum distance, in letter widths, at which a line connects a label to its mark."""
@@ -66,25 +66,27 @@ class NetPage:
         self.entries = legend_entries(net, style)
         self.contours = ContourPlan.of(net)
         self.bar = self.contours if self.contours and self.contours.levels else None
-        self.foot = list(net.notes)
+        self.caption_lines = list(net.notes)
         planes = sum(len(set_) for set_ in net.sets if set_.kind == "plane")
-        if net.circles is None and planes > AUTO_CIRCLES and not net.brief:
-            self.foot.append(tr("Great circles of {count:,} planes are not drawn", count=planes))
+        if net.circles is None and planes > MAX_AUTOMATIC_CIRCLES and not net.brief:
+            self.caption_lines.append(
+                tr("Great circles of {count:,} planes are not drawn", count=planes)
+            )
         if self.contours and not self.bar:
-            self.foot.append(Finding("net.nowhere-dense").message)
+            self.caption_lines.append(Finding("net.nowhere-dense").message)
         if self.bar and self.bar.subject and net.compact:
-            self.foot.append(tr("Contours {subject}", subject=self.bar.subject))
-        self.foot.append("" if net.brief else tr(PROJECTION_NAMES[net.projection]))
+            self.caption_lines.append(tr("Contours {subject}", subject=self.bar.subject))
+        self.caption_lines.append("" if net.brief else tr(PROJECTION_NAMES[net.projection]))
         self.averages = () if net.brief else net.averages
         if net.brief:
-            self.entries = [entry for entry in self.entries if entry.like is not None]
-            if len(self._flow(self.width - 2 * self.pad)) > _MAX_BRIEF_ROWS:
+            self.entries = [entry for entry in self.entries if entry.symbol_set is not None]
+            if len(self._arrange_in_rows(self.width - 2 * self.pad)) > _MAX_BRIEF_ROWS:
                 self.entries = []
         self.words: list[str] = []
         self.whole = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
-        self.bar_words: list[str] = []
+        self.bar_lines: list[str] = []
         """Name, subject and unit of the colour bar beside the net."""
         self._arrange()
 
@@ -113,118 +115,127 @@ class NetPage:
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
         bar = bar_space(self.bar, self.font)
-        notes, widest_width = self.foot, _MAX_LEGEND_LETTERS * self.font
+        notes, max_legend_width = self.caption_lines, _MAX_LEGEND_LETTERS * self.font
 
-        self.foot = _lines(notes, self.font, widest_width)
-        lines = _lines(self.averages, self.font, widest_width)
+        self.caption_lines = _wrap_texts(notes, self.font, max_legend_width)
+        lines = _wrap_texts(self.averages, self.font, max_legend_width)
         if self.bar is not None:
             texts = [text for text in (self.bar.name, self.bar.subject, self.bar.unit) if text]
-            self.bar_words = _lines(texts, self.font, widest_width)
+            self.bar_lines = _wrap_texts(texts, self.font, max_legend_width)
         gap = tick + 1.5 * self.font
         column = self._column_width(lines)
-        is_beside = min(
+        diameter_beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
-        low_width = self.width - 2 * self.pad
+        width_below = self.width - 2 * self.pad
         if self.bar is not None and not self.net.compact:
             notes = [*notes[:-1], *_describe_bar(self.bar), notes[-1]]
-        low_foot = _lines(notes, self.font, low_width)
+        caption_below = _wrap_texts(notes, self.font, width_below)
         available_space = self.width - 2 * (self.pad + tick) - bar
-        rows, low_words, low = self._under_net(low_foot, head + tick, available_space)
+        rows, averages_below, low = self._arrange_below_net(
+            caption_below, head + tick, available_space
+        )
         diameter_below = min(self.height - head - tick - low - self.heading, available_space)
 
-        self.is_beside = is_beside >= diameter_below and not self.net.brief
-        self.radius = max(is_beside if self.is_beside else diameter_below, 20.0) / 2.0
-        if self.is_beside:
+        self.is_legend_beside = diameter_beside >= diameter_below and not self.net.brief
+        self.radius = max(diameter_beside if self.is_legend_beside else diameter_below, 20.0) / 2.0
+        if self.is_legend_beside:
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
             self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
-            available_space = self.height - 2 * self.pad - self._foot() - self.heading
+            available_space = self.height - 2 * self.pad - self._caption_height() - self.heading
             maximum = max(int(available_space / (1.15 * self.row)), 1)
-            rows = self._stack(self.legend_width)
+            rows = self._arrange_in_column(self.legend_width)
             self.rows = rows[:maximum]
             available_space -= 1.15 * self.row * len(self.rows)
-            self.words = _cut(lines, max(int(available_space / self.row), 0))
+            self.words = _limit_lines(lines, max(int(available_space / self.row), 0))
             self.whole = len(self.rows) == len(rows) and self.words == lines
         else:
-            self.foot, self.rows, self.words = low_foot, rows, low_words
-            self.whole = self.words == _lines(self.averages, self.font, low_width)
-            self.whole = self.whole and len(rows) == len(self._flow(low_width))
+            self.caption_lines, self.rows, self.words = caption_below, rows, averages_below
+            self.whole = self.words == _wrap_texts(self.averages, self.font, width_below)
+            self.whole = self.whole and len(rows) == len(self._arrange_in_rows(width_below))
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad
-            self.legend_width = low_width
+            self.legend_width = width_below
 
-    def _under_net(
-        self, foot: list[str], head: float, widest_value: float
+    def _arrange_below_net(
+        self, caption_lines: list[str], head: float, max_width: float
     ) -> tuple[list[LegendRow], list[str], float]:
         """Return the legend rows below the net, the wrapped averages, and their total height.
 
-        `head` is the height above the net, and `widest_value` the maximum diameter of the net.
+        `head` is the height above the net, and `max_width` the maximum diameter of the net.
         """
-        rows = self._flow(self.width - 2 * self.pad)
-        lines = _lines(self.averages, self.font, self.width - 2 * self.pad)
-        min_width = min((0.55 if self.net.compact else 0.4) * self.height, widest_value)
-        low = (len(rows) + len(lines) + len(foot)) * self.row + self.pad
+        rows = self._arrange_in_rows(self.width - 2 * self.pad)
+        lines = _wrap_texts(self.averages, self.font, self.width - 2 * self.pad)
+        min_width = min((0.55 if self.net.compact else 0.4) * self.height, max_width)
+        low = (len(rows) + len(lines) + len(caption_lines)) * self.row + self.pad
         # Assign space to the net first, then to the legend, then to the averages.
         while (len(rows) > 1 or lines) and self.height - head - low < min_width:
             if lines:
-                lines = _cut(lines, len(lines) - 1)
+                lines = _limit_lines(lines, len(lines) - 1)
             else:
                 rows.pop()
-            low = (len(rows) + len(lines) + len(foot)) * self.row + self.pad
+            low = (len(rows) + len(lines) + len(caption_lines)) * self.row + self.pad
         return rows, lines, low
 
-    def _column_width(self, words: list[str]) -> float:
+    def _column_width(self, lines: list[str]) -> float:
         """Return the width of a legend beside the net, in which long texts are wrapped."""
         entries = [
-            _SIGN_LETTERS * self.font + text_width(entry.text, self.font) for entry in self.entries
+            _SYMBOL_LETTERS * self.font + text_width(entry.text, self.font)
+            for entry in self.entries
         ]
         widest = min(max(entries, default=0.0), _MAX_LEGEND_LETTERS * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
-        texts = [*self.foot, *words, *self.bar_words]
-        return _HINTING * max(widest, title, *(text_width(text, self.font) for text in texts))
+        texts = [*self.caption_lines, *lines, *self.bar_lines]
+        return _HINTING_FACTOR * max(
+            widest, title, *(text_width(text, self.font) for text in texts)
+        )
 
-    def _foot(self) -> float:
+    def _caption_height(self) -> float:
         """Return the height of the caption and the colour bar below a legend beside the net."""
-        top_of_foot = (self.entries_below + 1.0) * self.row
+        caption_height = (self.rows_below + 1.0) * self.row
         if self.bar is None:
-            return top_of_foot
-        words = (len(self.bar_words) + 1.0) * self.row
-        return top_of_foot + bar_height(self.bar, self.font, self.height) + words
+            return caption_height
+        bar_text_height = (len(self.bar_lines) + 1.0) * self.row
+        return caption_height + bar_height(self.bar, self.font, self.height) + bar_text_height
 
     @property
-    def entries_below(self) -> int:
+    def rows_below(self) -> int:
         """Number of text rows below the legend."""
-        return len(self.foot) + len(self.words)
+        return len(self.caption_lines) + len(self.words)
 
     def _wrap(self, entry: NetLegendEntry, width: float) -> list[NetLegendEntry]:
         """Return the lines of an entry; on the screen, long texts are shortened instead."""
         if self.net.compact:
             return [entry]
-        letters_per_line = (width - _SIGN_LETTERS * self.font) / _HINTING
-        lines = wrap_text(entry.text, self.font, letters_per_line)
-        continuation = [NetLegendEntry(line, entry.color, is_continued=True) for line in lines[1:]]
+        line_width = (width - _SYMBOL_LETTERS * self.font) / _HINTING_FACTOR
+        lines = wrap_text(entry.text, self.font, line_width)
+        continuation = [
+            NetLegendEntry(line, entry.color, is_continuation=True) for line in lines[1:]
+        ]
         return [replace(entry, text=lines[0]), *continuation]
 
-    def _stack(self, width: float) -> list[LegendRow]:
+    def _arrange_in_column(self, width: float) -> list[LegendRow]:
         """Arrange legend entries below each other."""
         return [[(0.0, line)] for entry in self.entries for line in self._wrap(entry, width)]
 
-    def _flow(self, width: float) -> list[LegendRow]:
+    def _arrange_in_rows(self, width: float) -> list[LegendRow]:
         """Arrange legend entries side by side in rows."""
         rows: list[LegendRow] = []
         x = 0.0
         for entry in self.entries:
-            need = _SIGN_LETTERS * self.font + _HINTING * text_width(entry.text, self.font)
-            if rows and x + need <= width:
+            required_width = _SYMBOL_LETTERS * self.font + _HINTING_FACTOR * text_width(
+                entry.text, self.font
+            )
+            if rows and x + required_width <= width:
                 rows[-1].append((x, entry))
             else:
                 rows += [[(0.0, line)] for line in self._wrap(entry, width)]
                 x = 0.0
-            x += need + 1.6 * self.font
+            x += required_width + 1.6 * self.font
         return rows
 
     def to_page(self, vectors: FloatArray, *, flip: bool = True) -> FloatArray:
@@ -279,7 +290,7 @@ class NetPage:
     def draw_north(self) -> None:
         self.text(
             self.cx,
-            self.cy + self.radius + NORTH_LETTERS * self.font,
+            self.cy + self.radius + NORTH_HEIGHT_LETTERS * self.font,
             "N" if self.net.north else "y",
             align="center",
             weight="bold",
@@ -312,10 +323,10 @@ class NetPage:
         if reserved_box is not None:
             self.text_boxes.append(reserved_box)
         for mark, (_, text) in zip(marks, labels, strict=True):
-            position = find_label_place(self, mark, text, obstacles, marks)
+            position = find_label_position(self, mark, text, obstacles, marks)
             if position is not None:
                 self.text(*position, text, color=style.ink, halo=True)
-                self._join(mark)
+                self._connect_label(mark)
         self.text_boxes = [box for box in self.text_boxes if box is not reserved_box]
 
     def _reserved_box(self) -> Box | None:
@@ -326,7 +337,7 @@ class NetPage:
             return (0.0, 0.0, self.width, self.pad + self.row)
         return (0.0, self.height - 2 * self.row, _MAX_CORNER_SHARE * self.width, self.height)
 
-    def _join(self, mark: FloatArray) -> None:
+    def _connect_label(self, mark: FloatArray) -> None:
         """Connect the last text to its mark by a line if other symbols are nearer to it."""
         x_left, y_low, x_right, y_high = self.text_boxes[-1]
         end = np.clip(mark, [x_left, y_low], [x_right, y_high])
@@ -345,23 +356,25 @@ class NetPage:
 
     def draw_legend(self) -> None:
         if self.net.title:
-            available_width = self.legend_width if self.is_beside else self.width - 2 * self.pad
+            available_width = (
+                self.legend_width if self.is_legend_beside else self.width - 2 * self.pad
+            )
             title = shorten_text(self.net.title, 1.15 * self.font, available_width, "bold")
             top = self.height - self.pad - 0.5 * self.row
             self.text(self.legend_x, top, title, weight="bold", size=1.15)
-        if self.is_beside:
+        if self.is_legend_beside:
             y = self.height - self.pad - 0.5 * self.row - self.heading
         else:
-            y = self.pad + (len(self.rows) + self.entries_below - 0.5) * self.row
-        step = self.row * (1.15 if self.is_beside else 1.0)
+            y = self.pad + (len(self.rows) + self.rows_below - 0.5) * self.row
+        step = self.row * (1.15 if self.is_legend_beside else 1.0)
         for row in self._shown_rows():
             for offset, entry in row:
-                available_width = self.legend_width - offset - _SIGN_LETTERS * self.font
-                text = shorten_text(entry.text, self.font, available_width / _HINTING)
-                self._legend_entry(offset, y, replace(entry, text=text))
+                available_width = self.legend_width - offset - _SYMBOL_LETTERS * self.font
+                text = shorten_text(entry.text, self.font, available_width / _HINTING_FACTOR)
+                self._draw_legend_entry(offset, y, replace(entry, text=text))
             y -= step
-        for i, line in enumerate([*self.words, *self.foot]):
-            y = self.pad + (self.entries_below - i - 0.5) * self.row
+        for i, line in enumerate([*self.words, *self.caption_lines]):
+            y = self.pad + (self.rows_below - i - 0.5) * self.row
             text = shorten_text(line, self.font, self.legend_width)
             color = self.style.soft if i >= len(self.words) else self.style.ink
             if text:
@@ -373,18 +386,18 @@ class NetPage:
         shown_entries = [entry for row in rows for _, entry in row]
         if len(shown_entries) == sum(len(row) for row in self._all_rows()):
             return rows
-        while len(rows) > 1 and rows[-1][-1][1].is_continued:
+        while len(rows) > 1 and rows[-1][-1][1].is_continuation:
             rows = rows[:-1]
         offset, last_entry = rows[-1][-1]
-        shown_entries = [entry for row in rows for _, entry in row if not entry.is_continued]
+        shown_entries = [entry for row in rows for _, entry in row if not entry.is_continuation]
         text = tr("and {count} more", count=len(self.entries) - len(shown_entries) + 1)
         return [*rows[:-1], [*rows[-1][:-1], (offset, NetLegendEntry(text, last_entry.color))]]
 
     def _all_rows(self) -> list[LegendRow]:
-        arrange = self._stack if self.is_beside else self._flow
+        arrange = self._arrange_in_column if self.is_legend_beside else self._arrange_in_rows
         return arrange(self.legend_width)
 
-    def _legend_entry(self, offset: float, y: float, entry: NetLegendEntry) -> None:
+    def _draw_legend_entry(self, offset: float, y: float, entry: NetLegendEntry) -> None:
         style = self.style
         x = self.legend_x + offset
         if entry.line is not None:
@@ -400,8 +413,8 @@ class NetPage:
             marker_scale = 1.6 if entry.marker == "*" or entry.is_outlined else 1.1
             face, edge = entry.color, style.ink if entry.is_outlined else style.paper
             width = (1.4 if entry.is_outlined else 0.5) * style.line_pt
-            if entry.like is not None:
-                face, edge, width = style.symbol(entry.like)
+            if entry.symbol_set is not None:
+                face, edge, width = style.symbol(entry.symbol_set)
                 marker_scale = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
             self.plot(
                 [x + 0.8 * self.font],
@@ -414,7 +427,7 @@ class NetPage:
                 markeredgecolor=edge,
                 markeredgewidth=width,
             )
-        self.text(x + _SIGN_LETTERS * self.font, y, entry.text)
+        self.text(x + _SYMBOL_LETTERS * self.font, y, entry.text)
 
 
 def _describe_bar(plan: ContourPlan) -> list[str]:
@@ -423,12 +436,12 @@ def _describe_bar(plan: ContourPlan) -> list[str]:
     return [f"{name}; {plan.unit}"]
 
 
-def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
+def _wrap_texts(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
     """Wrap texts to a width."""
     return [line for text in texts for line in wrap_text(text, font_pt, width)]
 
 
-def _cut(lines: list[str], max_lines: int) -> list[str]:
+def _limit_lines(lines: list[str], max_lines: int) -> list[str]:
     """Limit the number of lines of averages; the last one reports omitted lines."""
     if len(lines) <= max_lines:
         return lines

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.table_folds import fold_of_table
+from vomstudio.geology.table_folds import fold_axis_of_table
 from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, NetMark
 from vomstudio.products.net.figure_options import StereonetOptions, parse_levels
 from vomstudio.products.net.net_options import (
-    Turning,
+    NetRotation,
     add_intersections,
     parse_cone,
     parse_net_plane,
@@ -22,7 +22,7 @@ from vomstudio.products.net.net_options import (
 from vomstudio.products.net.set_statistics import add_statistics
 from vomstudio.products.net.table_net import error_ellipses
 
-FINDINGS = ("girdles", "maxima", "averages")
+STATISTIC_NAMES = ("girdles", "maxima", "averages")
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class NetAdditions:
     circles, marks : tuples
         Circles and directions entered by the user.
     statistics : frozenset of str
-        Requested statistics, items of `FINDINGS`.
+        Requested statistics, items of `STATISTIC_NAMES`.
     intersections, errors : bool
         Whether to add the intersections of planes, and the 95 % error ellipses of planes.
     fold : FoldFilter or None
         Filter that selects the planes of the fold axis; None if no axis is requested.
     """
 
-    turning: Turning = field(default_factory=Turning)
+    turning: NetRotation = field(default_factory=NetRotation)
     circles: tuple[NetCircle, ...] = ()
     marks: tuple[NetMark, ...] = ()
     statistics: frozenset[str] = frozenset()
@@ -64,17 +64,17 @@ class NetAdditions:
             net = add_intersections(net)
         if self.errors:
             net = replace(net, errors=error_ellipses(rows))
-        net = replace(net, circles_typed=self.circles, marks=self.marks)
+        net = replace(net, user_circles=self.circles, marks=self.marks)
         if self.turning.has_rotation:
             net = rotate_net(net, self.turning)
         if self.fold is not None:
-            turn = self.turning.vectors if self.turning.has_rotation else None
-            fold, not_good_count = fold_of_table(rows, self.fold, turn)
-            net = replace(net, fold=fold, fold_not_good=not_good_count)
+            rotate_vectors = self.turning.vectors if self.turning.has_rotation else None
+            fold, not_good_count = fold_axis_of_table(rows, self.fold, rotate_vectors)
+            net = replace(net, fold=fold, fold_not_good_count=not_good_count)
         return add_statistics(net, self.statistics)
 
 
-def contouring_of(options: StereonetOptions) -> Contouring:
+def contouring_from_options(options: StereonetOptions) -> Contouring:
     """Return the contour settings given by options."""
     return Contouring(
         levels=parse_levels(options.levels),
@@ -85,7 +85,7 @@ def contouring_of(options: StereonetOptions) -> Contouring:
     )
 
 
-def read_additions(options: StereonetOptions) -> NetAdditions:
+def additions_from_options(options: StereonetOptions) -> NetAdditions:
     """Return the elements that options request besides the sets.
 
     Raises
@@ -97,14 +97,16 @@ def read_additions(options: StereonetOptions) -> NetAdditions:
     slips = [parse_slip(text) for text in options.slip_lines]
     rotate = options.rotate
     return NetAdditions(
-        turning=Turning(plane) if rotate is None else Turning(plane, *parse_rotation(rotate)),
+        turning=NetRotation(plane)
+        if rotate is None
+        else NetRotation(plane, *parse_rotation(rotate)),
         circles=(
             *map(parse_plane_circle, options.planes),
             *map(parse_cone, options.cones),
             *(circle for circle, _ in slips),
         ),
         marks=tuple(mark for _, mark in slips),
-        statistics=frozenset(name for name in FINDINGS if getattr(options, name)),
+        statistics=frozenset(name for name in STATISTIC_NAMES if getattr(options, name)),
         intersections=options.intersections,
         errors=options.errors,
         fold=FoldFilter(options.quality, options.only_set) if options.fold else None,

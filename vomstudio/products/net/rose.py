@@ -22,7 +22,7 @@ from vomstudio.products.net.rose_drawing import (
     TOP,
     draw_histogram,
     draw_rose,
-    petal_radius,
+    petal_radii,
 )
 from vomstudio.products.net.style import PRINT, NetStyle
 from vomstudio.project import catalogue
@@ -43,7 +43,7 @@ _PANEL_HALF_WIDTH = 1.25
 """Half the width of the panel of a rose, in radii."""
 _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
 """Distance of the upper and lower edges of a panel from the centre of the rose, in radii."""
-_HEAD_LETTERS, _FOOT_LETTERS = 3.9, 3.2
+_HEADER_LETTERS, _FOOTER_LETTERS = 3.9, 3.2
 """Height above each panel, and height below all panels, in letters."""
 _MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
 
@@ -93,11 +93,11 @@ def figure_size(
     panel_mm = min(width_mm / columns, _MAX_PANEL_MM)
     rows = math.ceil(len(contents.roses) / columns)
     letter = style.font_pt / 72.0 * 25.4
-    footer_height = _FOOT_LETTERS * letter + 1.45 * letter * (
+    footer_height = _FOOTER_LETTERS * letter + 1.45 * letter * (
         len(contents.notes) + bool(contents.title)
     )
     return width_mm / 25.4, (
-        rows * (_panel_height(panel_mm) + _HEAD_LETTERS * letter) + footer_height
+        rows * (_panel_height(panel_mm) + _HEADER_LETTERS * letter) + footer_height
     ) / 25.4
 
 
@@ -114,18 +114,20 @@ class _Grid:
     panel_width: float
 
     @classmethod
-    def of(cls, count: int, width: float, height: float, head: float, foot: float) -> _Grid:
+    def of(
+        cls, count: int, width: float, height: float, header_height: float, footer_height: float
+    ) -> _Grid:
         """Find the grid with the largest panels that fit."""
-        best_rotation = cls(1, 0.0)
+        best_grid = cls(1, 0.0)
         for columns in range(1, count + 1):
             rows = math.ceil(count / columns)
-            total_height = (height - foot) / rows - head
+            total_height = (height - footer_height) / rows - header_height
             panel_width = min(
                 width / columns, total_height * 2 * _PANEL_HALF_WIDTH / (_PANEL_TOP + _PANEL_BOTTOM)
             )
-            if panel_width >= best_rotation.panel_width - 1e-6:
-                best_rotation = cls(columns, panel_width)
-        return cls(best_rotation.columns, max(best_rotation.panel_width, 1.0))
+            if panel_width >= best_grid.panel_width - 1e-6:
+                best_grid = cls(columns, panel_width)
+        return cls(best_grid.columns, max(best_grid.panel_width, 1.0))
 
 
 @dataclass(eq=False)
@@ -149,12 +151,12 @@ class RoseArtists:
             ):
                 continue
             rose = self.contents.roses[name]
-            features = self._bar(rose, x, y) if isinstance(rose, AngleHistogram) else None
+            bin_range = self._bar_range(rose, x, y) if isinstance(rose, AngleHistogram) else None
             if isinstance(rose, Rose):
-                features = self._petal(rose, x, y)
-            if features is None:
+                bin_range = self._petal_range(rose, x, y)
+            if bin_range is None:
                 return ()
-            low, period = features
+            low, period = bin_range
             angles = (counted_set.angles_deg + 1e-7 - low) % period
             if isinstance(rose, AngleHistogram) and low + rose.bin_deg >= 90.0:
                 angles = np.where(counted_set.angles_deg >= low, 0.0, np.nan)
@@ -162,17 +164,19 @@ class RoseArtists:
             return tuple(counted_set.ids[int(i)] for i in rows)
         return ()
 
-    def _petal(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
+    def _petal_range(self, rose: Rose, x: float, y: float) -> tuple[float, float] | None:
         """Return the lower edge of the petal at a position, and the period of the angles."""
         bin_index = int((math.degrees(math.atan2(x, y)) % 360.0) // rose.bin_deg) % len(rose.shares)
-        max_distance = petal_radius(rose.shares, self.rings[-1], self.contents.is_area_scaled)[
+        petal_length = petal_radii(rose.shares, self.rings[-1], self.contents.is_area_scaled)[
             bin_index
         ]
-        if math.hypot(x, y) > float(max_distance):
+        if math.hypot(x, y) > float(petal_length):
             return None
         return bin_index * rose.bin_deg, 180.0 if rose.axial else 360.0
 
-    def _bar(self, histogram: AngleHistogram, x: float, y: float) -> tuple[float, float] | None:
+    def _bar_range(
+        self, histogram: AngleHistogram, x: float, y: float
+    ) -> tuple[float, float] | None:
         bin_index = math.floor((x - LEFT) / (RIGHT - LEFT) * 90.0 / histogram.bin_deg)
         if not 0 <= bin_index < len(histogram.shares):
             return None
@@ -190,18 +194,18 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
     figure.set_facecolor(style.paper)
     title = [contents.title] if contents.title else []
     footer_lines = [*title, *contents.notes, *wrap_text(_caption(contents), font, width - 2 * font)]
-    foot_height = (_FOOT_LETTERS + 1.45 * (len(footer_lines) - 1)) * font
-    grid = _Grid.of(len(contents.roses), width, height, _HEAD_LETTERS * font, foot_height)
+    footer_height = (_FOOTER_LETTERS + 1.45 * (len(footer_lines) - 1)) * font
+    grid = _Grid.of(len(contents.roses), width, height, _HEADER_LETTERS * font, footer_height)
     panel_width = min(
         grid.panel_width, _MAX_PANEL_MM / 25.4 * 72.0 if style is PRINT else grid.panel_width
     )
     total_height = _panel_height(panel_width)
     rings = choose_rings(max(float(rose.shares.max()) for rose in contents.roses.values()))
-    drawn_petals = {}
+    axes_by_name = {}
     for i, (name, rose) in enumerate(contents.roses.items()):
         row, column = divmod(i, grid.columns)
         x_left = (width - grid.columns * panel_width) / 2 + column * panel_width
-        y_low = height - (row + 1) * (total_height + _HEAD_LETTERS * font)
+        y_low = height - (row + 1) * (total_height + _HEADER_LETTERS * font)
         ax = figure.add_axes(
             (x_left / width, y_low / height, panel_width / width, total_height / height)
         )
@@ -223,7 +227,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
                 color=style.ink,
                 parse_math=False,
             )
-        drawn_petals[name] = ax
+        axes_by_name[name] = ax
     for i, line in enumerate(reversed(footer_lines)):
         figure.text(
             0.5,
@@ -235,7 +239,7 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             color=style.soft,
             parse_math=False,
         )
-    return RoseArtists(drawn_petals, contents, rings)
+    return RoseArtists(axes_by_name, contents, rings)
 
 
 def draw_single_rose(ax: Axes, contents: RoseContents, style: NetStyle = PRINT) -> None:
@@ -292,7 +296,7 @@ def _caption(contents: RoseContents) -> str:
     share_text = (
         tr("% of the total number")
         if contents.weight is None
-        else tr("% of the total {quantity}", quantity=_quantity(contents.weight))
+        else tr("% of the total {quantity}", quantity=_quantity_title(contents.weight))
     )
     if contents.of in HISTOGRAM_ANGLES:
         return tr(
@@ -313,7 +317,7 @@ def _caption(contents: RoseContents) -> str:
     )
 
 
-def _quantity(column: str) -> str:
+def _quantity_title(column: str) -> str:
     """Return the title of an exported column, or the name of any other column."""
     titles = {
         figure.name: tr(figure.title).lower() for figure in (catalogue.EXTENT, catalogue.AREA)

@@ -26,11 +26,11 @@ from vomstudio.geology.roses import (
 )
 from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import NetSet
-from vomstudio.products.net.table_net import members_of
+from vomstudio.products.net.table_net import group_rows
 
 
 @dataclass(frozen=True, eq=False)
-class Counted:
+class CountedFeatures:
     """Features that are counted in one rose, for picking.
 
     Parameters
@@ -78,7 +78,7 @@ class RoseContents:
     weight: str | None = None
     is_area_scaled: bool = True
     empty: tuple[str, ...] = ()
-    counted_sets: Mapping[str, Counted] = field(default_factory=dict)
+    counted_sets: Mapping[str, CountedFeatures] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
     colors: Mapping[str, str] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class RoseContents:
         return next(iter(self.roses.values())).bin_deg
 
 
-def roses_of_table(
+def roses_from_table(
     table: OrientationRows,
     of: str,
     by: str | None = None,
@@ -119,11 +119,11 @@ def roses_of_table(
     weights = None if weight is None else column_weights(table, weight)
     is_suitable = table.is_plane != (of in LINE_ANGLES)
     roses, empty_sets = {}, []
-    for name, members in members_of(table, by).items():
+    for name, members in group_rows(table, by).items():
         rows = np.array([i for i in members if is_suitable[i]], dtype=np.intp)
         if len(rows):
             set_weights = None if weights is None else weights[rows]
-            rose = _count_one(of, angles[rows], bin_deg, set_weights)
+            rose = _count_angles(of, angles[rows], bin_deg, set_weights)
             if rose.total > 0:
                 roses[name] = rose
             else:
@@ -132,7 +132,7 @@ def roses_of_table(
     return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), notes=notes)
 
 
-def roses_of_sets(
+def roses_from_sets(
     sets: Iterable[NetSet],
     of: str,
     *,
@@ -164,16 +164,16 @@ def roses_of_sets(
         if weights is not None:
             set_weights = [weights.get(id_) for id_ in set_.ids]
             w = np.array([np.nan if item is None else item for item in set_weights])
-        rose = _count_one(of, angles, bin_deg, w)
+        rose = _count_angles(of, angles, bin_deg, w)
         if rose.total > 0:
             roses[set_.name] = rose
-            counted_sets[set_.name] = Counted(set_.ids, angles, set_.color)
+            counted_sets[set_.name] = CountedFeatures(set_.ids, angles, set_.color)
         else:
             empty_sets.append(set_.name)
     return RoseContents(of, roses, weight, is_area_scaled, tuple(empty_sets), counted_sets)
 
 
-def _count_one(
+def _count_angles(
     of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
 ) -> Rose | AngleHistogram:
     if of in HISTOGRAM_ANGLES:

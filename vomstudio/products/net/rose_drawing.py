@@ -21,9 +21,11 @@ LEFT, RIGHT = -0.82, 1.1
 """Left and right limits of a histogram in its panel."""
 
 
-def petal_radius(share: FloatArray, outermost: float, is_area_scaled: bool) -> FloatArray:
+def petal_radii(share: FloatArray, outermost_share: float, is_area_scaled: bool) -> FloatArray:
     """Return the radii (k,) that represent shares; the outermost ring has radius 1."""
-    return np.sqrt(share / outermost) if is_area_scaled else np.asarray(share / outermost)
+    return (
+        np.sqrt(share / outermost_share) if is_area_scaled else np.asarray(share / outermost_share)
+    )
 
 
 def draw_rose(
@@ -38,7 +40,7 @@ def draw_rose(
     """Draw a rose whose outermost ring has radius 1; `up` is the letter at its top."""
     from matplotlib.patches import Circle, Polygon
 
-    radii = petal_radius(np.array(rings), rings[-1], is_area_scaled)
+    radii = petal_radii(np.array(rings), rings[-1], is_area_scaled)
     for radius in radii:
         is_last = radius == radii[-1]
         ring = Circle(
@@ -57,7 +59,7 @@ def draw_rose(
             linewidth=0.5 * style.line_pt,
             zorder=layer("density"),
         )
-    lengths = petal_radius(rose.shares, rings[-1], is_area_scaled)
+    lengths = petal_radii(rose.shares, rings[-1], is_area_scaled)
     for i, length in enumerate(lengths):
         if length > 0:
             azimuth = np.radians(np.linspace(i, i + 1, 13) * rose.bin_deg)
@@ -90,9 +92,9 @@ def draw_rose(
         weight="bold",
         color=style.ink,
     )
-    place = _clearest_azimuth(rose)
+    label_azimuth = _ring_label_azimuth(rose)
     for share, radius in zip(rings, radii, strict=True):
-        x, y = _ray(place, (float(radius), float(radius)))
+        x, y = _ray(label_azimuth, (float(radius), float(radius)))
         label = ax.text(
             x[0],
             y[0],
@@ -106,7 +108,7 @@ def draw_rose(
         label.set_bbox({"facecolor": style.net, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
-def _clearest_azimuth(rose: Rose) -> float:
+def _ring_label_azimuth(rose: Rose) -> float:
     """Return the azimuth for ring labels, near north or south where petals are shortest."""
     candidates = np.array([30.0, 330.0, 150.0, 210.0, 20.0, 340.0, 160.0, 200.0, 40.0, 320.0])
     span = np.arange(-15.0, 16.0, 1.0)
@@ -122,23 +124,23 @@ def draw_histogram(
     from matplotlib.patches import Rectangle
 
     top, height, bar_width = rings[-1], TOP - BOTTOM, (RIGHT - LEFT) / 90.0
-    small_style: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
+    label_style: dict[str, Any] = {"fontsize": 0.9 * style.font_pt, "color": style.ink}
     # In a narrow panel, the labels of the shares are smaller.
     figure = ax.get_figure(root=True)
     assert figure is not None
     low, high = ax.get_xlim()
     panel_pt = 72.0 * ax.get_position().width * figure.get_figwidth()
     margin_pt = panel_pt * (LEFT - 0.06 - low) / (high - low)
-    fitting = min(0.9 * style.font_pt, margin_pt / _LABEL_LETTERS)
+    label_size = min(0.9 * style.font_pt, margin_pt / _LABEL_LETTERS)
     for share in (0.0, *rings):
         y = BOTTOM + height * share / top
-        is_last = share == 0.0
+        is_baseline = share == 0.0
         ax.plot(
             [LEFT, RIGHT],
             [y, y],
-            color=style.ink if is_last else style.soft,
-            linewidth=(1.25 if is_last else 0.5) * style.line_pt,
-            zorder=layer("rim" if is_last else "density"),
+            color=style.ink if is_baseline else style.soft,
+            linewidth=(1.25 if is_baseline else 0.5) * style.line_pt,
+            zorder=layer("rim" if is_baseline else "density"),
         )
         if share:
             label = f"{100 * share:g} %"
@@ -148,13 +150,13 @@ def draw_histogram(
                 label,
                 ha="right",
                 va="center",
-                fontsize=fitting,
+                fontsize=label_size,
                 color=style.ink,
             )
     for angle in (0, 30, 60, 90):
         x = LEFT + angle * bar_width
         ax.plot([x, x], [BOTTOM, BOTTOM - 0.05], color=style.ink, linewidth=style.line_pt)
-        ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **small_style)
+        ax.text(x, BOTTOM - 0.08, f"{angle}°", ha="center", va="top", **label_style)
     width = histogram.bin_deg * bar_width
     for i, share in enumerate(histogram.shares):
         if share > 0:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.geology import stereonet as nets
-from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
-from vomstudio.products.net.net_axes import plot_curves, plot_parts, plot_vectors
+from vomstudio.products.net.contents import MAX_AUTOMATIC_CIRCLES, NetContents
+from vomstudio.products.net.net_axes import plot_curves, plot_polylines, plot_vectors
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, layer, symbol_scale
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ LIVE_COLOR = "#D55E00"
 """Colour of the feature being picked."""
 
 
-def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
+def draw_highlight(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw selected features larger and with rings, and outline their great circles.
 
     The emphasis decreases with the number of selected features.
@@ -32,12 +32,12 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         else np.zeros(0, dtype=np.intp)
         for set_ in net.sets
     ]
-    planes = sum(
+    plane_count = sum(
         len(rows)
         for set_, rows in zip(net.sets, selected_rows, strict=True)
         if set_.kind == "plane"
     )
-    draws_circles = planes <= AUTO_CIRCLES or not net.poles
+    has_circles = plane_count <= MAX_AUTOMATIC_CIRCLES or not net.poles
     # Bold rings around thousands of poles would merge into one black area.
     overlap_share = float(
         np.interp(math.log10(1 + sum(map(len, selected_rows))), [1.5, 3.0], [0.0, 1.0])
@@ -49,17 +49,20 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
         if not len(rows):
             continue
         color = style.color(set_.color)
-        if set_.kind == "plane" and draws_circles:
-            steps = 181 if planes <= AUTO_CIRCLES else 31
+        if set_.kind == "plane" and has_circles:
+            steps = 181 if plane_count <= MAX_AUTOMATIC_CIRCLES else 31
             arcs = nets.great_circles(set_.azimuth_deg[rows], set_.angle_deg[rows], steps)
-            for ink, width, gid in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
+            for ink, width, layer_name in (
+                (style.ink, 3.4, "casings"),
+                (color, 2.0, "chosen circles"),
+            ):
                 artists.append(
                     plot_curves(
                         ax,
                         arcs,
                         colors=ink,
                         linewidths=width * style.line_pt,
-                        zorder=layer(gid),
+                        zorder=layer(layer_name),
                     )
                 )
         if net.poles:
@@ -77,26 +80,26 @@ def draw_emphasis(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
                 )
             )
     for ellipse in net.ellipses:
-        artists += plot_parts(
+        artists += plot_polylines(
             ax,
             ellipse.outline(),
             color=style.ink,
             linewidth=1.2 * style.line_pt,
             zorder=layer("ellipses"),
         )
-    return [*artists, *_draw_live(ax, net, style)]
+    return [*artists, *_draw_live_feature(ax, net, style)]
 
 
-def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
+def _draw_live_feature(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
     """Draw the feature being picked: a ring with a cross, the great circle, and the cone."""
-    live_net = net.live
-    position = None if live_net is None else live_net.place
-    if live_net is None or position is None:
+    live_feature = net.live
+    position = None if live_feature is None else live_feature.place
+    if live_feature is None or position is None:
         return []
     artists: list[Artist] = []
     color = style.color(LIVE_COLOR)
-    if live_net.plane is not None:
-        circle = nets.great_circle(live_net.plane)
+    if live_feature.plane is not None:
+        circle = nets.great_circle(live_feature.plane)
         for ink, width in ((style.net, 3.0), (color, 1.6)):
             artists.append(
                 plot_vectors(
@@ -108,10 +111,10 @@ def _draw_live(ax: Any, net: NetContents, style: NetStyle) -> list[Artist]:
                     zorder=layer("chosen circles"),
                 )
             )
-    if live_net.ellipse is not None:
-        artists += plot_parts(
+    if live_feature.ellipse is not None:
+        artists += plot_polylines(
             ax,
-            live_net.ellipse.outline(),
+            live_feature.ellipse.outline(),
             color=color,
             linewidth=1.6 * style.line_pt,
             zorder=layer("ellipses"),

@@ -31,7 +31,7 @@ def add_statistics(net: NetContents, requested_names: Collection[str]) -> NetCon
         note = Finding("net.no-girdle", sets=other_sets).message
         net = replace(
             net,
-            circles_typed=(*net.circles_typed, *girdles),
+            user_circles=(*net.user_circles, *girdles),
             notes=(*net.notes, note) if other_sets else net.notes,
         )
     if "maxima" in requested_names:
@@ -55,24 +55,24 @@ def fit_girdles(
     others : tuple of str
         Names of the sets that are not girdles.
     """
-    girdles, other_sets = [], []
+    girdles, scattered_sets = [], []
     for set_ in sets:
         if not len(set_):
             continue
         values, axes = orientation_tensor(set_.vectors())
         shape = woodcock(values)[0]
         if len(set_) < _MIN_FEATURES or shape is None or shape > 1.0:
-            other_sets.append(set_.name)
+            scattered_sets.append(set_.name)
             continue
-        cross_axes = Line.from_vector(axes[2])
+        girdle_axis = Line.from_vector(axes[2])
         label = tr(
             "{set}, girdle {plane} (K {shape:.2f})",
             set=set_.name,
-            plane=format_plane(cross_axes.normal_plane(), notation, decimals),
+            plane=format_plane(girdle_axis.normal_plane(), notation, decimals),
             shape=shape,
         )
-        girdles.append(NetCircle(cross_axes, 90.0, label, set_.color))
-    return tuple(girdles), tuple(other_sets)
+        girdles.append(NetCircle(girdle_axis, 90.0, label, set_.color))
+    return tuple(girdles), tuple(scattered_sets)
 
 
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
@@ -115,10 +115,10 @@ def describe_sets(
     For sets that are not clusters, the sentence contains the axes of the orientation tensor and the
     reason why the set has no mean.
     """
-    return tuple(_average(set_, notation, decimals) for set_ in sets if len(set_))
+    return tuple(_describe_set(set_, notation, decimals) for set_ in sets if len(set_))
 
 
-def _average(net_set: NetSet, notation: str, decimals: int) -> str:
+def _describe_set(net_set: NetSet, notation: str, decimals: int) -> str:
     vectors, n = net_set.vectors(), len(net_set)
     is_directed = net_set.kind == "line" and bool((net_set.angle_deg < 0).any())
 

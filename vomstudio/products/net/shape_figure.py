@@ -19,7 +19,7 @@ import numpy as np
 
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES_BY_NAME, Thresholds
-from vomstudio.products.figure_layout import name_symbols
+from vomstudio.products.figure_layout import label_symbols
 from vomstudio.products.net.figure_file import size_settings, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE_MM = (120.0, 100.0)
-_LOOKS = {
+_SYMBOLS = {
     "good": ("o", "#009E73", to_translate("good")),
     "doubtful": ("^", "#E69F00", to_translate("doubtful")),
     "poor": ("s", "#D55E00", to_translate("poor")),
@@ -71,14 +71,14 @@ def write_shapes(
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
     """Draw symbols by verdict, name those that are not good, and return the symbol count."""
-    known_shapes = [
+    finite_rows = [
         row for row in rows if _is_finite(row["coplanarity"]) and _is_finite(row["collinearity"])
     ]
-    largest_value = max((float(row["coplanarity"]) for row in known_shapes), default=100.0)
+    largest_value = max((float(row["coplanarity"]) for row in finite_rows), default=100.0)
     top = 10.0 ** math.ceil(math.log10(max(largest_value * 1.5, 100.0)))
-    _ground(axes, top, style)
-    for quality, (marker, color, name) in _LOOKS.items():
-        group = [row for row in known_shapes if row.get("quality") == quality]
+    _draw_background(axes, top, style)
+    for quality, (marker, color, name) in _SYMBOLS.items():
+        group = [row for row in finite_rows if row.get("quality") == quality]
         if not group:
             continue
         axes.plot(
@@ -91,33 +91,33 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
             label=tr("{verdict} ({count})", verdict=tr(name), count=len(group)),
             zorder=4,
         )
-    if known_shapes:
+    if finite_rows:
         axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
-    _name(axes, known_shapes, style)
+    _label_symbols(axes, finite_rows, style)
     axes.set_title(
-        tr("n = {count} planes", count=len(known_shapes)), fontsize=style.font_pt, color=style.ink
+        tr("n = {count} planes", count=len(finite_rows)), fontsize=style.font_pt, color=style.ink
     )
-    return len(known_shapes)
+    return len(finite_rows)
 
 
-def _name(axes: Axes, known_shapes: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
+def _label_symbols(axes: Axes, finite_rows: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
     """Name the symbols that are not good."""
-    if not known_shapes:
+    if not finite_rows:
         return
-    poor_shapes = [k for k, row in enumerate(known_shapes) if row.get("quality") != "good"][
+    labelled_rows = [k for k, row in enumerate(finite_rows) if row.get("quality") != "good"][
         :_MAX_NAMES
     ]
-    name_symbols(
+    label_symbols(
         axes,
-        np.array([(float(row["collinearity"]), float(row["coplanarity"])) for row in known_shapes]),
-        {k: str(known_shapes[k].get("name") or known_shapes[k]["id"]) for k in poor_shapes},
+        np.array([(float(row["collinearity"]), float(row["coplanarity"])) for row in finite_rows]),
+        {k: str(finite_rows[k].get("name") or finite_rows[k]["id"]) for k in labelled_rows},
         symbol_pt=style.marker_pt,
         font_pt=0.8 * style.font_pt,
         color=style.ink,
     )
 
 
-def _ground(axes: Axes, top: float, style: NetStyle) -> None:
+def _draw_background(axes: Axes, top: float, style: NetStyle) -> None:
     limits: Thresholds = PROFILES_BY_NAME["textbook"]
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -129,12 +129,12 @@ def _ground(axes: Axes, top: float, style: NetStyle) -> None:
     border = np.geomspace(3.0, top, 200)
     axes.fill_between(border - 2.0, 3.0, border, color=style.soft, alpha=0.15, linewidth=0)
     axes.plot(border - 2.0, border, color=style.soft, linewidth=style.line_pt)
-    soft: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
+    text_style: dict[str, Any] = {"color": style.soft, "fontsize": 0.9 * style.font_pt, "zorder": 3}
     box_style = {"facecolor": style.paper, "edgecolor": "none", "pad": 1.0}
-    axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=box_style, **soft)
-    axes.text(1.15, 3.6, tr("equant"), va="bottom", **soft)
-    axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **soft)
-    axes.text(top / 1.6, top / 60, tr("impossible: λ2 < λ3"), ha="right", va="top", **soft)
+    axes.text(1.15, top / 1.3, tr("sheet (oblate)"), va="top", bbox=box_style, **text_style)
+    axes.text(1.15, 3.6, tr("equant"), va="bottom", **text_style)
+    axes.text(top / 1.6, top / 1.6, tr("rod (prolate)"), ha="right", va="bottom", **text_style)
+    axes.text(top / 1.6, top / 60, tr("impossible: λ2 < λ3"), ha="right", va="top", **text_style)
     for position, line in (
         (limits.least_coplanarity, axes.axhline),
         (limits.most_collinearity, axes.axvline),

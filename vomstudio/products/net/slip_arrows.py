@@ -13,8 +13,8 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.products.net.net_axes import plane_transform, unit_positions
 
-_HEAD, _WING = 0.05, 0.022
-_UPRIGHT = 1e-6
+_HEAD_LENGTH, _HEAD_HALF_WIDTH = 0.05, 0.022
+_MIN_HORIZONTAL_LENGTH = 1e-6
 
 
 def draw_slip_arrows(
@@ -50,13 +50,16 @@ def draw_slip_arrows(
     position = unit_positions(ax, striae)
     forward = np.asarray(slips, np.float64)[:, :2]
     length = np.linalg.norm(forward, axis=1)
-    is_moving = length > _UPRIGHT
+    is_moving = length > _MIN_HORIZONTAL_LENGTH
     step = forward[is_moving] / length[is_moving, None]
     normals = np.stack([-step[:, 1], step[:, 0]], axis=1)
     tip = position[is_moving] + half_length * step
-    head_base = tip - _HEAD * step
+    head_base = tip - _HEAD_LENGTH * step
     shafts = np.stack([position[is_moving] - half_length * step, head_base], axis=1)
-    heads = np.stack([tip, head_base + _WING * normals, head_base - _WING * normals], axis=1)
+    heads = np.stack(
+        [tip, head_base + _HEAD_HALF_WIDTH * normals, head_base - _HEAD_HALF_WIDTH * normals],
+        axis=1,
+    )
     arrow_style: dict[str, Any] = {
         "transform": plane_transform(ax),
         "clip_on": False,

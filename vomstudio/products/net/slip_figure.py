@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 SIZE_MM = (170.0, 112.0)
 MAX_FAULTS = 300
 """Maximum number of great circles and arrows; larger sets are thinned evenly."""
-_FAULT, _ARROW, _P, _T = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
-_GRID, _FINE_GRID, _FEW_FAULTS = 215, 641, 60
+_FAULT_COLOR, _ARROW_COLOR, _P_COLOR, _T_COLOR = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
+_GRID_SIZE, _FINE_GRID_SIZE, _MAX_FINE_FAULTS = 215, 641, 60
 """Coarse and fine grid sizes for the dihedra; below this number of faults, fine is used."""
 _LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
@@ -74,8 +74,8 @@ def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Any, An
         )
         for x_left in (0.01, 0.51)
     )
-    _faults(left_axes, table, normals, slips)
-    _axes(right_axes, normals, slips, slip)
+    _draw_faults(left_axes, table, normals, slips)
+    _draw_axes(right_axes, normals, slips, slip)
     figure.text(
         0.02,
         0.02,
@@ -86,15 +86,15 @@ def draw_slip(figure: Figure, table: SlipRows, slip: TableSlip) -> tuple[Any, An
     return left_axes, right_axes
 
 
-def _faults(ax: Any, table: SlipRows, normals: FloatArray, slips: FloatArray) -> None:
+def _draw_faults(ax: Any, table: SlipRows, normals: FloatArray, slips: FloatArray) -> None:
     rows = np.unique(np.linspace(0, len(normals) - 1, min(len(normals), MAX_FAULTS)).astype(int))
     arcs = nets.great_circles(table.dip_direction_deg[rows], table.dip_deg[rows])
-    plot_curves(ax, arcs, colors=_FAULT, linewidths=0.6, zorder=2)
-    moving_arrows = draw_slip_arrows(
-        ax, slips[rows], slips[rows], color=_ARROW, width_pt=0.9, zorder=5
+    plot_curves(ax, arcs, colors=_FAULT_COLOR, linewidths=0.6, zorder=2)
+    is_moving = draw_slip_arrows(
+        ax, slips[rows], slips[rows], color=_ARROW_COLOR, width_pt=0.9, zorder=5
     )
-    dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "zorder": 5}
-    plot_vectors(ax, slips[rows][~moving_arrows], color=_ARROW, **dots)
+    dot_style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "zorder": 5}
+    plot_vectors(ax, slips[rows][~is_moving], color=_ARROW_COLOR, **dot_style)
     caption = tr("Faults and movement of their hanging walls")
     if len(rows) < len(normals):
         caption += tr(" ({count} drawn)", count=len(rows))
@@ -109,15 +109,15 @@ def _faults(ax: Any, table: SlipRows, normals: FloatArray, slips: FloatArray) ->
     )
 
 
-def _axes(ax: Any, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> None:
-    size = _FINE_GRID if len(normals) <= _FEW_FAULTS else _GRID
+def _draw_axes(ax: Any, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> None:
+    size = _FINE_GRID_SIZE if len(normals) <= _MAX_FINE_FAULTS else _GRID_SIZE
     steps, positions = nets.hemisphere_grid(size)
     shares = compressed_share(positions.reshape(-1, 3), normals, slips).reshape(size, size)
     ax.contourf(steps, steps, shares, levels=list(_LEVELS), colors=list(_SHADES), zorder=1)
     marker_pt = float(np.interp(len(normals), [30, 500], [3.4, 1.6]))
     for vectors, color, marker in (
-        (p_axes(normals, slips), _P, "o"),
-        (t_axes(normals, slips), _T, "^"),
+        (p_axes(normals, slips), _P_COLOR, "o"),
+        (t_axes(normals, slips), _T_COLOR, "^"),
     ):
         plot_vectors(
             ax,
@@ -131,9 +131,9 @@ def _axes(ax: Any, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> N
         )
     mean = slip.kinematic_axes
     for axis, color, marker in (
-        (mean.shortening, _P, "*"),
+        (mean.shortening, _P_COLOR, "*"),
         (mean.intermediate, PRINT.ink, "D"),
-        (mean.extension, _T, "*"),
+        (mean.extension, _T_COLOR, "*"),
     ):
         plot_vectors(
             ax,
@@ -146,10 +146,10 @@ def _axes(ax: Any, normals: FloatArray, slips: FloatArray, slip: TableSlip) -> N
             markeredgecolor="#ffffff",
             markeredgewidth=0.7,
         )
-    _legend(ax, slip)
+    _draw_legend(ax, slip)
 
 
-def _legend(ax: Any, slip: TableSlip) -> None:
+def _draw_legend(ax: Any, slip: TableSlip) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -158,17 +158,19 @@ def _legend(ax: Any, slip: TableSlip) -> None:
     def format_axis(axis: Any) -> str:
         return f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
 
-    def dot(color: str, marker: str, label: str, size: float = 4.0) -> Any:
+    def create_symbol(color: str, marker: str, label: str, size: float = 4.0) -> Any:
         return Line2D(
             [], [], color=color, marker=marker, linestyle="none", markersize=size, label=label
         )
 
     entries = [
-        dot(_P, "o", tr("P axes (shortening)")),
-        dot(_T, "^", tr("T axes (extension)")),
-        dot(_P, "*", tr("shortening {axis}", axis=format_axis(mean.shortening)), 8),
-        dot(_T, "*", tr("extension {axis}", axis=format_axis(mean.extension)), 8),
-        dot(PRINT.ink, "D", tr("intermediate {axis}", axis=format_axis(mean.intermediate))),
+        create_symbol(_P_COLOR, "o", tr("P axes (shortening)")),
+        create_symbol(_T_COLOR, "^", tr("T axes (extension)")),
+        create_symbol(_P_COLOR, "*", tr("shortening {axis}", axis=format_axis(mean.shortening)), 8),
+        create_symbol(_T_COLOR, "*", tr("extension {axis}", axis=format_axis(mean.extension)), 8),
+        create_symbol(
+            PRINT.ink, "D", tr("intermediate {axis}", axis=format_axis(mean.intermediate))
+        ),
         Patch(facecolor=_SHADES[-1], label=tr("compressed by over 80 % of faults")),
     ]
     ax.legend(

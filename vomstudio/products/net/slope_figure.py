@@ -21,7 +21,7 @@ from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
-from vomstudio.geology.table_slopes import Mode, TableSlope, set_numbers
+from vomstudio.geology.table_slopes import FailureMode, TableSlope, set_numbers
 from vomstudio.products.net.figure_file import write_figure
 from vomstudio.products.net.net_axes import add_net, plane_transform, plot_curves, plot_vectors
 from vomstudio.products.net.style import PRINT
@@ -33,8 +33,13 @@ SIZE_MM = (170.0, 206.0)
 MAX_INTERSECTIONS = 3000
 """Maximum number of intersections drawn; larger sets are thinned evenly."""
 
-_ZONE, _CRITICAL, _CALM, _FACE = "#f3c6a8", "#c1440e", "#8a8f98", "#1a1a1a"
-_GRID = 361
+_ZONE_COLOR, _CRITICAL_COLOR, _NONCRITICAL_COLOR, _FACE_COLOR = (
+    "#f3c6a8",
+    "#c1440e",
+    "#8a8f98",
+    "#1a1a1a",
+)
+_GRID_SIZE = 361
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +51,7 @@ class _Panel:
 
     title: str
     of: str
-    mode: Mode
+    mode: FailureMode
     vectors: FloatArray
     zones: Zones
     margins: Callable[[FloatArray], Margins]
@@ -87,7 +92,7 @@ def draw_slope(
     """Draw the four nets over the whole figure, after clearing it."""
     figure.clear()
     figure.set_facecolor(PRINT.paper)
-    panels = _panels(table, face, slope)
+    panels = _create_panels(table, face, slope)
     axes_list = []
     for index, panel in enumerate(panels):
         x_left, low = 0.02 + 0.49 * (index % 2), 0.51 - 0.444 * (index // 2)
@@ -113,36 +118,36 @@ def draw_slope(
         color=PRINT.ink,
         va="top",
     )
-    _legend(figure, panels)
+    _draw_legend(figure, panels)
     return axes_list
 
 
-def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[_Panel]:
+def _create_panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[_Panel]:
     rows = table.is_plane
     normals = slopes.to_face_frame(
         face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     )
-    lines = _some_intersections(normals, set_numbers(table))
+    lines = _sample_intersections(normals, set_numbers(table))
     dip, friction = face.plane.dip_deg, face.options.friction_deg
-    sides = _lateral_lines(face)
-    planes = tr("poles of planes")
-    meets = tr("intersections of planes")
+    lateral_lines = _lateral_lines(face)
+    poles_title = tr("poles of planes")
+    intersections_title = tr("intersections of planes")
     straight_lateral_lines = _lateral_lines(
         SlopeFace(face.plane, replace(face.options, limits="straight"))
     )
     return [
         _Panel(
             tr("Planar sliding"),
-            planes,
+            poles_title,
             slope.planar,
             0.0 - normals,
             slopes.planar_sliding(face, normals),
             lambda v: slopes.planar_margins(face, 0.0 - v),
-            (_daylight_envelope(dip), _cone(friction), *sides),
+            (_daylight_envelope(dip), _cone(friction), *lateral_lines),
         ),
         _Panel(
             tr("Wedge sliding"),
-            meets,
+            intersections_title,
             slope.wedge,
             lines,
             slopes.wedge_sliding(face, lines),
@@ -151,16 +156,16 @@ def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[
         ),
         _Panel(
             tr("Flexural toppling"),
-            planes,
+            poles_title,
             slope.flexural_toppling,
             0.0 - normals,
             slopes.flexural_toppling(face, normals),
             lambda v: slopes.flexural_margins(face, 0.0 - v),
-            (_great_circle(dip - friction), *sides) if dip > friction else sides,
+            (_great_circle(dip - friction), *lateral_lines) if dip > friction else lateral_lines,
         ),
         _Panel(
             tr("Direct toppling"),
-            meets,
+            intersections_title,
             slope.direct_toppling,
             lines,
             slopes.direct_toppling(face, lines),
@@ -170,7 +175,7 @@ def _panels(table: OrientationRows, face: SlopeFace, slope: TableSlope) -> list[
     ]
 
 
-def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArray:
+def _sample_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArray:
     """Return the intersections (m, 3) of an even sample of pairs, as downward unit vectors.
 
     Pairs within one set are excluded.
@@ -185,31 +190,36 @@ def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArra
     # Determine the row in the triangle of pairs from the number of preceding pairs.
     starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
     first_planes = np.searchsorted(starts, pair_ids, side="right") - 1
-    second = pair_ids - starts[first_planes] + first_planes + 1
+    second_planes = pair_ids - starts[first_planes] + first_planes + 1
     if sets is not None:
-        is_different = (sets[first_planes] != sets[second]) | (sets[first_planes] < 0)
-        first_planes, second = first_planes[is_different], second[is_different]
-    cross_products = np.cross(normals[first_planes], normals[second])
+        is_different = (sets[first_planes] != sets[second_planes]) | (sets[first_planes] < 0)
+        first_planes, second_planes = first_planes[is_different], second_planes[is_different]
+    cross_products = np.cross(normals[first_planes], normals[second_planes])
     length = np.linalg.norm(cross_products, axis=1)
     lines = cross_products[length > 1e-9] / length[length > 1e-9, None]
     return np.asarray(np.where(lines[:, 2:] > 0.0, -lines, lines))
 
 
 def _draw(ax: Any, face: SlopeFace, panel: _Panel) -> None:
-    _shade(ax, face, panel)
-    rotation_back = face.axes()
-    limits = [
-        part for curve in panel.limits for part in nets.split_at_primitive(curve @ rotation_back)
-    ]
+    _shade_zone(ax, face, panel)
+    face_axes = face.axes()
+    limits = [part for curve in panel.limits for part in nets.split_at_primitive(curve @ face_axes)]
     plot_curves(ax, limits, colors=PRINT.soft, linewidths=0.7, linestyles=(0, (4, 2)), zorder=3)
     plot_vectors(
-        ax, nets.great_circle(face.plane), flip=False, color=_FACE, linewidth=1.3, zorder=4
+        ax, nets.great_circle(face.plane), flip=False, color=_FACE_COLOR, linewidth=1.3, zorder=4
     )
-    vectors, is_critical = panel.vectors @ rotation_back, panel.zones.critical
+    vectors, is_critical = panel.vectors @ face_axes, panel.zones.critical
     size = float(np.interp(len(vectors), [50, 1000], [3.6, 1.4]))
-    dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0, "zorder": 5}
-    plot_vectors(ax, vectors[~is_critical], markersize=size, color=_CALM, **dot)
-    plot_vectors(ax, vectors[is_critical], markersize=1.25 * size, color=_CRITICAL, **dot)
+    dot_style: dict[str, Any] = {
+        "marker": "o",
+        "linestyle": "none",
+        "markeredgewidth": 0.0,
+        "zorder": 5,
+    }
+    plot_vectors(ax, vectors[~is_critical], markersize=size, color=_NONCRITICAL_COLOR, **dot_style)
+    plot_vectors(
+        ax, vectors[is_critical], markersize=1.25 * size, color=_CRITICAL_COLOR, **dot_style
+    )
     label_style: dict[str, Any] = {
         "transform": plane_transform(ax),
         "va": "top",
@@ -236,25 +246,27 @@ def _count_text(panel: _Panel) -> str:
     return f"{text}\n{expected_text}"
 
 
-def _shade(ax: Any, face: SlopeFace, panel: _Panel) -> None:
+def _shade_zone(ax: Any, face: SlopeFace, panel: _Panel) -> None:
     """Shade the critical zone, where the margin is positive, on a fine grid of the net."""
-    steps, positions = nets.hemisphere_grid(_GRID)
+    steps, positions = nets.hemisphere_grid(_GRID_SIZE)
     margins = panel.margins(positions.reshape(-1, 3) @ face.axes().T)
-    margin = np.minimum(margins.zone, margins.lateral).reshape(_GRID, _GRID)
+    margin = np.minimum(margins.zone, margins.lateral).reshape(_GRID_SIZE, _GRID_SIZE)
     if (margin > 0.0).any():
-        ax.contourf(steps, steps, margin, levels=[0.0, 9.0], colors=[_ZONE], zorder=1)
+        ax.contourf(steps, steps, margin, levels=[0.0, 9.0], colors=[_ZONE_COLOR], zorder=1)
 
 
-def _legend(figure: Figure, panels: list[_Panel]) -> None:
+def _draw_legend(figure: Figure, panels: list[_Panel]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    dot: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0}
+    dot_style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgewidth": 0.0}
     entries: list[Any] = [
-        Line2D([], [], color=_FACE, linewidth=1.3, label=tr("face")),
-        Patch(facecolor=_ZONE, label=tr("critical zone")),
-        Line2D([], [], color=_CRITICAL, label=tr("critical"), markersize=4, **dot),
-        Line2D([], [], color=_CALM, label=tr("not critical"), markersize=3.4, **dot),
+        Line2D([], [], color=_FACE_COLOR, linewidth=1.3, label=tr("face")),
+        Patch(facecolor=_ZONE_COLOR, label=tr("critical zone")),
+        Line2D([], [], color=_CRITICAL_COLOR, label=tr("critical"), markersize=4, **dot_style),
+        Line2D(
+            [], [], color=_NONCRITICAL_COLOR, label=tr("not critical"), markersize=3.4, **dot_style
+        ),
         Line2D(
             [],
             [],

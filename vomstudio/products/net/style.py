@@ -54,7 +54,7 @@ class NetStyle:
         Colours of text, secondary lines, the page and the net.
     font_pt, marker_pt, line_pt : float
         Sizes in points (1/72 inch of the figure).
-    swaps : mapping of str to str
+    color_replacements : mapping of str to str
         Replacement of each colour.
     contour_map : {"light", "dark"}
     grey : bool
@@ -70,7 +70,7 @@ class NetStyle:
     font_pt: float = 8.0
     marker_pt: float = 4.5
     line_pt: float = 0.8
-    swaps: Mapping[str, str] = field(default_factory=dict)
+    color_replacements: Mapping[str, str] = field(default_factory=dict)
     contour_map: str = "light"
     grey: bool = False
     family: str = ""
@@ -90,21 +90,21 @@ class NetStyle:
             paper="#202124",
             net="#2a2b2e",
             # Black and the deepest blue are invisible on a dark background.
-            swaps={"#000000": "#ffffff", "#0072B2": "#3d9be0"},
+            color_replacements={"#000000": "#ffffff", "#0072B2": "#3d9be0"},
             contour_map="dark",
         )
 
     def color(self, color: str) -> str:
-        for name, swapped_name in self.swaps.items():
+        for name, replacement in self.color_replacements.items():
             if name.casefold() == color.casefold():
-                color = swapped_name
+                color = replacement
                 break
         if self.grey:
             # Light greys would be invisible on paper.
-            level = min(_lightness(color) ** (1.0 / 2.2), 0.65)
+            level = min(_luminance(color) ** (1.0 / 2.2), 0.65)
             return f"#{round(255 * level):02x}" + f"{round(255 * level):02x}" * 2
         # Feature type colours are designed for photographs, so lighten deep ones on a dark net.
-        if _lightness(self.net) < 0.2:
+        if _luminance(self.net) < 0.2:
             while _contrast(color, self.net) < 3.0:
                 color = mix_colors(color, self.ink, 0.15)
         return color
@@ -142,7 +142,7 @@ def mix_colors(color: str, other_color: str, fraction: float = 0.5) -> str:
 
 
 @lru_cache(maxsize=256)
-def _lightness(color: str) -> float:
+def _luminance(color: str) -> float:
     """Relative luminance, 0 to 1 (WCAG 2)."""
     from matplotlib.colors import to_rgb
 
@@ -154,7 +154,7 @@ def _lightness(color: str) -> float:
 
 def _contrast(first_color: str, second_color: str) -> float:
     """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
-    low, high = sorted((_lightness(first_color), _lightness(second_color)))
+    low, high = sorted((_luminance(first_color), _luminance(second_color)))
     return (high + 0.05) / (low + 0.05)
 
 

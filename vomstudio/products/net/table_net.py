@@ -25,7 +25,7 @@ from vomstudio.products.net.contents import (
 UNNAMED = "unassigned"
 
 
-def net_of_table(
+def net_from_table(
     table: OrientationRows,
     by: str | None = None,
     *,
@@ -51,21 +51,19 @@ def net_of_table(
     """
     groups: dict[str, tuple[str, Any, Any]] = {}
     rotation_errors_by_name: dict[str, RotationErrors] = {}
-    members_by_name = members_of(table, by)
-    contoured_type = None if contouring is None else contouring.set_name
-    if contoured_type is not None and contoured_type not in members_by_name:
-        finding = Finding(
-            "option.not-a-choice", value=contoured_type, choices=tuple(members_by_name)
-        )
+    rows_by_name = group_rows(table, by)
+    contoured_name = None if contouring is None else contouring.set_name
+    if contoured_name is not None and contoured_name not in rows_by_name:
+        finding = Finding("option.not-a-choice", value=contoured_name, choices=tuple(rows_by_name))
         raise UsageError(finding, file=table.path, field="--contour-set")
     names: dict[str, str] = {}
-    for name, members in members_by_name.items():
+    for name, members in rows_by_name.items():
         for kind, is_plane in (("plane", True), ("line", False)):
             rows = [i for i in members if table.is_plane[i] == is_plane]
             if not rows:
                 continue
-            has_excluded_rows = len(rows) < len(members)
-            label = f"{name} ({kind}s)" if has_excluded_rows else name
+            has_both_kinds = len(rows) < len(members)
+            label = f"{name} ({kind}s)" if has_both_kinds else name
             azimuth, angle = (
                 (table.dip_direction_deg, table.dip_deg)
                 if is_plane
@@ -76,8 +74,8 @@ def net_of_table(
             if table.rotation_errors is not None:
                 rotation_errors_by_name[label] = table.rotation_errors.of(rows)
     sets = tuple(
-        replace(make_set, group=names[make_set.name])
-        for make_set in make_sets(groups, rotation_errors=rotation_errors_by_name)
+        replace(net_set, group=names[net_set.name])
+        for net_set in make_sets(groups, rotation_errors=rotation_errors_by_name)
     )
     # The mean of a girdle or a scattered set is meaningless and therefore not marked.
     clustered_sets = [set_ for set_ in sets if no_fisher_reason(set_.vectors(), False) is None]
@@ -128,14 +126,14 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
     except UsageError:
         totals = [""] * len(cells[0])
     ellipses = []
-    for row, (*names, total_deg) in enumerate(zip(*cells, totals, strict=True)):
-        major_deg, minor_deg, rake = (_number(word) for word in names)
+    for row, (*cell_texts, total_deg) in enumerate(zip(*cells, totals, strict=True)):
+        major_deg, minor_deg, rake = (_number(word) for word in cell_texts)
         if table.is_plane[row] and math.isfinite(major_deg + minor_deg + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
-            known_number = _number(total_deg)
-            known_number = known_number if math.isfinite(known_number) else major_deg
+            total_error_deg = _number(total_deg)
+            total_error_deg = total_error_deg if math.isfinite(total_error_deg) else major_deg
             ellipses.append(
-                NetEllipse.enlarge_to_total(plane, major_deg, minor_deg, rake, known_number)
+                NetEllipse.enlarge_to_total(plane, major_deg, minor_deg, rake, total_error_deg)
             )
     if not ellipses:
         raise UsageError(
@@ -153,7 +151,7 @@ def _number(word: str) -> float:
         return math.nan
 
 
-def members_of(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
+def group_rows(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
     """Group rows by the requested column or, by default, by set, by kind, or all together."""
     if column is not None:
         names = table.column(column)

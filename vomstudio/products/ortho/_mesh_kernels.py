@@ -6,7 +6,7 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel
 
-EDGE_PIXELS = 3.0
+MIN_EDGE_STEP_PIXELS = 3.0
 """Minimum depth step at an edge, measured from both neighbouring planes, in pixels."""
 
 
@@ -18,7 +18,7 @@ def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, 
     + 1]. In the second call, with cumulative starts, `members` is filled and starts[t] moves to the
     end of tile t.
     """
-    fills_members = len(members) > 0
+    is_filling = len(members) > 0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         x_low = min(view[a, 0], view[b, 0], view[c, 0]) - margin
@@ -32,7 +32,7 @@ def bin_faces(view, faces, left, top, cell_size, margin, columns, rows, starts, 
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
-                if fills_members:
+                if is_filling:
                     members[starts[t]] = f
                     starts[t] += 1
                 else:
@@ -59,7 +59,7 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                 is_jump = f < 0 or g < 0
                 if not is_jump:
                     step = depth[j2, i2] - depth[j, i]
-                    min_value = math.inf
+                    min_step = math.inf
                     for k in (f, g):
                         a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
                         ex, ey = view[b, 0] - view[a, 0], view[b, 1] - view[a, 1]
@@ -73,8 +73,8 @@ def find_edges(view, faces, face, depth, gsd, edge):  # type: ignore[no-untyped-
                                 slope = (ex * fz - ez * fx) / det
                             # A face seen almost edge-on can explain any step.
                             if abs(slope) < 20.0:
-                                min_value = min(min_value, abs(step - slope * gsd))
-                    is_jump = min(min_value, abs(step)) > EDGE_PIXELS * gsd
+                                min_step = min(min_step, abs(step - slope * gsd))
+                    is_jump = min(min_step, abs(step)) > MIN_EDGE_STEP_PIXELS * gsd
                 if is_jump:
                     edge[j, i] = True
                     edge[j2, i2] = True

@@ -6,7 +6,7 @@ import math
 
 from vomstudio.geometry.kernels.jit import kernel
 
-NEAR_SPACINGS = 3.0
+MAX_DEPTH_RADII = 3.0
 """Maximum depth of a point behind the nearest point of the same surface, in radii."""
 
 MAX_SLOPE = 12.0
@@ -16,7 +16,7 @@ MAX_SLOPE = 12.0
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_points(view, radius, left, top, cell_size, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
     """Assign points to tiles as in `bin_faces`, with a radius per point and a margin, m."""
-    fills_members = len(members) > 0
+    is_filling = len(members) > 0
     for p in range(len(view)):
         r = radius[p] + margin
         i0 = max(math.floor((view[p, 0] - r - left) / cell_size), 0)
@@ -26,7 +26,7 @@ def bin_points(view, radius, left, top, cell_size, margin, columns, rows, starts
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 t = j * columns + i
-                if fills_members:
+                if is_filling:
                     members[starts[t]] = p
                     starts[t] += 1
                 else:
@@ -51,11 +51,11 @@ def splat(  # type: ignore[no-untyped-def]
     `nearest` must be infinite, and limit, color, weight and depth must be zero.
     """
     h, w = nearest.shape
-    for turn in range(2):
-        if turn == 1:
+    for pass_index in range(2):
+        if pass_index == 1:
             for j in range(h):
                 for i in range(w):
-                    limit[j, i] = NEAR_SPACINGS
+                    limit[j, i] = MAX_DEPTH_RADII
                     if nearest[j, i] == math.inf:
                         continue
                     depth_step_x, depth_step_y = 0.0, 0.0
@@ -65,11 +65,11 @@ def splat(  # type: ignore[no-untyped-def]
                     if 0 < j < h - 1:
                         depth_step = abs(nearest[j, i] - nearest[j - 1, i])
                         depth_step_y = min(depth_step, abs(nearest[j + 1, i] - nearest[j, i]))
-                    steep = min(
+                    slope = min(
                         math.sqrt(depth_step_x * depth_step_x + depth_step_y * depth_step_y) / gsd,
                         MAX_SLOPE,
                     )
-                    limit[j, i] = max(NEAR_SPACINGS, 2.0 * steep)
+                    limit[j, i] = max(MAX_DEPTH_RADII, 2.0 * slope)
         for index in range(len(members)):
             p = members[index]
             x = (view[p, 0] - left) / gsd
@@ -84,7 +84,7 @@ def splat(  # type: ignore[no-untyped-def]
                     k = 1.0 - (dx * dx + dy * dy) / (r * r)
                     if k <= 0.0:
                         continue
-                    if turn == 0:
+                    if pass_index == 0:
                         nearest[j, i] = min(nearest[j, i], z)
                     elif z - limit[j, i] * reach[p] <= nearest[j, i]:
                         k = k * k

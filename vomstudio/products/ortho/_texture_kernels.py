@@ -11,7 +11,7 @@ MAX_SAMPLES = 16
 _ROUNDING = 1e-3
 """A footprint whose ratio of length to width minus one is smaller counts as a square."""
 
-_OUTSIDE_TEXELS = 2.0
+_BORDER_TOLERANCE_TEXELS = 2.0
 """Tolerance for texture coordinates outside the picture, due to rounding by the writer."""
 
 
@@ -84,21 +84,21 @@ def sample_texture(  # type: ignore[no-untyped-def]
         Output array for the colours.
     """
     levels = len(offsets)
-    previous_level = -1
+    previous_face = -1
     x0, y0, ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     major, sx, sy, blend = 0.0, 0.0, 0.0, 0.0
     n, finest_level, is_repeated = 1, 0, False
     for index in range(len(rows)):
         k = rows[index]
         f = face[k]
-        if f != previous_level:
+        if f != previous_face:
             # Adjacent pixels usually belong to the same triangle.
-            previous_level = f
+            previous_face = f
             x0, y0, ax, ay, bx, by, major, minor, sx, sy = _footprint(
                 f, view, faces, uv, width, height, gsd
             )
-            longer = major / max(minor, 1.0) - _ROUNDING
-            n = max(int(min(math.ceil(longer), MAX_SAMPLES)), 1)
+            anisotropy = major / max(minor, 1.0) - _ROUNDING
+            n = max(int(min(math.ceil(anisotropy), MAX_SAMPLES)), 1)
             level = min(math.log2(max(minor, major / n, 1.0)), levels - 1.0)
             finest_level = int(level)
             blend = level - finest_level
@@ -107,16 +107,16 @@ def sample_texture(  # type: ignore[no-untyped-def]
             for corner in range(3):
                 for axis in range(2):
                     t = uv[faces[f, corner], axis]
-                    margin = _OUTSIDE_TEXELS / (height if axis else width)
+                    margin = _BORDER_TOLERANCE_TEXELS / (height if axis else width)
                     is_repeated |= t < -margin or t > 1.0 + margin
         u, v = weights[k, 0], weights[k, 1]
         x, y = x0 + u * ax + v * bx, y0 + u * ay + v * by
         red, green, blue = 0.0, 0.0, 0.0
-        for coarser in range(2):
-            weight = (blend if coarser else 1.0 - blend) / n
+        for level_offset in range(2):
+            weight = (blend if level_offset else 1.0 - blend) / n
             if weight == 0.0:
                 continue
-            o = finest_level + coarser
+            o = finest_level + level_offset
             w, h, start = sizes[o, 0], sizes[o, 1], offsets[o]
             # This is exact, since it is a power of 2.
             level_scale = 1.0 / (1 << o)

@@ -12,7 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import SIDECAR_BYTES, open_regular, read_json
+from vomstudio.core.files.regular import MAX_SIDECAR_BYTES, open_regular_file, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
@@ -22,8 +22,8 @@ from vomstudio.io.gis.dxf_properties import read_dxf_properties
 from vomstudio.io.gis.line_reading import (
     DEFAULT_LAYERS,
     FeatureAttributes,
-    ReadLine,
-    ReadLines,
+    GisLine,
+    GisLines,
     read_gis_lines,
 )
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
@@ -34,9 +34,9 @@ ASPECT_TOLERANCE = 0.01
 """Tolerance of the aspect ratio at which a page or picture is taken for the orthophoto."""
 MIN_INSIDE_SHARE = 0.5
 """Minimum share of the vertices of a drawing that must lie inside its picture."""
-OWN_LAYERS = ("traces", "patches", "planes", "lines", "frame")
+PROGRAM_LAYERS = ("traces", "patches", "planes", "lines", "frame")
 """Layers of drawings written by this program; layers of interpretations are named differently."""
-PLACE_TOLERANCE = 1e-3
+POSITION_TOLERANCE = 1e-3
 """Maximum distance between identical pictures, relative to their size."""
 _MAX_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
@@ -76,7 +76,7 @@ class Sidecar:
 
 
 @dataclass(frozen=True, eq=False)
-class BackLine:
+class BackProjectedLine:
     """Line back-projected onto the surface.
 
     Parameters
@@ -87,7 +87,7 @@ class BackLine:
     words : FeatureAttributes
     pixels : (m, 2) float64
         Column and row of the vertices on the picture.
-    is_met : (m,) bool
+    is_on_surface : (m,) bool
         Whether the ray of each vertex intersects the surface.
     points : (n, 3) float64
         Intersections of the rays with the surface, in the World frame.
@@ -97,7 +97,7 @@ class BackLine:
     layer: str
     words: FeatureAttributes
     pixels: FloatArray
-    is_met: BoolArray
+    is_on_surface: BoolArray
     points: FloatArray
 
 
@@ -105,8 +105,8 @@ class BackLine:
 class ProjectedLines:
     """Lines of a drawing on the surface; lines with fewer than two points are `skipped`."""
 
-    lines: tuple[BackLine, ...]
-    skipped: tuple[BackLine, ...]
+    lines: tuple[BackProjectedLine, ...]
+    skipped: tuple[BackProjectedLine, ...]
 
     @property
     def points(self) -> int:
@@ -114,14 +114,14 @@ class ProjectedLines:
         return sum(len(line.points) for line in self.lines)
 
     @property
-    def count_off_surface(self) -> int:
+    def off_surface_count(self) -> int:
         """Number of points that do not hit the surface."""
-        return sum(int((~line.is_met).sum()) for line in (*self.lines, *self.skipped))
+        return sum(int((~line.is_on_surface).sum()) for line in (*self.lines, *self.skipped))
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
         """Findings about points off the surface."""
-        return off_surface_findings(self.count_off_surface, len(self.skipped))
+        return off_surface_findings(self.off_surface_count, len(self.skipped))
 
 
 def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
@@ -144,12 +144,12 @@ def read_sidecar(path: str | Path) -> Sidecar:
     """
     path = Path(path)
     try:
-        metadata = read_json(path, SIDECAR_BYTES)
+        metadata = read_json(path, MAX_SIDECAR_BYTES)
         matrix = np.array(metadata["pixel_to_world"], np.float64).reshape(4, 4)
         a, b, c, d, e, f = (float(v) for v in metadata["geotransform"])
         width, height = int(metadata["width"]), int(metadata["height"])
         is_oblique = metadata["plane_coordinates"] is not None
-        crs, known_text = _text(metadata.get("crs")), _text(metadata.get("content_hash"))
+        crs, content_hash = _text(metadata.get("crs")), _text(metadata.get("content_hash"))
     except OSError as error:
         raise InputError(
             Finding("file.unreadable", reason=error.strerror), file=path, field="--sidecar"
@@ -160,8 +160,8 @@ def read_sidecar(path: str | Path) -> Sidecar:
     if not (np.isfinite(matrix).all() and np.isfinite(transform).all() and width > 0 < height):
         raise InputError(Finding("sidecar.no-place"), file=path)
     with np.errstate(all="ignore"):
-        is_flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
-    if is_flat or max(width, height) > _MAX_PIXELS:
+        is_singular = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
+    if is_singular or max(width, height) > _MAX_PIXELS:
         raise InputError(Finding("sidecar.no-place"), file=path)
     return Sidecar(
         path,
@@ -172,7 +172,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
         crs,
         is_oblique,
         str(metadata.get("picture_id") or picture_id(metadata)),
-        known_text,
+        content_hash,
         str(metadata.get("image") or path.name),
     )
 
@@ -180,7 +180,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
 @np.errstate(all="ignore")
 def read_drawing(
     path: str | Path, sidecar: Sidecar, progress: Progress | None = None
-) -> tuple[tuple[ReadLine, ...], tuple[Finding, ...]]:
+) -> tuple[tuple[GisLine, ...], tuple[Finding, ...]]:
     """Read the lines of a drawing in picture pixels (column, row), with warnings.
 
     Raises
@@ -196,7 +196,7 @@ def read_drawing(
         to_pixels = _page_to_pixels(drawing, sidecar, path)
         lines = [_transform_line(line, to_pixels) for line in drawing.lines]
     else:
-        lines, findings = _gis_lines(path, sidecar, progress)
+        lines, findings = _read_gis_lines(path, sidecar, progress)
         warnings += findings
         if path.suffix.lower() == ".dxf":
             # Lines in CAD files have no names, so use the layer instead.
@@ -226,8 +226,8 @@ def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]
         except InputError:
             continue
         matches.append(path)
-    same_name = [path for path in matches if drawing.stem.startswith(path.stem)]
-    return [max(same_name, key=lambda path: len(path.stem))] if same_name else matches
+    matches_by_name = [path for path in matches if drawing.stem.startswith(path.stem)]
+    return [max(matches_by_name, key=lambda path: len(path.stem))] if matches_by_name else matches
 
 
 def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
@@ -235,14 +235,16 @@ def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> 
 
     The model itself then does not have to be transformed.
     """
-    to_file = np.asarray(np.linalg.inv(np.array(to_world, np.float64).reshape(4, 4)), np.float64)
-    matrix = to_file @ sidecar.matrix
+    world_to_file = np.asarray(
+        np.linalg.inv(np.array(to_world, np.float64).reshape(4, 4)), np.float64
+    )
+    matrix = world_to_file @ sidecar.matrix
     matrix[:3, 2] /= np.linalg.norm(matrix[:3, 2])
     return replace(sidecar, matrix=matrix)
 
 
 def project_lines(
-    lines: Sequence[ReadLine], sidecar: Sidecar, data: Mesh | PointCloud, step: float | None = None
+    lines: Sequence[GisLine], sidecar: Sidecar, data: Mesh | PointCloud, step: float | None = None
 ) -> ProjectedLines:
     """Project the vertices of lines (pixels) onto the surface shown by the picture.
 
@@ -264,14 +266,16 @@ def project_lines(
     size = (sidecar.width, sidecar.height)
     depths = visible_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
-    projected_lines: list[BackLine] = []
-    skipped_lines: list[BackLine] = []
-    names = _unique([line.name for line in lines])
+    projected_lines: list[BackProjectedLine] = []
+    skipped_lines: list[BackProjectedLine] = []
+    names = _make_unique([line.name for line in lines])
     for line_pixels, depth, name, line in zip(pixels, parts, names, lines, strict=True):
-        is_met = np.isfinite(depth)
-        position = np.column_stack([line_pixels[is_met], depth[is_met]])
+        is_on_surface = np.isfinite(depth)
+        position = np.column_stack([line_pixels[is_on_surface], depth[is_on_surface]])
         points = position @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
-        projected_line = BackLine(name, line.layer, line.words, line_pixels, is_met, points)
+        projected_line = BackProjectedLine(
+            name, line.layer, line.words, line_pixels, is_on_surface, points
+        )
         (projected_lines if len(points) > 1 else skipped_lines).append(projected_line)
     if not projected_lines:
         raise InputError(Finding("drawing.off-surface"))
@@ -286,24 +290,24 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
     """
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
-    shown_images = [
+    image_boxes = [
         (image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images
     ]
     matching_boxes = [
-        box for name, box, _ in shown_images if name and Path(name).stem.casefold() == stem
+        box for name, box, _ in image_boxes if name and Path(name).stem.casefold() == stem
     ]
     positions = matching_boxes or [
-        box for _, box, place in shown_images if _is_like(place, sidecar)
+        box for _, box, corners in image_boxes if _has_matching_aspect(corners, sidecar)
     ]
     if not drawing.images and drawing.page is not None:
         x, y, width, height = drawing.page
         page = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-        positions = [page] if _is_like(page, sidecar) else []
+        positions = [page] if _has_matching_aspect(page, sidecar) else []
     if not positions:
         raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     first_position = positions[0]
     size = float(np.ptp(first_position, axis=0).max())
-    if any(np.abs(box - first_position).max() > PLACE_TOLERANCE * size for box in positions[1:]):
+    if any(np.abs(box - first_position).max() > POSITION_TOLERANCE * size for box in positions[1:]):
         raise InputError(
             Finding("drawing.several-pictures", count=len(positions), name=sidecar.image),
             file=path,
@@ -317,7 +321,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
     return np.asarray(np.linalg.inv(matrix))
 
 
-def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
+def _has_matching_aspect(box: FloatArray, sidecar: Sidecar) -> bool:
     """Return whether a picture or page (4, 2) has the shape of the orthophoto."""
     width, height = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
     limit = ASPECT_TOLERANCE + 1 / min(sidecar.width, sidecar.height)
@@ -325,13 +329,13 @@ def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
     return height > 0 and abs(width / height / ratio - 1) <= limit
 
 
-def _gis_lines(
+def _read_gis_lines(
     path: Path, sidecar: Sidecar, progress: Progress | None
-) -> tuple[list[ReadLine], list[Finding]]:
+) -> tuple[list[GisLine], list[Finding]]:
     """Read the lines of a GIS layer or a CAD drawing in pixels, with warnings."""
     gis_lines = read_gis_lines(path, progress)
     warnings: list[Finding] = list(gis_lines.warnings)
-    _check_marks((_head_of(path),), sidecar, path)
+    _check_marks((_read_header(path),), sidecar, path)
     lines, findings = _transform_layers(gis_lines, sidecar, path)
     warnings += findings
     inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
@@ -349,7 +353,7 @@ def _gis_lines(
     return pixels, warnings
 
 
-def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
+def _inside_share(lines: Sequence[GisLine], sidecar: Sidecar) -> float:
     """Return the share of vertices that lie within the picture."""
     pixels = np.concatenate([line.points for line in lines])
     size = np.array([sidecar.width, sidecar.height])
@@ -357,8 +361,8 @@ def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
 
 
 def _transform_layers(
-    read_lines: ReadLines, sidecar: Sidecar, path: Path
-) -> tuple[list[ReadLine], list[Finding]]:
+    source_lines: GisLines, sidecar: Sidecar, path: Path
+) -> tuple[list[GisLine], list[Finding]]:
     """Transform lines to the coordinates of the GeoTIFF, and report omitted layers.
 
     Raises
@@ -367,14 +371,14 @@ def _transform_layers(
         If no line remains.
     """
     is_geojson = path.suffix.lower() in (".geojson", ".json")
-    systems = dict.fromkeys((line.layer, line.crs) for line in read_lines.lines)
-    used_lines: list[ReadLine] = []
+    systems = dict.fromkeys((line.layer, line.crs) for line in source_lines.lines)
+    used_lines: list[GisLine] = []
     other_names: list[str] = []
     reasons: list[InputError] = []
     for layer, crs in systems:
-        lines = [line for line in read_lines.lines if (line.layer, line.crs) == (layer, crs)]
+        lines = [line for line in source_lines.lines if (line.layer, line.crs) == (layer, crs)]
         try:
-            _check_marks((read_lines.described.get(layer, ""), crs or ""), sidecar, path)
+            _check_marks((source_lines.described.get(layer, ""), crs or ""), sidecar, path)
             used_lines += _transform_layer(lines, crs, is_geojson, sidecar, path)
         except InputError as error:
             other_names.append(layer)
@@ -389,8 +393,8 @@ def _transform_layers(
 
 
 def _transform_layer(
-    lines: list[ReadLine], crs: str | None, is_geojson: bool, sidecar: Sidecar, path: Path
-) -> list[ReadLine]:
+    lines: list[GisLine], crs: str | None, is_geojson: bool, sidecar: Sidecar, path: Path
+) -> list[GisLine]:
     """Transform the lines of one layer to the coordinates of the GeoTIFF.
 
     Raises
@@ -404,26 +408,26 @@ def _transform_layer(
 
     try:
         drawing_crs = CRS.from_user_input(crs)
-        own_crs = None if sidecar.crs is None else CRS.from_user_input(sidecar.crs)
+        picture_crs = None if sidecar.crs is None else CRS.from_user_input(sidecar.crs)
     except CRSError:
         return lines
     if not (drawing_crs.is_projected or drawing_crs.is_geographic):
         return lines
     # GeoJSON without a CRS is in degrees according to the standard, but in metres if the picture is
     # in its own plane.
-    unnamed = is_geojson and drawing_crs.is_geographic
-    if sidecar.is_oblique or own_crs is None:
-        if unnamed:
+    is_crs_missing = is_geojson and drawing_crs.is_geographic
+    if sidecar.is_oblique or picture_crs is None:
+        if is_crs_missing:
             return lines
         if sidecar.is_oblique:
             raise InputError(Finding("drawing.on-map", crs=drawing_crs.name), file=path)
         return lines
-    if drawing_crs == own_crs:
+    if drawing_crs == picture_crs:
         return lines
     all_points = np.concatenate([line.points for line in lines])
-    if unnamed and (np.abs(all_points) > [360.0, 90.0]).any():
+    if is_crs_missing and (np.abs(all_points) > [360.0, 90.0]).any():
         return lines
-    transformer = Transformer.from_crs(drawing_crs, own_crs, always_xy=True)
+    transformer = Transformer.from_crs(drawing_crs, picture_crs, always_xy=True)
     return [
         replace(line, points=np.stack(transformer.transform(*line.points.T), 1)) for line in lines
     ]
@@ -440,15 +444,15 @@ def _text(value: object) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _head_of(path: Path) -> str:
+def _read_header(path: Path) -> str:
     """Return the start of a DXF file, where a comment that GDAL ignores names the picture."""
     if path.suffix.lower() != ".dxf":
         return ""
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         return file.read(400).decode("latin-1")
 
 
-def _transform_line(line: ReadLine, matrix: FloatArray) -> ReadLine:
+def _transform_line(line: GisLine, matrix: FloatArray) -> GisLine:
     points = line.points @ matrix[:2, :2].T + matrix[:2, 2]
     return replace(line, points=points)
 
@@ -466,10 +470,10 @@ def _densify(points: FloatArray, step: float) -> FloatArray:
 
 def _layer_name(layer: str) -> str:
     name = layer.strip()
-    return "" if name.casefold() in (*DEFAULT_LAYERS, *OWN_LAYERS) else name
+    return "" if name.casefold() in (*DEFAULT_LAYERS, *PROGRAM_LAYERS) else name
 
 
-def _unique(names: Sequence[str]) -> list[str]:
+def _make_unique(names: Sequence[str]) -> list[str]:
     """Make names unique; a missing name is replaced by the number of the line."""
     used_names: set[str] = set()
     labels = []
@@ -484,12 +488,12 @@ def _unique(names: Sequence[str]) -> list[str]:
     return labels
 
 
-def command_output(brought_projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
+def command_output(projected_lines: ProjectedLines, table: str) -> Mapping[str, Any]:
     """Return the output of the command."""
     return {
-        "lines": len(brought_projected_lines.lines),
-        "points": brought_projected_lines.points,
-        "off_surface": brought_projected_lines.count_off_surface,
+        "lines": len(projected_lines.lines),
+        "points": projected_lines.points,
+        "off_surface": projected_lines.off_surface_count,
         "table": table,
-        "skipped": [line.name for line in brought_projected_lines.skipped],
+        "skipped": [line.name for line in projected_lines.skipped],
     }

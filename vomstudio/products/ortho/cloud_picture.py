@@ -12,10 +12,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import to_kernel_array
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty_picture
 
-HOLE_SPACINGS = 4.0
+MAX_HOLE_SPACINGS = 4.0
 """Maximum width of the holes to be closed, in spacings of the cloud."""
 
-MIN_REACH_PIXELS = 0.8
+MIN_RADIUS_PIXELS = 0.8
 """Minimum disc radius in pixels; smaller discs could miss all pixel centres."""
 
 _MIN_GAP_CHANGES = 2.0
@@ -42,12 +42,12 @@ class CloudSource:
         self._grid = grid
         self._colors = _colors(cloud, self._view)
         gsd = grid.gsd
-        self._reach = np.maximum(local_spacing(self._view, spacing), MIN_REACH_PIXELS * gsd)
-        self.hole_m = max(HOLE_SPACINGS * spacing, 2 * gsd)
-        self._close = max(1, math.ceil(self.hole_m / gsd / 2))
+        self._radii = np.maximum(local_spacing(self._view, spacing), MIN_RADIUS_PIXELS * gsd)
+        self.hole_m = max(MAX_HOLE_SPACINGS * spacing, 2 * gsd)
+        self._closing_radius = max(1, math.ceil(self.hole_m / gsd / 2))
         # The distance of pixels that close a hole, plus the distance of pixels that keep it open.
-        self._halo = 2 * self._close
-        self._members = Members.of(bin_points, self._view, self._reach, grid, self._halo * gsd)
+        self._margin = 2 * self._closing_radius
+        self._members = Members.of(bin_points, self._view, self._radii, grid, self._margin * gsd)
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._splat_kernels import splat
@@ -55,7 +55,7 @@ class CloudSource:
         members = self._members.members_of(tile)
         if not len(members):
             return empty_picture(tile)
-        gsd, halo = self._grid.gsd, self._halo
+        gsd, halo = self._grid.gsd, self._margin
         height, width = tile.height + 2 * halo, tile.width + 2 * halo
         nearest_depths = np.full((height, width), np.inf, np.float32)
         limit = np.zeros((height, width), np.float32)
@@ -67,7 +67,7 @@ class CloudSource:
         splat(
             members,
             self._view,
-            self._reach,
+            self._radii,
             self._colors,
             x_left,
             top,
@@ -83,15 +83,15 @@ class CloudSource:
         rgb = np.clip(color / divisor[..., None] + 0.5, 0, 255).astype(np.uint8)
         z = np.where(is_visible, depth / divisor, np.nan).astype(np.float32)
         is_visible &= ~self._is_seen_through(is_visible, z)
-        closed_picture = self._close_holes(is_visible, rgb, z)
+        is_filled = self._close_holes(is_visible, rgb, z)
         inner_slices = (slice(halo, -halo), slice(halo, -halo))
-        alpha = np.where(is_visible | closed_picture, 255, 0).astype(np.uint8)
+        alpha = np.where(is_visible | is_filled, 255, 0).astype(np.uint8)
         rgba = np.concatenate([rgb, alpha[..., None]], axis=2)[inner_slices]
         rgba[rgba[..., 3] == 0] = 0
         return TilePicture(
             np.ascontiguousarray(rgba),
             np.ascontiguousarray(z[inner_slices]),
-            int(closed_picture[inner_slices].sum()),
+            int(is_filled[inner_slices].sum()),
         )
 
     def warnings(self) -> list[Finding]:
@@ -108,7 +108,7 @@ class CloudSource:
 
         if not is_visible.any():
             return np.zeros_like(is_visible)
-        size = 2 * self._close + 1
+        size = 2 * self._closing_radius + 1
         visible_depth = np.where(is_visible, z, np.float32(np.inf))
         surface = maximum_filter(minimum_filter(visible_depth, size), size)
         with np.errstate(invalid="ignore"):
@@ -121,17 +121,19 @@ class CloudSource:
     def _close_holes(self, is_visible: BoolArray, rgb: ByteArray, z: Float32Array) -> BoolArray:
         """Fill holes with the colour and depth of the nearest visible pixel; return a mask.
 
-        A morphological closing finds the pixels that are enclosed within `_close` pixels.
+        A morphological closing finds the pixels that are enclosed within `_closing_radius` pixels.
         """
         from scipy.ndimage import distance_transform_edt
 
         if is_visible.all() or not is_visible.any():
             return np.zeros_like(is_visible)
         distance, nearest_pixels = distance_transform_edt(~is_visible, return_indices=True)
-        is_grown = distance <= self._close
+        is_grown = distance <= self._closing_radius
         # Pixels beyond the border are not necessarily empty.
-        closed = is_grown if is_grown.all() else distance_transform_edt(is_grown) > self._close
-        is_filled: BoolArray = closed & ~is_visible
+        is_closed = (
+            is_grown if is_grown.all() else distance_transform_edt(is_grown) > self._closing_radius
+        )
+        is_filled: BoolArray = is_closed & ~is_visible
         source_row, source_column = nearest_pixels[0][is_filled], nearest_pixels[1][is_filled]
         rgb[is_filled] = rgb[source_row, source_column]
         z[is_filled] = z[source_row, source_column]
@@ -159,7 +161,7 @@ def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     return np.clip(spacings, 0.5 * typical_spacing, 2.0 * typical_spacing)
 
 
-def share_facing_away(
+def away_facing_share(
     view: FloatArray,
     normals: FloatArray | None,
     up: FloatArray,

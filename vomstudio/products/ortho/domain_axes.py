@@ -18,12 +18,12 @@ from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.view_directions import cost_of_deviation
 
-BEDS, FAULTS = "bedding", "fault"
+BEDDING_TYPE, FAULT_TYPE = "bedding", "fault"
 """Feature types whose planes define the axes."""
 _MIN_DEVIATION_DEG = 1.0
 
 
-def domains_of(items: Iterable[Item]) -> list[str]:
+def domain_names(items: Iterable[Item]) -> list[str]:
     """Return the sorted names of the domains of items."""
     return sorted({item.domain for item in items if item.domain})
 
@@ -33,7 +33,7 @@ def no_domains_error(field: str) -> UsageError:
     return UsageError(Finding("domain.none"), field=field)
 
 
-def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
+def compute_domain_axes(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
     """Compute the axis of each domain from its bedding planes and from all faults.
 
     Raises
@@ -42,13 +42,13 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
         If no feature belongs to a domain; `field` is the name of the option.
     """
     planes = [item for item in items if item.normal is not None and item.dip_deg is not None]
-    beds: dict[str, list[Item]] = {name: [] for name in domains_of(planes)}
+    beds: dict[str, list[Item]] = {name: [] for name in domain_names(planes)}
     if not beds:
         raise no_domains_error(field)
     for item in planes:
-        if item.domain and item.kind.casefold() in (BEDS, ""):
+        if item.domain and item.kind.casefold() in (BEDDING_TYPE, ""):
             beds[item.domain].append(item)
-    faults = [item for item in planes if item.kind.casefold() == FAULTS]
+    faults = [item for item in planes if item.kind.casefold() == FAULT_TYPE]
     planes_by_domain = {name: _select_planes(beds) for name, beds in beds.items() if beds}
     axes = projection_axes(
         {name: _angles(used_planes) for name, (used_planes, _) in planes_by_domain.items()},
@@ -80,7 +80,7 @@ def off_axis_findings(
 ) -> tuple[Finding, ...]:
     """Return a finding if a view deviates from a domain's axis by more than its error + 1°."""
     try:
-        axis = axes_of_domains(items, "")[name]
+        axis = compute_domain_axes(items, "")[name]
     except (UsageError, KeyError):
         return ()
     if axis.line is None:

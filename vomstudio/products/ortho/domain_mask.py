@@ -18,10 +18,10 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.statistics import flip_to, orientation_tensor
+from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor
 from vomstudio.products.ortho.domain_axes import (
-    FAULTS,
-    domains_of,
+    FAULT_TYPE,
+    domain_names,
     no_domains_error,
     off_axis_findings,
 )
@@ -42,7 +42,7 @@ _FADED_LEVEL, _FADED_CONTRAST = 205.0, 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class DomainBoundary:
     """Plane x . normal = offset; the domain lies where x . normal is larger."""
 
     name: str
@@ -51,13 +51,13 @@ class Wall:
 
 
 @dataclass(frozen=True, eq=False)
-class Territory:
+class DomainExtent:
     """Extent of one domain.
 
     Parameters
     ----------
     name : str
-    walls : tuple of Wall
+    boundaries : tuple of Wall
         Faults that separate the domain from others.
     points : (n, 3) array
         Points of features that decide where walls do not; empty if the walls are sufficient.
@@ -67,7 +67,7 @@ class Territory:
     """
 
     name: str
-    walls: tuple[Wall, ...]
+    boundaries: tuple[DomainBoundary, ...]
     points: FloatArray
     is_member: BoolArray
     notes: tuple[Finding, ...]
@@ -76,14 +76,14 @@ class Territory:
         """Return features of this domain or without one; angles of others are distorted."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
-    def seen_in(self, items: Sequence[Item], plan: OrthophotoPlan) -> Territory:
+    def add_view_findings(self, items: Sequence[Item], plan: OrthophotoPlan) -> DomainExtent:
         """Return the territory, with findings if the view is not along the domain's axis."""
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
     @property
     def metadata(self) -> dict[str, Any]:
         """Facts for the sidecar of the picture."""
-        return {"name": self.name, "ends_at": [wall.name for wall in self.walls]}
+        return {"name": self.name, "ends_at": [boundary.name for boundary in self.boundaries]}
 
     @cached_property
     def tree(self) -> Any:
@@ -93,7 +93,7 @@ class Territory:
         return KDTree(self.points)
 
 
-def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Territory:
+def domain_extent(items: Sequence[Item], name: str, field: str = "--domain") -> DomainExtent:
     """Find the extent of a domain.
 
     Raises
@@ -101,42 +101,49 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     UsageError
         If no feature belongs to the domain.
     """
-    known_domains = domains_of(items)
+    known_domains = domain_names(items)
     if not known_domains:
         raise no_domains_error(field)
     if name not in known_domains:
         raise UsageError(Finding("domain.unknown", domain=name, domains=known_domains), field=field)
     other_domains = [item for item in known_domains if item != name]
-    points_of = {item: _points(items, item) for item in known_domains}
-    walls: list[Wall] = []
+    points_by_domain = {item: _points(items, item) for item in known_domains}
+    boundaries: list[DomainBoundary] = []
     remaining_domains = list(other_domains)
-    for wall in _faults(items):
-        is_positive = points_of[name] @ wall.normal > wall.offset
+    for boundary in _fault_boundaries(items):
+        is_positive = points_by_domain[name] @ boundary.normal > boundary.offset
         sign = 1.0 if is_positive.mean() >= 0.5 else -1.0
-        turned_wall = Wall(wall.name, sign * wall.normal, sign * wall.offset)
-        if _share_beyond_wall(points_of[name], turned_wall) < _MIN_SIDE_SHARE:
+        oriented_boundary = DomainBoundary(
+            boundary.name, sign * boundary.normal, sign * boundary.offset
+        )
+        if _share_inside_boundary(points_by_domain[name], oriented_boundary) < _MIN_SIDE_SHARE:
             continue
-        separated_walls = [
+        separated_domains = [
             item
             for item in other_domains
-            if 1.0 - _share_beyond_wall(points_of[item], turned_wall) >= _MIN_SIDE_SHARE
+            if 1.0 - _share_inside_boundary(points_by_domain[item], oriented_boundary)
+            >= _MIN_SIDE_SHARE
         ]
-        if separated_walls:
-            walls.append(turned_wall)
-            remaining_domains = [item for item in remaining_domains if item not in separated_walls]
+        if separated_domains:
+            boundaries.append(oriented_boundary)
+            remaining_domains = [
+                item for item in remaining_domains if item not in separated_domains
+            ]
     notes = []
-    if walls:
-        faults = tuple(dict.fromkeys(wall.name for wall in walls))
+    if boundaries:
+        faults = tuple(dict.fromkeys(boundary.name for boundary in boundaries))
         notes.append(Finding("domain.ends-at-faults", domain=name, faults=faults))
     if not remaining_domains:
-        return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
+        return DomainExtent(
+            name, tuple(boundaries), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes)
+        )
     if other_domains:
         notes.append(Finding("domain.no-fault-between", domain=name, others=remaining_domains))
-    points = [points_of[name], *(points_of[item] for item in remaining_domains)]
+    points = [points_by_domain[name], *(points_by_domain[item] for item in remaining_domains)]
     is_positive = np.repeat(
         [True, *[False] * len(remaining_domains)], [len(part) for part in points]
     )
-    return Territory(name, tuple(walls), np.concatenate(points), is_positive, tuple(notes))
+    return DomainExtent(name, tuple(boundaries), np.concatenate(points), is_positive, tuple(notes))
 
 
 def _points(items: Sequence[Item], name: str) -> FloatArray:
@@ -145,42 +152,42 @@ def _points(items: Sequence[Item], name: str) -> FloatArray:
     return np.asarray(all_points[:: max(1, len(all_points) // _MAX_POINTS)])
 
 
-def _share_beyond_wall(points: FloatArray, wall: Wall) -> float:
+def _share_inside_boundary(points: FloatArray, boundary: DomainBoundary) -> float:
     """Return the share of points on the domain's side of a wall."""
-    return float((points @ wall.normal > wall.offset).mean())
+    return float((points @ boundary.normal > boundary.offset).mean())
 
 
-def _faults(items: Sequence[Item]) -> list[Wall]:
+def _fault_boundaries(items: Sequence[Item]) -> list[DomainBoundary]:
     """Return the mean plane of each set of faults, and the plane of each other fault."""
     sets: dict[str, list[Item]] = {}
     for item in items:
-        if item.normal is not None and item.kind.casefold() == FAULTS:
+        if item.normal is not None and item.kind.casefold() == FAULT_TYPE:
             sets.setdefault(item.set or item.id, []).append(item)
-    walls = []
+    boundaries = []
     for fault_set in sets.values():
         normals = np.array([item.normal for item in fault_set], np.float64)
-        mean = flip_to(normals, orientation_tensor(normals)[1][0]).mean(axis=0)
+        mean = flip_to_hemisphere(normals, orientation_tensor(normals)[1][0]).mean(axis=0)
         mean /= np.linalg.norm(mean)
         centre = np.mean([item.points.mean(axis=0) for item in fault_set], axis=0)
         name = fault_set[0].set if len(fault_set) > 1 else fault_set[0].name
-        walls.append(Wall(name, mean, float(centre @ mean)))
-    return walls
+        boundaries.append(DomainBoundary(name, mean, float(centre @ mean)))
+    return boundaries
 
 
 @dataclass(frozen=True, eq=False)
-class OneDomain:
+class DomainTileSource:
     """Source of tiles in which all domains but one are greyed out."""
 
     source: TileSource
     plan: OrthophotoPlan
-    territory: Territory
+    domain_extent: DomainExtent
 
     @property
     def hole_m(self) -> float | None:
         return getattr(self.source, "hole_m", None)
 
     def warnings(self) -> list[Finding]:
-        return [*self.source.warnings(), *self.territory.notes]
+        return [*self.source.warnings(), *self.domain_extent.notes]
 
     def draw(self, tile: Tile) -> TilePicture:
         picture = self.source.draw(tile)
@@ -201,10 +208,10 @@ class OneDomain:
         right = np.arange(tile.width) + tile.column + 0.5
         down = np.arange(tile.height)[:, None] + tile.row + 0.5
         matrix = self.plan.pixel_to_world
-        for wall in self.territory.walls:
-            a, b, c, d = (wall.normal @ matrix[:3]).tolist()
-            is_domain &= a * right + b * down + c * depth + d > wall.offset
-        if len(self.territory.points):
+        for boundary in self.domain_extent.boundaries:
+            a, b, c, d = (boundary.normal @ matrix[:3]).tolist()
+            is_domain &= a * right + b * down + c * depth + d > boundary.offset
+        if len(self.domain_extent.points):
             is_domain &= self._nearest(tile, depth, matrix)
         return is_domain
 
@@ -230,6 +237,6 @@ class OneDomain:
             )
             @ matrix[:3].T
         )
-        is_domain[j, i] = self.territory.is_member[self.territory.tree.query(positions)[1]]
+        is_domain[j, i] = self.domain_extent.is_member[self.domain_extent.tree.query(positions)[1]]
         enlarged_mask = is_domain.repeat(_CELL_PX, axis=0).repeat(_CELL_PX, axis=1)
         return enlarged_mask[: depth.shape[0], : depth.shape[1]]

@@ -20,7 +20,7 @@ from vomstudio.products.ortho.interpretation import Item, project_item
 from vomstudio.products.ortho.planning import OrthophotoPlan
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
-    shape_of,
+    create_shape,
     svg_text,
     write_dxf,
     write_gpkg,
@@ -65,7 +65,7 @@ def draw_features(
         assert projected_item is not None
         is_inside = (projected_item.points >= low) & (projected_item.points <= high)
         if is_inside.all(axis=1).any():
-            shapes.append(shape_of(projected_item))
+            shapes.append(create_shape(projected_item))
         else:
             outside_count += 1
     unit = "m" if plan.view.is_metric else tr("units")
@@ -112,7 +112,7 @@ def write_drawings(
     picture : str
         Id of the picture.
     rotation : (3, 3) array, optional
-        Matrix from `raster_turn`, for files that overlay the GeoTIFF.
+        Matrix from `raster_rotation`, for files that overlay the GeoTIFF.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def write_drawings(
     write_dxf(parts["dxf"], placed_drawing, mark)
 
 
-def raster_turn(plan: OrthophotoPlan) -> FloatArray | None:
+def raster_rotation(plan: OrthophotoPlan) -> FloatArray | None:
     """Return the matrix (3, 3) from `draw_features` to the GeoTIFF, or None if the identity.
 
     A picture that looks vertically upwards is mirrored on the map.

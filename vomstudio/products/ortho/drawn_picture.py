@@ -15,7 +15,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.orthophoto import create_source, picture_metadata
 from vomstudio.products.ortho.planning import OrthophotoPlan
-from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
+from vomstudio.products.ortho.requests import OrthophotoFigures, figures_from_metadata
 from vomstudio.products.ortho.tiles import Tile, TilePicture
 
 
@@ -72,11 +72,11 @@ def draw_picture(
         rgba[rows, columns][:, : tile.width] = picture.rgba
         depth[rows, columns][:, : tile.width] = picture.depth
         filled_count += picture.filled
-    hole = getattr(source, "hole_m", None)
-    return DrawnPicture(rgba, depth, filled_count, hole, tuple(source.warnings()))
+    hole_m = getattr(source, "hole_m", None)
+    return DrawnPicture(rgba, depth, filled_count, hole_m, tuple(source.warnings()))
 
 
-def drawn_figures(
+def picture_figures(
     drawn_picture: DrawnPicture, plan: OrthophotoPlan, crs: str | None
 ) -> OrthophotoFigures:
     """Return the figures of a drawn picture; `crs` is the World CRS, "EPSG:n" or WKT."""
@@ -86,4 +86,4 @@ def drawn_figures(
         "holes_filled_px": drawn_picture.filled,
         "holes_filled_up_to_m": drawn_picture.hole_m,
     }
-    return figures_of(metadata)
+    return figures_from_metadata(metadata)

@@ -6,25 +6,27 @@ from collections.abc import Iterator
 from typing import TypeVar
 
 from vomstudio.core.progress import Progress
-from vomstudio.core.threads import PROCESSORS, map_unordered
+from vomstudio.core.threads import PROCESSOR_COUNT, map_unordered
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.tiles import Drawer, Grid, Tile
 
 MAX_THREADS = 8
 
-Drawn = TypeVar("Drawn")
+TileResult = TypeVar("TileResult")
 
 
 def draw_tiles(
-    source: Drawer[Drawn], grid: Grid, progress: Progress, threads: int | None
-) -> Iterator[tuple[Tile, Drawn]]:
+    source: Drawer[TileResult], grid: Grid, progress: Progress, threads: int | None
+) -> Iterator[tuple[Tile, TileResult]]:
     """Yield each tile with its drawing as soon as it is ready.
 
     Only a few tiles are drawn at a time, so that memory is bounded.
     """
     tiles = grid.tiles()
     progress.stage(tr("Casting rays"), len(tiles))
-    workers = min(threads or PROCESSORS, MAX_THREADS, len(tiles))
-    for done_count, (index, drawing) in enumerate(map_unordered(source.draw, tiles, workers), 1):
+    worker_count = min(threads or PROCESSOR_COUNT, MAX_THREADS, len(tiles))
+    for done_count, (index, drawing) in enumerate(
+        map_unordered(source.draw, tiles, worker_count), 1
+    ):
         yield tiles[index], drawing
         progress.step(done_count)

@@ -14,11 +14,11 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.map_symbols import strike_and_dip
+from vomstudio.geology.map_symbols import strike_and_dip_symbol
 from vomstudio.geology.orientation import planes_to_normals
-from vomstudio.project.exports.export import refuse_empty, thresholds_of
+from vomstudio.project.exports.export import get_thresholds, refuse_empty
 from vomstudio.project.journal.database import read_replay
-from vomstudio.project.kind import color_of, kind_of
+from vomstudio.project.kind import get_color, get_kind
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.records.feature_types import DEFAULT_TYPES
@@ -31,14 +31,14 @@ Form = Literal["point", "line", "ring"]
 LEGEND = "legend"
 PARTS = ("traces", "patches", "symbols", LEGEND)
 """Parts of an interpretation: lines, areas, point symbols, and the legend of a sheet."""
-_PART: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
+_PART_BY_FORM: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
 
-NO_COLOR = "#404040"
-EDGE_ON_DEG = 1.0
+DEFAULT_COLOR = "#404040"
+MIN_PLANE_ANGLE_DEG = 1.0
 """A plane has no defined trace if its angle to the picture is smaller than this.
 
 The direction of its trace would depend only on the error of the plane."""
-MAP_DEG = 10.0
+MAX_MAP_ANGLE_DEG = 10.0
 """Maximum angle between the view and the vertical at which a picture counts as a map.
 
 A map shows strike and dip, since the trace of a plane is close to its strike whatever its dip."""
@@ -133,7 +133,7 @@ def parse_parts(text: str) -> tuple[str, ...]:
 
 def select_items(items: tuple[Item, ...], parts: Collection[str]) -> tuple[Item, ...]:
     """Return the items that belong to any of the parts."""
-    return tuple(item for item in items if _PART[item.form] in parts)
+    return tuple(item for item in items if _PART_BY_FORM[item.form] in parts)
 
 
 def read_items(folder: Path) -> tuple[Item, ...]:
@@ -146,19 +146,21 @@ def read_items(folder: Path) -> tuple[Item, ...]:
     """
     replay = read_replay(folder)
     refuse_empty(replay.records, folder)
-    return items_of(replay.records, Measurements(thresholds_of(replay.settings)))
+    return items_from_records(replay.records, Measurements(get_thresholds(replay.settings)))
 
 
-def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple[Item, ...]:
+def items_from_records(
+    records: Mapping[str, Record], measurements: Measurements
+) -> tuple[Item, ...]:
     """Return the features of a project to draw on a picture."""
     table = project_table(records, measurements)
-    colors, written_rows = {}, {}
+    colors, labels_by_id = {}, {}
     for record in records.values():
         if isinstance(record, Feature):
-            has_type = kind_of(record).has_feature_type or bool(kind_of(record).tint(record))
-            if kind_of(record).listed:
-                written_rows[record.id] = kind_of(record).drawing_label(record)
-            colors[record.id] = (color_of(record, records) if has_type else "") or NO_COLOR
+            has_type = get_kind(record).has_feature_type or bool(get_kind(record).tint(record))
+            if get_kind(record).listed:
+                labels_by_id[record.id] = get_kind(record).drawing_label(record)
+            colors[record.id] = (get_color(record, records) if has_type else "") or DEFAULT_COLOR
     items: list[Item] = []
     for layer in project_layers(records, table, measurements):
         if layer.name == GRIDS:
@@ -172,7 +174,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                 normal = planes_to_normals(dd, dip)
             text = {key: str(row_values.get(key) or "") for key in ("id", "name", "set")}
             text["kind"] = str(row_values.get(layer.by) or "")
-            color = colors.get(text["id"], NO_COLOR)
+            color = colors.get(text["id"], DEFAULT_COLOR)
             items.append(
                 Item(
                     layer.name,
@@ -183,7 +185,7 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                     normal=normal,
                     dip_direction_deg=dd,
                     dip_deg=dip,
-                    symbol_label=written_rows.get(text["id"], ""),
+                    symbol_label=labels_by_id.get(text["id"], ""),
                     is_filled=layer.by != "kind",
                     overturned=normal is not None and bool(row_values.get("overturned")),
                     domain=str(getattr(records.get(text["id"]), "domain", "")),
@@ -204,7 +206,7 @@ def count_features(items: Iterable[Item]) -> int:
     return largest_counts.total()
 
 
-def items_of_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
+def items_from_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
     """Return the planes of an orientation table, in the colours of the default feature types.
 
     Parameters
@@ -225,7 +227,7 @@ def items_of_table(positions: FloatArray, rows: Sequence[Mapping[str, Any]]) -> 
             str(row.get("name") or row["id"]),
             str(row.get("kind") or ""),
             str(row.get("set") or ""),
-            colors.get(str(row.get("kind") or "").casefold(), NO_COLOR),
+            colors.get(str(row.get("kind") or "").casefold(), DEFAULT_COLOR),
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
             row["dip_direction_deg"],
             row["dip_deg"],
@@ -255,7 +257,7 @@ def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> f
     """
     # In the picture, the intersection is perpendicular to the projected normal.
     x, y = float(normal @ up), -float(normal @ right)
-    if math.hypot(x, y) < math.sin(math.radians(EDGE_ON_DEG)):
+    if math.hypot(x, y) < math.sin(math.radians(MIN_PLANE_ANGLE_DEG)):
         return None
     if x < 0 or (x == 0 and y > 0):
         x, y = -x, -y
@@ -274,20 +276,20 @@ def project_item(
     The projection is perpendicular to the plane, or along `direction` (3,). Returns None
     if this direction lies in the plane.
     """
-    target_direction = np.cross(right, up)
-    distances = (item.points - origin) @ target_direction
+    plane_normal = np.cross(right, up)
+    distances = (item.points - origin) @ plane_normal
     points = item.points - origin
     if direction is not None:
-        cosine = float(direction @ target_direction)
+        cosine = float(direction @ plane_normal)
         if abs(cosine) < 1e-6:
             return None
         points = points - (distances / cosine)[:, None] * direction
     projected_points = np.stack([points @ right, points @ up], axis=1)
     if item.normal is None or item.dip_deg is None:
         return ProjectedItem(item, projected_points, distances, None)
-    if is_map(target_direction):
+    if is_map(plane_normal):
         azimuth = item.dip_direction_deg or 0.0
-        lines = strike_and_dip(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
+        lines = strike_and_dip_symbol(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
         projection_axes = np.stack([right, up], axis=1)
         return ProjectedItem(
             item, projected_points, distances, None, tuple(line @ projection_axes for line in lines)
@@ -299,4 +301,4 @@ def project_item(
 
 def is_map(direction: FloatArray) -> bool:
     """Return whether the normal (3,) of a picture is close enough to vertical for a map."""
-    return abs(float(direction[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12
+    return abs(float(direction[2])) >= math.cos(math.radians(MAX_MAP_ANGLE_DEG)) - 1e-12

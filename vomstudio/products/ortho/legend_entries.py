@@ -11,10 +11,10 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geology.map_symbols import strike_and_dip
+from vomstudio.geology.map_symbols import strike_and_dip_symbol
 
 MAX_LETTERS = 40
-TICK_DEG = 35.0
+EXAMPLE_DIP_DEG = 35.0
 """Dip of the example plane that the legend shows."""
 
 
@@ -56,7 +56,7 @@ class LegendEntry:
         Whether the areas are filled.
     dips : bool
         Whether the point symbols have the tick of a plane.
-    is_mapped, overturned : bool
+    has_map_symbol, overturned : bool
         Whether the point symbols are map symbols, and map symbols of overturned beds.
     """
 
@@ -67,7 +67,7 @@ class LegendEntry:
     place: bool = False
     is_filled: bool = False
     dips: bool = False
-    is_mapped: bool = False
+    has_map_symbol: bool = False
     overturned: bool = False
 
     @property
@@ -78,17 +78,17 @@ class LegendEntry:
 
     def marks(self) -> list[FloatArray]:
         """Return the polylines (k, 2) of the point symbol, right and up within -1 to 1."""
-        if self.is_mapped:
-            symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)
+        if self.has_map_symbol:
+            symbol = strike_and_dip_symbol(np.zeros(3), 180.0, 45.0, 2.0)
             return [line[:, :2] for line in symbol]
         if not self.dips:
             return []
-        a = math.radians(TICK_DEG)
-        cross_direction = np.array([math.cos(a), -math.sin(a)])
-        return [np.stack([-cross_direction, cross_direction])]
+        a = math.radians(EXAMPLE_DIP_DEG)
+        tick_direction = np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([-tick_direction, tick_direction])]
 
 
-def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
+def create_entries(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
     """Return one entry per feature type and colour, in the order of the shapes."""
     entries: dict[tuple[str, str], LegendEntry] = {}
     for shape in shapes:
@@ -97,7 +97,7 @@ def entries_of(shapes: Sequence[LegendShape]) -> list[LegendEntry]:
         if len(shape.points) == 1:
             entry.place = True
             entry.dips |= shape.dip_deg is not None
-            entry.is_mapped |= bool(shape.symbol)
+            entry.has_map_symbol |= bool(shape.symbol)
             entry.overturned |= bool(shape.values.get("overturned"))
         elif shape.is_closed:
             entry.area = True
@@ -111,7 +111,7 @@ def explain_symbols(entries: Sequence[LegendEntry]) -> str:
     """Explain the ticks and symbols of the entries; empty if they have neither."""
     if any(entry.overturned for entry in entries):
         return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
-    if any(entry.is_mapped for entry in entries):
+    if any(entry.has_map_symbol for entry in entries):
         return tr("Symbols at points: strike and true dip of planes")
     if any(entry.dips for entry in entries):
         return tr("Ticks at points: planes with their apparent dips")

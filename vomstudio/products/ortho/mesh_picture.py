@@ -25,7 +25,7 @@ from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, emp
 
 _MAX_LEVELS = 24
 """Number of pyramid levels, more than any picture has."""
-PLAIN = (200.0, 200.0, 200.0)
+PLAIN_COLOR = (200.0, 200.0, 200.0)
 """Colour of surfaces that have no colours."""
 
 
@@ -50,14 +50,14 @@ class MeshSource:
         # Materials are counted from 1; 0 is for faces before the first material.
         all_faces = np.arange(len(self._faces))
         materials = np.searchsorted(mesh.material_offsets, all_faces, side="right")
-        self._material_of = materials.astype(np.int32)
-        self._store = TextureStore(self._coarser_levels())
+        self._face_materials = materials.astype(np.int32)
+        self._store = TextureStore(self._skipped_level_counts())
         self._uv = np.zeros((0, 2), np.float32)
-        self._mapped = np.zeros(len(self._faces), bool)
+        self._has_uv = np.zeros(len(self._faces), bool)
         if mesh.uv is not None:
             self._uv = to_kernel_array(mesh.uv, np.float32)
             is_finite_uv = np.asarray(np.isfinite(self._uv).all(axis=1))
-            self._mapped = np.asarray(is_finite_uv[self._faces].all(axis=1))
+            self._has_uv = np.asarray(is_finite_uv[self._faces].all(axis=1))
 
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
@@ -94,17 +94,19 @@ class MeshSource:
         depth = np.where(is_hit, hits.depth[inner_slices].ravel(), np.nan).astype(np.float32)
         is_edge = np.ascontiguousarray(is_edge[inner_slices])
         if is_edge.any():
-            quarters = cast_quarters(
+            quarter_hits = cast_quarters(
                 view, faces, members, is_edge, left=x_left, top=y_top, step=gsd
             )
-            self._smooth(quarters, np.flatnonzero(is_edge), rgba, depth)
+            self._antialias_edges(quarter_hits, np.flatnonzero(is_edge), rgba, depth)
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 
     def warnings(self) -> list[Finding]:
-        return [Finding("texture.not-drawn", file=path) for path in sorted(self._store.unreadable)]
+        return [
+            Finding("texture.not-drawn", file=path) for path in sorted(self._store.unreadable_paths)
+        ]
 
-    def _smooth(
+    def _antialias_edges(
         self,
         hits: GridHits,
         index: IndexArray,
@@ -140,7 +142,7 @@ class MeshSource:
             material = None if material_index is None else mesh.materials[material_index]
             if material is not None and material.texture is not None and mesh.uv is not None:
                 pyramid = self._store.get(material.texture)
-                is_textured = self._mapped[face[rows]]
+                is_textured = self._has_uv[face[rows]]
                 if pyramid is not None and is_textured.any():
                     sample_texture(
                         pyramid.texels,
@@ -164,11 +166,11 @@ class MeshSource:
                 blend_corners(rows, face, weights, self._faces, colors, rgb)
             else:
                 color = (
-                    PLAIN
+                    PLAIN_COLOR
                     if material is None or material.diffuse is None
                     else [255.0 * c for c in material.diffuse]
                 )
-                light = _facing(self._view[self._faces[face[rows]]])
+                light = _face_brightness(self._view[self._faces[face[rows]]])
                 rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
         return rgb
 
@@ -176,7 +178,7 @@ class MeshSource:
         """Yield the rows of `face` that have hits, grouped by the material of the face."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
-        pixel_materials = self._material_of[face[pixels]]
+        pixel_materials = self._face_materials[face[pixels]]
         indices = np.flatnonzero(np.bincount(pixel_materials)).tolist()
         for material_index in indices:
             yield (
@@ -184,7 +186,7 @@ class MeshSource:
                 pixels if len(indices) == 1 else pixels[pixel_materials == material_index],
             )
 
-    def _coarser_levels(self) -> dict[Path, int]:
+    def _skipped_level_counts(self) -> dict[Path, int]:
         """Return, for each texture, the number of finest levels that no pixel requires."""
         return {
             path: min(_MAX_LEVELS, math.floor(math.log2(max(self._grid.gsd / low, 1.0))))
@@ -230,7 +232,7 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
     return statistics
 
 
-def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
+def away_facing_share(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
     """Return the share of first hits along +z that face away from the viewer.
 
     Corners must be counter-clockwise seen from outside. The result is NaN without hits.
@@ -257,7 +259,7 @@ def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> f
     return float((np.cross(b - a, c - a)[:, 2] > 0).mean())
 
 
-def _facing(corners: FloatArray) -> FloatArray:
+def _face_brightness(corners: FloatArray) -> FloatArray:
     """Return the brightness of faces, from 1 (facing the viewer) to 0.35 (edge-on)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)

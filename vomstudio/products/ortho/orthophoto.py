@@ -23,11 +23,11 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.findings import Finding, to_plain
+from vomstudio.core.findings import Finding, to_json_list
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import world_north
 from vomstudio.geometry.mesh import Mesh
@@ -39,18 +39,18 @@ from vomstudio.io.gis.raster import (
     world_file,
     write_tile,
 )
-from vomstudio.products.ortho.domain_mask import OneDomain, Territory
+from vomstudio.products.ortho.domain_mask import DomainExtent, DomainTileSource
 from vomstudio.products.ortho.drawn_features import (
     draw_features,
     drawing_targets,
     picture_id,
-    raster_turn,
+    raster_rotation,
     write_drawings,
 )
 from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import OrthophotoPlan, edge_on_finding
-from vomstudio.products.ortho.sheet import format_of, write_sheet
+from vomstudio.products.ortho.sheet import format_from_path, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture, TileSource
 from vomstudio.products.ortho.vector_drawing import Drawing
 
@@ -96,7 +96,7 @@ def write_orthophoto(
     drawn: TileSource | None = None,
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
-    territory: Territory | None = None,
+    domain_extent: DomainExtent | None = None,
 ) -> OrthophotoFiles:
     """Draw a picture and write all of its files, or none if one fails.
 
@@ -120,7 +120,7 @@ def write_orthophoto(
         Features in the World frame, which are written as vector data.
     legend : bool
         Whether to draw a legend of the features on the sheet.
-    territory : Territory, optional
+    domain_extent : Territory, optional
         Domain to show; the rest of the picture is grey.
 
     Returns
@@ -149,13 +149,13 @@ def write_orthophoto(
         warnings += _feature_findings(drawing, outside_count)
     transform = _transform(plan)
     metadata = picture_metadata(plan, crs if is_map else None)
-    shown_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
-    raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
+    picture_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
+    raster = Raster(grid.width, grid.height, "rgba", transform, picture_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = _mask_domain(drawn or create_source(data, plan), plan, territory)
-    reduced_picture = _Reduced(grid) if sheet is not None or drawings else None
-    with atomic_group(targets, force, named_files=pages) as parts_of:
-        paths = dict(zip(targets, parts_of, strict=True))
+    source = _mask_domain(drawn or create_source(data, plan), plan, domain_extent)
+    reduced_picture = _ReducedPicture(grid) if sheet is not None or drawings else None
+    with atomic_group(targets, force, named_files=pages) as temporary_paths:
+        paths = dict(zip(targets, temporary_paths, strict=True))
         with (
             open_geotiff(paths[image], raster, image) as picture_file,
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
@@ -163,7 +163,7 @@ def write_orthophoto(
             tiles = draw_tiles(source, grid, progress, threads)
             covered, filled = _draw(tiles, picture_file, depth_file, reduced_picture)
         progress.stage(tr("Writing the orthophoto"))
-        _refuse_empty(covered, plan)
+        _refuse_empty_picture(covered, plan)
         warnings += source.warnings()
         metadata |= {
             "image": image.name,
@@ -181,14 +181,16 @@ def write_orthophoto(
         if drawings:
             progress.stage(tr("Writing the drawing"))
             parts = {format_: paths[target] for format_, target in drawings.items()}
-            write_drawings(parts, drawing, shown_crs, metadata["picture_id"], raster_turn(plan))
+            write_drawings(
+                parts, drawing, picture_crs, metadata["picture_id"], raster_rotation(plan)
+            )
             metadata["drawn"] = len(drawing.shapes)
-        metadata["warnings"] = to_plain(warnings)
+        metadata["warnings"] = to_json_list(warnings)
         paths[sidecar].write_text(_sidecar_text(metadata), "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in pages:
             progress.stage(tr("Drawing the sheet"))
-            write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
+            write_sheet(paths[page], drawing, plan.view, format_from_path(page), legend=legend)
     sheet, coverage = next(iter(pages), None), metadata["coverage"]
     return OrthophotoFiles(
         image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), metadata
@@ -210,17 +212,17 @@ def _drawing_metadata(coverage: float, filled_count: int, source: TileSource) ->
         "holes_filled_up_to_m": getattr(source, "hole_m", None),
     }
     return metadata | (
-        {"domain": source.territory.metadata} if isinstance(source, OneDomain) else {}
+        {"domain": source.domain_extent.metadata} if isinstance(source, DomainTileSource) else {}
     )
 
 
 def _mask_domain(
-    source: TileSource, plan: OrthophotoPlan, territory: Territory | None
+    source: TileSource, plan: OrthophotoPlan, domain_extent: DomainExtent | None
 ) -> TileSource:
-    return source if territory is None else OneDomain(source, plan, territory)
+    return source if domain_extent is None else DomainTileSource(source, plan, domain_extent)
 
 
-def _refuse_empty(n_covered: int, plan: OrthophotoPlan) -> None:
+def _refuse_empty_picture(n_covered: int, plan: OrthophotoPlan) -> None:
     if not n_covered:
         raise InputError(
             edge_on_finding(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
@@ -245,14 +247,14 @@ def _position_metadata(
     return {"world_crs": crs, "north": north, "picture_id": picture_id(metadata)}
 
 
-def _check_targets(targets: Iterable[Path], own_paths: Iterable[Path], force: bool) -> None:
-    """Check the target files; `own_paths` are those named after the picture.
+def _check_targets(targets: Iterable[Path], generated_paths: Iterable[Path], force: bool) -> None:
+    """Check the target files; `generated_paths` are those named after the picture.
 
     Raises
     ------
     TargetError
     """
-    for target in own_paths:
+    for target in generated_paths:
         check_generated_path(target)
     for target in targets:
         check_target(target, force=force)
@@ -272,21 +274,22 @@ def _tags(plan: OrthophotoPlan) -> dict[str, str]:
     view = plan.view
     return {
         "VOMSTUDIO_VERSION": __version__,
-        "VOMSTUDIO_VIEW": f"trend {plain_azimuth(view.trend_deg)} plunge {view.plunge_deg:.4f} deg",
+        "VOMSTUDIO_VIEW": f"trend {format_plain_azimuth(view.trend_deg)} "
+        f"plunge {view.plunge_deg:.4f} deg",
         "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason.message}",
         "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(plan.pixel_to_world.tolist()),
     }
 
 
 def _draw(
-    drawn_pairs: Iterable[tuple[Tile, TilePicture]],
+    drawn_tiles: Iterable[tuple[Tile, TilePicture]],
     picture_file: Any,
     depth_file: Any,
-    reduced_picture: _Reduced | None,
+    reduced_picture: _ReducedPicture | None,
 ) -> tuple[int, int]:
     """Write tiles to both rasters; return the numbers of covered and of filled pixels."""
     covered_count = filled_count = 0
-    for tile, picture in drawn_pairs:
+    for tile, picture in drawn_tiles:
         write_tile(picture_file, tile.column, tile.row, picture.rgba)
         write_tile(depth_file, tile.column, tile.row, picture.depth)
         covered_count += int(np.isfinite(picture.depth).sum())
@@ -296,14 +299,14 @@ def _draw(
     return covered_count, filled_count
 
 
-class _Reduced:
+class _ReducedPicture:
     """Reduced picture for the sheet, box-filtered from the tiles."""
 
-    LONGEST = 2400
+    MAX_SIDE_PX = 2400
 
     def __init__(self, grid: Grid) -> None:
         factor = 1
-        while max(grid.width, grid.height) / factor > self.LONGEST and factor < TILE:
+        while max(grid.width, grid.height) / factor > self.MAX_SIDE_PX and factor < TILE:
             factor *= 2
         self.factor = factor
         self._size = (grid.width, grid.height)

@@ -22,7 +22,7 @@ from vomstudio.products.ortho.view_directions import ViewDirection
 from vomstudio.products.ortho.world_points import transform_to_world
 
 MAX_PIXELS = 300_000_000
-EDGE_ON_SHARE = 0.02
+MAX_EDGE_ON_SHARE = 0.02
 """Relative width at which a flat model is viewed within about a degree of edge-on."""
 
 
@@ -99,7 +99,7 @@ def plan(
         If the model is empty or lies outside the region.
     """
     frame = view.frame
-    layout = lay_grid(
+    layout = create_grid_layout(
         data, frame, to_world=to_world, gsd=gsd, region=region, is_metric=view.is_metric
     )
     return OrthophotoPlan(view, frame, layout.grid, layout.reference, layout.points, layout.notes)
@@ -115,7 +115,7 @@ class GridLayout:
     notes: tuple[Finding, ...]
 
 
-def lay_grid(
+def create_grid_layout(
     data: Mesh | PointCloud,
     frame: ViewFrame,
     *,
@@ -164,14 +164,14 @@ def lay_grid(
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
         gsd, code = default_gsd(data, to_world, float(extent.max()), is_textured)
-        least_min_gsd = _min_gsd(extent)
-        if least_min_gsd > gsd:
-            gsd, code = least_min_gsd, "gsd.limited"
+        min_gsd = _min_gsd(extent)
+        if min_gsd > gsd:
+            gsd, code = min_gsd, "gsd.limited"
         unit, limit = "m" if is_metric else tr("units"), MAX_PIXELS // 1_000_000
         notes.append(Finding(code, gsd=gsd, unit=unit, limit=limit))
     if not 1e-12 <= gsd < math.inf:
         raise UsageError(Finding("number.not-positive", value=gsd), field="--gsd")
-    least_min_gsd = _min_gsd(extent)
+    min_gsd = _min_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
@@ -180,7 +180,7 @@ def lay_grid(
                 gsd_m=gsd,
                 megapixels=pixels / 1_000_000,
                 limit=MAX_PIXELS // 1_000_000,
-                least_m=least_min_gsd,
+                least_m=min_gsd,
             ),
             field="--gsd",
         )
@@ -190,7 +190,7 @@ def lay_grid(
         )
     ) is not None:
         notes.append(warning)
-    return GridLayout(Grid.covering(low, high, gsd), reference, points, tuple(notes))
+    return GridLayout(Grid.from_bounds(low, high, gsd), reference, points, tuple(notes))
 
 
 def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
@@ -219,7 +219,7 @@ def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding
     )
     if not width**2 > 1e-12 * 12.0 * float(values[2]) / len(sample):
         return None
-    if visible_width > EDGE_ON_SHARE * width and not (
+    if visible_width > MAX_EDGE_ON_SHARE * width and not (
         visible_width < 2.0 * gsd and width > 10.0 * gsd
     ):
         return None

@@ -19,11 +19,11 @@ from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import ExcludedRows
 from vomstudio.geology.folding.figures import BetaFigures
-from vomstudio.geology.notation import plane_option
+from vomstudio.geology.notation import parse_plane_option
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.domain_axes import axes_of_domains
+from vomstudio.products.ortho.domain_axes import compute_domain_axes
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import OrthophotoFiles
@@ -89,7 +89,7 @@ def parse_region(text: str) -> ViewRegion:
     return ViewRegion((x, y, z), width, height)
 
 
-def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
+def domain_axis_direction(items: Sequence[Item], name: str) -> Direction:
     """Return the direction along the axis of a domain.
 
     Raises
@@ -97,14 +97,14 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
     UsageError
         If the domain has no axis.
     """
-    axis = axes_of_domains(items, "--domain").get(name)
+    axis = compute_domain_axes(items, "--domain").get(name)
     if axis is None or axis.line is None:
         reason = tr("it has no planes") if axis is None else axis.description
         raise UsageError(Finding("domain.no-axis", domain=name, reason=reason), field="--domain")
     return Direction(None, None, axis)
 
 
-def direction_of(options: OrthoOptions, fold: TableFold | None) -> Direction:
+def direction_from_options(options: OrthoOptions, fold: TableFold | None) -> Direction:
     """Return the viewing direction; `fold` belongs to `options.fold`.
 
     Raises
@@ -115,13 +115,13 @@ def direction_of(options: OrthoOptions, fold: TableFold | None) -> Direction:
     if fold is not None:
         return Direction(None, fold)
     if options.plane is not None:
-        return Direction(view_against_plane(plane_option(options.plane)))
+        return Direction(view_against_plane(parse_plane_option(options.plane)))
     assert options.trend_deg is not None
     assert options.plunge_deg is not None
     return Direction(view_along_line(options.trend_deg, options.plunge_deg))
 
 
-def request_picture(
+def plan_picture(
     data: Mesh | PointCloud,
     direction: Direction,
     *,
@@ -169,22 +169,22 @@ def request_picture(
     if not is_placed:
         view = replace(view, is_north_known=False, is_metric=is_metric)
     try:
-        planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
+        orthophoto_plan = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
         raise error.with_file(path) from error
-    line_direction = None
+    fold_view = None
     if fold is not None:
-        line_direction = _fold_view(fold, planned)
-        if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_size_of(planned)):
-            warnings.append(line_direction.cost)
-    if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
-        height_px, _ = _size_of(planned)
+        fold_view = _fold_view(fold, orthophoto_plan)
+        if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_view_size(orthophoto_plan)):
+            warnings.append(fold_view.cost)
+    if axis is not None and is_costly(axis.error95_deg, *_view_size(orthophoto_plan)):
+        depth_m, _ = _view_size(orthophoto_plan)
         warnings.append(
-            cost_of_direction(axis.error95_deg, height_px, is_metric=planned.view.is_metric)
+            cost_of_direction(axis.error95_deg, depth_m, is_metric=orthophoto_plan.view.is_metric)
         )
     if not is_placed:
         warnings.append(Finding("view.not-placed"))
-    return PlannedPicture(planned, line_direction, tuple(warnings))
+    return PlannedPicture(orthophoto_plan, fold_view, tuple(warnings))
 
 
 def _validity_findings(valid_text: str | None, verdict: str) -> list[Finding]:
@@ -195,16 +195,16 @@ def _validity_findings(valid_text: str | None, verdict: str) -> list[Finding]:
     return [Finding("view.axis-not-valid", verdict=verdict)]
 
 
-def _size_of(planned: OrthophotoPlan) -> tuple[float, float]:
+def _view_size(orthophoto_plan: OrthophotoPlan) -> tuple[float, float]:
     """Return the depth of the view and the longer side of the picture."""
-    grid = planned.grid
-    return float(np.ptp(planned.points[:, 2])), max(grid.width, grid.height) * grid.gsd
+    grid = orthophoto_plan.grid
+    return float(np.ptp(orthophoto_plan.points[:, 2])), max(grid.width, grid.height) * grid.gsd
 
 
-def _fold_view(fold: TableFold, planned: OrthophotoPlan) -> FoldView:
-    height_px, _ = _size_of(planned)
-    offset = fold.beta.total95_deg
-    cost = cost_of_direction(offset, height_px, is_metric=planned.view.is_metric)
+def _fold_view(fold: TableFold, orthophoto_plan: OrthophotoPlan) -> FoldView:
+    depth_m, _ = _view_size(orthophoto_plan)
+    error_deg = fold.beta.total95_deg
+    cost = cost_of_direction(error_deg, depth_m, is_metric=orthophoto_plan.view.is_metric)
     return FoldView(
         fold.beta,
         fold.valid,
@@ -307,13 +307,13 @@ def collect_result(
         str(files.world_file),
         sheet,
         {format_: str(path) for format_, path in files.drawing.items()} or None,
-        figures_of(files.metadata),
+        figures_from_metadata(files.metadata),
         planned_picture.fold,
         (*warnings, *planned_picture.warnings, *files.warnings),
     )
 
 
-def figures_of(metadata: Mapping[str, Any]) -> OrthophotoFigures:
+def figures_from_metadata(metadata: Mapping[str, Any]) -> OrthophotoFigures:
     """Extract the figures from the facts in the sidecar of a picture."""
     return OrthophotoFigures(
         metadata["width"],

@@ -17,10 +17,10 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.products.net.figure_file import write_figure
-from vomstudio.products.ortho.legend_entries import entries_of
-from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend
+from vomstudio.products.ortho.legend_entries import create_entries
+from vomstudio.products.ortho.sheet_legend import LETTER_MM, SheetLegend
 from vomstudio.products.ortho.vector_drawing import (
     DIP_TICK_MM,
     INK,
@@ -28,8 +28,8 @@ from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     DrawingShape,
     choose_ticks,
+    format_number,
     left_margin_mm,
-    number_text,
     paper_scale,
     place_labels,
 )
@@ -49,16 +49,16 @@ FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".pdf": "pdf"}
 DPI = 300.0
 
 _TOP_MM = 16.0
-_PT_MM = 0.353
+_MM_PER_PT = 0.353
 _MIN_WIDTH_MM = 130.0
 """Minimum width of the area below a narrow picture."""
 _FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
 _ROW_MM = 4.6
-_BAR_MM, _WORDS_MM = 14.5, 20.5
+_BAR_MM, _TEXT_MM = 14.5, 20.5
 """Positions of the scale bar and of the first row of text below the picture."""
 
 
-def format_of(path: str | Path) -> str:
+def format_from_path(path: str | Path) -> str:
     """Return the format for an extension, one of the values of FORMATS.
 
     Raises
@@ -88,10 +88,10 @@ def write_sheet(
     scale = paper_scale(drawing.bounds)
     width, height = (1000.0 * (high - low) / scale).tolist()
     page = max(width, _MIN_WIDTH_MM)
-    texts = _words(view, page)
-    text_height = _WORDS_MM + _ROW_MM * len(texts)
-    key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
-    size = (page + 2 * MARGIN_MM, height + _TOP_MM + text_height + key.height_mm + 6.0)
+    texts = _description_lines(view, page)
+    text_height = _TEXT_MM + _ROW_MM * len(texts)
+    sheet_legend = SheetLegend(create_entries(drawing.shapes) if legend else [], page, _FONT_PT)
+    size = (page + 2 * MARGIN_MM, height + _TOP_MM + text_height + sheet_legend.height_mm + 6.0)
     x_left, y_bottom = 0.5 * (size[0] - width), size[1] - _TOP_MM - height
 
     def draw(figure: Figure) -> None:
@@ -102,7 +102,7 @@ def write_sheet(
         ax.set_ylim(float(low[1]), float(high[1]))
         # Keep the picture's own pixels on paper: nearest-neighbour resampling to the pixels of the
         # page would omit or double whole rows.
-        _draw_plane(ax, drawing, scale, "none" if format == "pdf" else "auto")
+        _draw_contents(ax, drawing, scale, "none" if format == "pdf" else "auto")
         _draw_frame(ax, drawing, scale, x_left)
         page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         page_axes.set_xlim(0.0, size[0])
@@ -111,11 +111,11 @@ def write_sheet(
         _draw_ends(page_axes, drawing, view, (x_left, y_bottom, width, height))
         _draw_bar(page_axes, drawing, scale, (x_left, y_bottom, width))
         margin = min(x_left, 0.5 * (size[0] - page))
-        key.draw(page_axes, margin, y_bottom - text_height)
+        sheet_legend.draw(page_axes, margin, y_bottom - text_height)
         for k, line in enumerate(texts):
             page_axes.text(
                 margin,
-                y_bottom - _WORDS_MM - _ROW_MM * k,
+                y_bottom - _TEXT_MM - _ROW_MM * k,
                 line,
                 fontsize=_FONT_PT,
                 color=INK,
@@ -126,7 +126,7 @@ def write_sheet(
     write_figure(path, draw, format=format, size_mm=size, paper="#ffffff", dpi=DPI)
 
 
-def _words(view: ViewDirection, width_mm: float) -> list[str]:
+def _description_lines(view: ViewDirection, width_mm: float) -> list[str]:
     import textwrap
 
     unknown_text = unknown_direction_text(view)
@@ -137,14 +137,16 @@ def _words(view: ViewDirection, width_mm: float) -> list[str]:
     return [direction_text(view), *reason, *([unknown_text] if unknown_text else [])]
 
 
-def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
+def _draw_contents(ax: Axes, drawing: Drawing, scale: int, interpolation: str) -> None:
     """Draw the picture, its interpretation, and non-overlapping labels."""
     low, high = drawing.bounds
     if drawing.picture is not None:
         extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
-        ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
+        ax.imshow(
+            drawing.picture, extent=extent, interpolation=interpolation, aspect="auto", zorder=0
+        )
     _draw_shapes(ax, drawing.shapes, scale)
-    for label in place_labels(drawing, scale, _PT_MM * _LABEL_PT):
+    for label in place_labels(drawing, scale, _MM_PER_PT * _LABEL_PT):
         if label.is_separate:
             ends = np.array([label.anchor, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
@@ -180,7 +182,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
             )
         # A light line underneath makes the line visible on dark rock.
         for width, color, z_order in ((2.2, "white", 1), (1.0, shape.color, 2)):
-            for line in _lines_of(shape, scale):
+            for line in _shape_lines(shape, scale):
                 lines.setdefault((color, width, z_order), []).append(line)
     gap = np.full((1, 2), math.nan)
     for (color, width, z_order), color_lines in lines.items():
@@ -193,7 +195,7 @@ def _draw_shapes(ax: Axes, shapes: Sequence[DrawingShape], scale: int) -> None:
         ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
 
 
-def _lines_of(shape: DrawingShape, scale: int) -> list[FloatArray]:
+def _shape_lines(shape: DrawingShape, scale: int) -> list[FloatArray]:
     """Return the polylines (n, 2) of a line, outline or plane symbol; none for other points."""
     points = shape.points
     if len(points) > 1:
@@ -212,19 +214,19 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     width = (
         LETTER_MM
         * _FONT_PT
-        * (max((len(number_text(x_tick)) for x_tick in x_ticks), default=0) + 2)
+        * (max((len(format_number(x_tick)) for x_tick in x_ticks), default=0) + 2)
     )
     ax.set_xticks(_thin_ticks(x_ticks, 0.001 * scale * width))
     y_ticks = choose_ticks(float(low[1]), float(high[1]))
-    is_upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
-    max_length = max((len(number_text(y_tick)) for y_tick in y_ticks.tolist()), default=0)
+    is_upright = left_margin_mm(drawing.bounds, _MM_PER_PT * _FONT_PT) > left
+    max_length = max((len(format_number(y_tick)) for y_tick in y_ticks.tolist()), default=0)
     height = LETTER_MM * _FONT_PT * (max_length + 2) if is_upright else _ROW_MM
     if is_upright:
         # Keep clear of the tick labels below the corner of the frame.
         y_ticks = y_ticks[y_ticks >= float(low[1]) + 0.0005 * scale * height]
     ax.set_yticks(_thin_ticks(y_ticks, 0.001 * scale * height))
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(lambda value, _: number_text(value))
+        axis.set_major_formatter(lambda value, _: format_number(value))
     ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
     if is_upright:
         ax.tick_params(axis="y", labelrotation=90)
@@ -277,7 +279,7 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, position: tuple[float, flo
                 linewidth=0.6,
             )
         )
-    text = bar_text(length, is_metric=drawing.is_metric)
+    text = scale_bar_text(length, is_metric=drawing.is_metric)
     if drawing.is_metric:
         text = tr("{length}, 1 : {scale}", length=text, scale=f"{scale:,}".replace(",", " "))
     ax.text(x_left + width + 2.0, y + 0.65, text, va="center", fontsize=_FONT_PT, color=INK)

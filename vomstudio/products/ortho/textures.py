@@ -51,7 +51,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
         return None
 
 
-def load_pyramid(path: Path, coarser_count: int) -> Pyramid | None:
+def load_pyramid(path: Path, skipped_count: int) -> Pyramid | None:
     """Load the levels of an image from 1 / 2**coarser on; return None if unreadable."""
     try:
         with open_picture(path) as picture:
@@ -59,9 +59,9 @@ def load_pyramid(path: Path, coarser_count: int) -> Pyramid | None:
     except (InputError, OSError, ValueError, SyntaxError):
         return None
     del picture
-    size = (image.width / 2**coarser_count, image.height / 2**coarser_count)
-    if coarser_count:
-        image = image.reduce(2**coarser_count)
+    size = (image.width / 2**skipped_count, image.height / 2**skipped_count)
+    if skipped_count:
+        image = image.reduce(2**skipped_count)
     # If a side is odd, the last texel is averaged from the existing ones. Texel i of a level always
     # covers texels 2i and 2i + 1 of the previous level.
     sizes = [image.size]
@@ -80,25 +80,25 @@ def load_pyramid(path: Path, coarser_count: int) -> Pyramid | None:
 class TextureStore:
     """Thread-safe cache of pyramids by path."""
 
-    def __init__(self, coarser_levels: dict[Path, int]) -> None:
+    def __init__(self, skipped_levels: dict[Path, int]) -> None:
         """Store, for each path, the number of finest levels that no pixel requires."""
-        self._coarser = coarser_levels
+        self._skipped_levels = skipped_levels
         self._cache: OrderedDict[Path, Pyramid | None] = OrderedDict()
         self._lock = threading.Lock()
-        self.unreadable: set[Path] = set()
+        self.unreadable_paths: set[Path] = set()
 
     def get(self, path: Path) -> Pyramid | None:
         with self._lock:
             if path in self._cache:
                 self._cache.move_to_end(path)
                 return self._cache[path]
-            pyramid = load_pyramid(path, self._coarser.get(path, 0))
+            pyramid = load_pyramid(path, self._skipped_levels.get(path, 0))
             if pyramid is None:
-                self.unreadable.add(path)
+                self.unreadable_paths.add(path)
             self._cache[path] = pyramid
-            while len(self._cache) > 1 and self._bytes() > MEMORY_BYTES:
+            while len(self._cache) > 1 and self._used_bytes() > MEMORY_BYTES:
                 self._cache.popitem(last=False)
             return pyramid
 
-    def _bytes(self) -> int:
+    def _used_bytes(self) -> int:
         return sum(pyramid.texels.nbytes for pyramid in self._cache.values() if pyramid is not None)

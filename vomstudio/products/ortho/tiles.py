@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 
 TILE = 1024
 
-Drawn_co = TypeVar("Drawn_co", covariant=True)
+TileResult_co = TypeVar("TileResult_co", covariant=True)
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Grid:
     height: int
 
     @classmethod
-    def covering(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
+    def from_bounds(cls, low: npt.ArrayLike, high: npt.ArrayLike, gsd: float) -> Grid:
         """Build the grid that covers (x, y) from `low` to `high`.
 
         The excess of the last pixels is distributed equally to both sides, so that the opposite
@@ -87,25 +87,30 @@ class Members:
 
     @classmethod
     def of(
-        cls, bin_: Callable[..., None], view: object, what: object, grid: Grid, margin: float
+        cls,
+        bin_elements: Callable[..., None],
+        view: object,
+        elements: object,
+        grid: Grid,
+        margin: float,
     ) -> Members:
         """Assign faces or points to tiles.
 
         Parameters
         ----------
-        bin_ : callable
+        bin_elements : callable
             Kernel `bin_faces` or `bin_points`.
         view : (n, 3) array
-        what : (m, 3) or (n,) array
+        elements : (m, 3) or (n,) array
             Faces, or radii of points in metres.
         grid : Grid
         margin : float
             Maximum distance of a member from its tile, m.
         """
         starts = np.zeros(grid.columns * grid.rows + 1, np.int64)
-        key_parts = (
+        bin_arguments = (
             view,
-            what,
+            elements,
             grid.left,
             grid.top,
             TILE * grid.gsd,
@@ -113,11 +118,11 @@ class Members:
             grid.columns,
             grid.rows,
         )
-        bin_(*key_parts, starts, np.empty(0, np.int32))
+        bin_elements(*bin_arguments, starts, np.empty(0, np.int32))
         starts = np.cumsum(starts)
         rows = np.empty(starts[-1], np.int32)
         if len(rows):
-            bin_(*key_parts, starts[:-1].copy(), rows)
+            bin_elements(*bin_arguments, starts[:-1].copy(), rows)
         return cls(rows, starts)
 
     def members_of(self, tile: Tile) -> Int32Array:
@@ -148,10 +153,10 @@ def empty_picture(tile: Tile) -> TilePicture:
     return TilePicture(np.zeros((*shape, 4), np.uint8), np.full(shape, np.nan, np.float32))
 
 
-class Drawer(Protocol[Drawn_co]):
+class Drawer(Protocol[TileResult_co]):
     """Protocol of objects that draw a tile; they are called from several threads."""
 
-    def draw(self, tile: Tile) -> Drawn_co: ...
+    def draw(self, tile: Tile) -> TileResult_co: ...
 
 
 class TileSource(Drawer[TilePicture], Protocol):

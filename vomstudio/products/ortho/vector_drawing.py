@@ -16,14 +16,14 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.files.plain_characters import replace_control_characters
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.io.gis import dxf
-from vomstudio.io.gis.layer_reading import SYMBOLS
+from vomstudio.io.gis.layer_reading import SYMBOL_SUFFIX
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
 from vomstudio.products.figure_layout import arrange_columns
 from vomstudio.products.ortho.interpretation import ProjectedItem
-from vomstudio.products.ortho.legend_entries import LegendEntry, entries_of, explain_symbols
+from vomstudio.products.ortho.legend_entries import LegendEntry, create_entries, explain_symbols
 
 _MAX_CELLS = 1000
 """Maximum number of cells along a side of a table of coverage."""
@@ -31,7 +31,7 @@ LabelBox = tuple[float, float, float, float]
 """Bounding box: left, bottom, right, top."""
 
 INK = "#141414"
-_EDGE = "#404040"
+_EDGE_COLOR = "#404040"
 MAX_SIDE_MM = 250.0
 """Maximum length of the longer side of a drawing on paper."""
 MARGIN_MM = 18.0
@@ -41,7 +41,7 @@ _TEXT_MM = 3.2
 _ROW_MM, _COLUMN_GAP_MM = 1.6 * _TEXT_MM, 5.0
 _MIN_TEXT_MM = 90.0
 """Minimum width of the texts below and above a narrow drawing."""
-_SCALE_MM = 21.0
+_LEGEND_OFFSET_MM = 21.0
 """Distance of the legend from the frame, with axis labels and scale bar between."""
 _LABEL_MM = 2.6
 _LETTER_WIDTH = 0.58
@@ -90,14 +90,14 @@ class DrawingShape:
     is_annotation: bool = False
     legend: str = ""
 
-    def marks(self, max_distance: float) -> list[FloatArray]:
-        """Return the polylines (k, 2) of a plane symbol; `max_distance` is half its length."""
+    def marks(self, half_length: float) -> list[FloatArray]:
+        """Return the polylines (k, 2) of a plane symbol; `half_length` is half its length."""
         if self.symbol:
-            return [self.points[0] + max_distance * line for line in self.symbol]
+            return [self.points[0] + half_length * line for line in self.symbol]
         if self.dip_deg is None or len(self.points) > 1:
             return []
         a = math.radians(self.dip_deg)
-        cross_vector = max_distance * np.array([math.cos(a), -math.sin(a)])
+        cross_vector = half_length * np.array([math.cos(a), -math.sin(a)])
         return [np.stack([self.points[0] - cross_vector, self.points[0] + cross_vector])]
 
 
@@ -139,10 +139,10 @@ class Drawing:
     @property
     def legend(self) -> list[LegendEntry]:
         """Legend entries of the feature types, without shapes that only annotate the drawing."""
-        return entries_of([shape for shape in self.shapes if not shape.is_annotation])
+        return create_entries([shape for shape in self.shapes if not shape.is_annotation])
 
 
-def shape_of(projected_item: ProjectedItem) -> DrawingShape:
+def create_shape(projected_item: ProjectedItem) -> DrawingShape:
     """Convert a projected item to a shape.
 
     A plane is labelled with its name and its apparent dip or, on a map, its true dip. A line is
@@ -153,7 +153,7 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
     label = item.symbol_label or (item.name if item.form == "point" else "")
     if item.normal is not None and shown_dip is not None:
         label = f"{item.name} {abs(shown_dip):.0f}°" if item.name else f"{abs(shown_dip):.0f}°"
-    overturned_flag = {"overturned": 1} if projected_item.symbol and item.overturned else {}
+    overturned_values = {"overturned": 1} if projected_item.symbol and item.overturned else {}
     return DrawingShape(
         item.layer,
         projected_item.points,
@@ -171,7 +171,7 @@ def shape_of(projected_item: ProjectedItem) -> DrawingShape:
             "dip_deg": item.dip_deg,
             "apparent_dip_deg": dip,
             "away_m": float(projected_item.distance.mean()),
-            **overturned_flag,
+            **overturned_values,
         },
         projected_item.symbol,
     )
@@ -193,7 +193,7 @@ def choose_ticks(low: float, high: float) -> FloatArray:
     return np.asarray(np.arange(first_tick, last_tick + 1) * step, np.float64)
 
 
-def number_text(value: float) -> str:
+def format_number(value: float) -> str:
     """Format a number for SVG."""
     return f"{value + 0.0:.12g}"
 
@@ -201,7 +201,7 @@ def number_text(value: float) -> str:
 def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
     """Return the width of the margin for tick labels and axis label at text size `text_mm`."""
     ticks = choose_ticks(float(bounds[0, 1]), float(bounds[1, 1]))
-    max_length = max((len(number_text(value)) for value in ticks.tolist()), default=0)
+    max_length = max((len(format_number(value)) for value in ticks.tolist()), default=0)
     return max(MARGIN_MM, 0.68 * text_mm * max_length + 7.5)
 
 
@@ -217,15 +217,20 @@ def svg_text(drawing: Drawing) -> str:
     """
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
-    mm = 1000.0 / scale
-    width, height = ((high - low) * mm).tolist()
+    mm_per_m = 1000.0 / scale
+    width, height = ((high - low) * mm_per_m).tolist()
     x_left, y_top = left_margin_mm(drawing.bounds, _TEXT_MM), _TOP_MM
     legend = _SvgLegend(drawing, max(width, _MIN_TEXT_MM))
     page = (
         x_left + max(width, _MIN_TEXT_MM) + _RIGHT_MM,
-        height + y_top + _SCALE_MM + legend.height_mm + _BOTTOM_MM,
+        height + y_top + _LEGEND_OFFSET_MM + legend.height_mm + _BOTTOM_MM,
     )
-    matrix = (mm, mm, x_left - float(low[0]) * mm, y_top + float(high[1]) * mm)
+    matrix = (
+        mm_per_m,
+        mm_per_m,
+        x_left - float(low[0]) * mm_per_m,
+        y_top + float(high[1]) * mm_per_m,
+    )
     out = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
@@ -241,14 +246,16 @@ def svg_text(drawing: Drawing) -> str:
         out.append(
             f'<image id="picture" x="{x_left:.6f}" y="{y_top:.6f}" width="{width:.6f}" '
             f'height="{height:.6f}" preserveAspectRatio="none" '
-            f'xlink:href="data:image/png;base64,{_png(drawing.picture)}"/>'
+            f'xlink:href="data:image/png;base64,{_encode_png(drawing.picture)}"/>'
         )
-    out.append(f'<g id="plane" {transform} stroke-width="{0.35 / mm:.6g}" fill="none">')
+    out.append(f'<g id="plane" {transform} stroke-width="{0.35 / mm_per_m:.6g}" fill="none">')
     ids: set[str] = set()
     for layer in drawing.layers:
         name = _escape(layer)
         out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
-        out += [_svg_shape(shape, mm, ids) for shape in drawing.shapes if shape.layer == layer]
+        out += [
+            _svg_shape(shape, mm_per_m, ids) for shape in drawing.shapes if shape.layer == layer
+        ]
         out.append("</g>")
     out.append("</g>")
     out += _labels(drawing, matrix, scale)
@@ -256,18 +263,19 @@ def svg_text(drawing: Drawing) -> str:
     return "\n".join([*out, "</svg>", ""])
 
 
-def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
+def _svg_shape(shape: DrawingShape, mm_per_m: float, ids: set[str]) -> str:
     """Return the SVG element of a shape, whose id is unique among `ids`."""
     title = _escape(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
-        own_class = f'class="{PROGRAM_CLASS}"'
+        class_attribute = f'class="{PROGRAM_CLASS}"'
         parts = [
-            f'<circle {own_class} cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>'
+            f'<circle {class_attribute} cx="{x!r}" cy="{y!r}" '
+            f'r="{0.7 / mm_per_m:.6g}" fill="{shape.color}"/>'
         ]
         parts += [
-            f'<polyline {own_class} points="{_svg_points(line)}" stroke="{shape.color}"/>'
-            for line in shape.marks(DIP_TICK_MM / mm)
+            f'<polyline {class_attribute} points="{_svg_points(line)}" stroke="{shape.color}"/>'
+            for line in shape.marks(DIP_TICK_MM / mm_per_m)
         ]
         return "".join(parts)
     position = _svg_points(shape.points)
@@ -284,7 +292,7 @@ def _svg_shape(shape: DrawingShape, mm: float, ids: set[str]) -> str:
     tag = "polygon" if shape.is_closed else "polyline"
     style_attributes = f'stroke="{shape.color}"'
     if shape.is_filled:
-        style_attributes = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
+        style_attributes = f'stroke="{_EDGE_COLOR}" fill="{shape.color}" fill-opacity="0.5"'
     return f'<{tag}{text} points="{position}" {style_attributes}><title>{title}</title></{tag}>'
 
 
@@ -335,22 +343,26 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
     text_mm : float
         Letter height on paper.
     """
-    mm = 0.001 * scale
-    height, gap = 1.25 * text_mm * mm, 1.2 * mm
+    metres_per_mm = 0.001 * scale
+    height, gap = 1.25 * text_mm * metres_per_mm, 1.2 * metres_per_mm
     positions = [shape.points for shape in drawing.shapes if len(shape.points) == 1]
     # Also avoid the end of the tick of a symbol, which shows the direction of dip.
     positions += [
         line[-1:]
         for shape in drawing.shapes
         if shape.symbol
-        for line in shape.marks(DIP_TICK_MM * mm)
+        for line in shape.marks(DIP_TICK_MM * metres_per_mm)
     ]
     dots = np.concatenate([np.empty((0, 2)), *positions])
-    bars = [line for shape in drawing.shapes for line in shape.marks(DIP_TICK_MM * mm)]
+    symbol_lines = [
+        line for shape in drawing.shapes for line in shape.marks(DIP_TICK_MM * metres_per_mm)
+    ]
     lines = [
         shape.points for shape in drawing.shapes if len(shape.points) > 1 and not shape.is_filled
     ]
-    symbols, strokes = (_Coverage(item, drawing.bounds, 0.25 * height) for item in (bars, lines))
+    symbol_coverage, line_coverage = (
+        _Coverage(item, drawing.bounds, 0.25 * height) for item in (symbol_lines, lines)
+    )
     occupied_boxes: list[LabelBox] = []
     labels = []
     for shape in drawing.shapes:
@@ -358,27 +370,29 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
             continue
         position = shape.points[len(shape.points) // 2]
         x, y = (_label_position_inside(shape.points) if shape.is_filled else position).tolist()
-        width = _LETTER_WIDTH * text_mm * mm * (len(shape.label) + 1)
-        spots = [
-            (row, right, (left, y_of_label, left + width, y_of_label + height))
+        width = _LETTER_WIDTH * text_mm * metres_per_mm * (len(shape.label) + 1)
+        candidates = [
+            (row, right, (left, label_y, left + width, label_y + height))
             for row in (0.0, -1.0, 1.0, -2.0, 2.0, -3.0)
-            for y_of_label in (y + gap + row * height if row >= 0 else y - gap + row * height,)
+            for label_y in (y + gap + row * height if row >= 0 else y - gap + row * height,)
             for right, left in ((False, x + gap), (True, x - gap - width))
         ]
         free_positions = [
-            spot for spot in spots if _is_free(spot[2], drawing.bounds, occupied_boxes)
+            candidate
+            for candidate in candidates
+            if _is_free(candidate[2], drawing.bounds, occupied_boxes)
         ]
         if free_positions:
             row, right, box = min(
                 free_positions,
                 key=lambda s: (
-                    _count_covered(s[2], dots) > 0,
-                    2 * symbols.count(s[2]) + strokes.count(s[2]),
+                    _count_dots(s[2], dots) > 0,
+                    2 * symbol_coverage.count(s[2]) + line_coverage.count(s[2]),
                 ),
             )
-            gap_px = _LABEL_GAP_MM * mm
+            label_gap = _LABEL_GAP_MM * metres_per_mm
             occupied_boxes.append(
-                (box[0] - gap_px, box[1] - gap_px, box[2] + gap_px, box[3] + gap_px)
+                (box[0] - label_gap, box[1] - label_gap, box[2] + label_gap, box[3] + label_gap)
             )
             centre = 0.5 * (box[1] + box[3])
             end = box[2] if right else box[0]
@@ -418,7 +432,7 @@ def _is_free(box: LabelBox, bounds: FloatArray, occupied_label_boxes: list[Label
     )
 
 
-def _count_covered(box: LabelBox, dots: FloatArray) -> int:
+def _count_dots(box: LabelBox, dots: FloatArray) -> int:
     """Count the dots in a box."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
@@ -449,9 +463,9 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
     for label in place_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.is_separate:
-            named_x, named_y = label.anchor[0] * sx + tx, -label.anchor[1] * sy + ty
+            anchor_x, anchor_y = label.anchor[0] * sx + tx, -label.anchor[1] * sy + ty
             elements.append(
-                f'<line x1="{named_x:.3f}" y1="{named_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
+                f'<line x1="{anchor_x:.3f}" y1="{anchor_y:.3f}" x2="{x:.3f}" y2="{y:.3f}" '
                 f'stroke="{label.shape.color}" stroke-width="0.15"/>'
             )
         anchor = ' text-anchor="end"' if label.is_on_right else ""
@@ -500,24 +514,24 @@ def _frame(
     for value in choose_ticks(float(low[0]), float(high[0])):
         x = value * sx + tx
         out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
-        text(x, bottom + 5, number_text(value), "middle")
+        text(x, bottom + 5, format_number(value), "middle")
     max_length = 0.0
     for value in choose_ticks(float(low[1]), float(high[1])):
-        max_length = max(max_length, _LETTER_WIDTH * _TEXT_MM * len(number_text(value)))
+        max_length = max(max_length, _LETTER_WIDTH * _TEXT_MM * len(format_number(value)))
         y = -value * sy + ty
         out.append(f'<line x1="{x_left - 1.5:.3f}" y1="{y:.3f}" x2="{x_left:.3f}" y2="{y:.3f}"/>')
-        text(x_left - 2.2, y + 1.1, number_text(value), "end")
-    bold = 'font-weight="bold"'
+        text(x_left - 2.2, y + 1.1, format_number(value), "end")
+    bold_style = 'font-weight="bold"'
     # The texts of a narrow drawing extend beyond it.
     text_width_mm = 1.3 * _LETTER_WIDTH * _TEXT_MM * (sum(map(len, drawing.ends)) + 2)
     overhang = min(max(0.5 * (text_width_mm - width), 0.0), x_left - 1.0)
-    text(x_left - overhang, y_top - 3, drawing.ends[0], "start", bold)
+    text(x_left - overhang, y_top - 3, drawing.ends[0], "start", bold_style)
     text(
         x_left + max(width + overhang, text_width_mm - overhang),
         y_top - 3,
         drawing.ends[1],
         "end",
-        bold,
+        bold_style,
     )
     text(x_left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
     x = max(x_left - max_length - 4.5, _TEXT_MM)
@@ -531,11 +545,11 @@ def _frame(
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
     out.append(f'<rect x="{x_left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
-    bar = bar_text(length, is_metric=drawing.is_metric)
+    bar = scale_bar_text(length, is_metric=drawing.is_metric)
     text(
         x_left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start"
     )
-    y = bottom + _SCALE_MM
+    y = bottom + _LEGEND_OFFSET_MM
     for k, entry in enumerate(legend.entries):
         row, column = divmod(k, len(legend.columns))
         x = x_left + sum(legend.columns[:column]) + _COLUMN_GAP_MM * column
@@ -600,7 +614,7 @@ def _svg_glyphs(entry: LegendEntry, start: float, middle: float) -> list[str]:
     return glyphs
 
 
-def _png(picture: ByteArray) -> str:
+def _encode_png(picture: ByteArray) -> str:
     from PIL import Image
 
     file = io.BytesIO()
@@ -617,17 +631,17 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """
     scale = paper_scale(drawing.bounds)
     symbol_layers = {
-        shape.layer: shape.layer if shape.is_annotation else shape.layer + SYMBOLS
+        shape.layer: shape.layer if shape.is_annotation else shape.layer + SYMBOL_SUFFIX
         for shape in drawing.shapes
         if shape.label or shape.marks(1.0)
     }
     names = dxf.layer_names([*drawing.layers, *symbol_layers.values()])
     colors = {
-        names[home]: dxf.color_number(
+        names[layer_name]: dxf.color_number(
             next(shape.color for shape in drawing.shapes if shape.layer == layer)
         )
         for layer in drawing.layers
-        for home in (layer, symbol_layers.get(layer, layer))
+        for layer_name in (layer, symbol_layers.get(layer, layer))
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
@@ -693,12 +707,12 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
         shapes = [shape for shape in drawing.shapes if shape.layer == layer]
         is_point = len(shapes[0].points) == 1
         kind = "Point" if is_point else "Polygon" if shapes[0].is_closed else "LineString"
-        create_shapes = {"Point": shapely.points, "Polygon": shapely.polygons}.get(
+        create_geometry = {"Point": shapely.points, "Polygon": shapely.polygons}.get(
             kind, shapely.linestrings
         )
         geometry = np.empty(len(shapes), object)
         for k, shape in enumerate(shapes):
-            geometry[k] = create_shapes(shape.points[0] if is_point else shape.points)
+            geometry[k] = create_geometry(shape.points[0] if is_point else shape.points)
         columns = {}
         for name in dict.fromkeys(key for shape in shapes for key in shape.values):
             values = [shape.values.get(name) for shape in shapes]
@@ -715,30 +729,32 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described_text: st
             geometry,
             columns,
             crs,
-            described_text=described_text,
+            description=described_text,
             append=is_appending,
         )
         is_appending = True
-        mapped_shapes = [shape for shape in shapes if shape.symbol]
-        if not mapped_shapes:
+        shapes_with_symbols = [shape for shape in shapes if shape.symbol]
+        if not shapes_with_symbols:
             continue
-        max_distance = 0.001 * paper_scale(drawing.bounds) * DIP_TICK_MM
-        symbols = np.empty(len(mapped_shapes), object)
-        for k, shape in enumerate(mapped_shapes):
+        half_length = 0.001 * paper_scale(drawing.bounds) * DIP_TICK_MM
+        symbols = np.empty(len(shapes_with_symbols), object)
+        for k, shape in enumerate(shapes_with_symbols):
             symbols[k] = shapely.multilinestrings(
-                [shapely.linestrings(line) for line in shape.marks(max_distance)]
+                [shapely.linestrings(line) for line in shape.marks(half_length)]
             )
         texts = {
-            "id": np.array([str(shape.values.get("id", "")) for shape in mapped_shapes], object),
-            "label": np.array([shape.label for shape in mapped_shapes], object),
+            "id": np.array(
+                [str(shape.values.get("id", "")) for shape in shapes_with_symbols], object
+            ),
+            "label": np.array([shape.label for shape in shapes_with_symbols], object),
         }
         write_layer(
             part,
-            layer + SYMBOLS,
+            layer + SYMBOL_SUFFIX,
             "MultiLineString",
             symbols,
             texts,
             crs,
-            described_text=described_text,
+            description=described_text,
             append=True,
         )

@@ -6,9 +6,9 @@ import math
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geology.notation import format_azimuth, format_wind
+from vomstudio.geology.notation import format_azimuth, format_compass_point
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.geometry.view_frame import ROUNDING_DEG, STEEP_DEG
+from vomstudio.geometry.view_frame import MIN_STEEP_DEG, ROUNDING_DEG
 from vomstudio.products.ortho.view_directions import AS_GIVEN, ViewDirection
 
 MAX_UPRIGHT_PLUNGE_DEG = 45.0
@@ -19,7 +19,7 @@ def end_labels(view: ViewDirection) -> tuple[str, str, str]:
     """Return the labels for the left end, the right end, and the upward arrow."""
     right = view.frame.right
     up_text = tr("up")
-    if abs(view.plunge_deg) >= STEEP_DEG:
+    if abs(view.plunge_deg) >= MIN_STEEP_DEG:
         up_text = "N" if view.is_north_known else "y"
     elif _is_map_like(view):
         up_text = _direction_label(view, -view.frame.down)
@@ -33,7 +33,7 @@ def _is_map_like(view: ViewDirection) -> bool:
 def _direction_label(view: ViewDirection, direction: FloatArray) -> str:
     azimuth = _azimuth_deg(direction)
     if view.is_north_known:
-        return format_wind(azimuth)
+        return format_compass_point(azimuth)
     return tr("{azimuth:03d}, local", azimuth=round(azimuth) % 360)
 
 
@@ -65,7 +65,7 @@ def axis_labels(view: ViewDirection, unit: str) -> tuple[str, str]:
 
 
 def _distance_label(direction: FloatArray, unit: str) -> str:
-    wind = format_wind(_azimuth_deg(direction)).partition(" ")[0]
+    wind = format_compass_point(_azimuth_deg(direction)).partition(" ")[0]
     return tr("distance toward {direction} ({unit})", direction=wind, unit=unit)
 
 

@@ -24,7 +24,7 @@ AGAINST_NORMAL = to_translate("against the upward normal")
 ALONG_NORMAL = to_translate("along the upward normal")
 AS_GIVEN, REVERSED = to_translate("as given"), to_translate("against the given direction")
 """Senses of views, as stored in sidecars."""
-_OPPOSITE = {
+_OPPOSITE_SENSES = {
     DOWN_PLUNGE: UP_PLUNGE,
     UP_PLUNGE: DOWN_PLUNGE,
     AGAINST_NORMAL: ALONG_NORMAL,
@@ -61,14 +61,14 @@ class ViewDirection:
     @property
     def frame(self) -> ViewFrame:
         """Axes of the view."""
-        return ViewFrame.looking(lines_to_vectors(self.trend_deg, self.plunge_deg))
+        return ViewFrame.from_direction(lines_to_vectors(self.trend_deg, self.plunge_deg))
 
     def flipped(self) -> ViewDirection:
         """Return the opposite view, which is a mirror image."""
         return ViewDirection(
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
-            _OPPOSITE[self.sense],
+            _OPPOSITE_SENSES[self.sense],
             Finding("view.flipped", reason=self.reason),
         )
 
@@ -115,14 +115,14 @@ def view_along_axis(
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
         down = -down
-    distances, is_estimated = _facing_away(data, ViewFrame.looking(down), to_world)
-    if math.isnan(distances):
+    share, is_estimated = _away_facing_share(data, ViewFrame.from_direction(down), to_world)
+    if math.isnan(share):
         return _view_along(down, DOWN_PLUNGE, Finding("view.down-plunge-unseen"))
-    if distances > 0.5:
+    if share > 0.5:
         code = "view.up-plunge-estimated" if is_estimated else "view.up-plunge"
-        return _view_along(-down, UP_PLUNGE, Finding(code, share_percent=100 * distances))
+        return _view_along(-down, UP_PLUNGE, Finding(code, share_percent=100 * share))
     code = "view.down-plunge-estimated" if is_estimated else "view.down-plunge"
-    return _view_along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - distances)))
+    return _view_along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - share)))
 
 
 def cost_of_direction(
@@ -159,23 +159,23 @@ MAX_NEGLIGIBLE_SHARE = 0.01
 """Maximum relative shortening or displacement that is not visible in a drawing."""
 
 
-def is_costly(error_deg: float | None, depth_m: float, across_m: float) -> bool:
+def is_costly(error_deg: float | None, depth_m: float, width_m: float) -> bool:
     """Return whether a direction error has a visible effect.
 
     According to CONVENTIONS, an error d multiplies lengths by cos d and causes displacements of h
-    sin d. Displacements are compared with the longer side of the picture, `across_m`. The result is
+    sin d. Displacements are compared with the longer side of the picture, `width_m`. The result is
     True if `error_deg` is unknown.
     """
     if error_deg is None:
         return True
-    distance = math.radians(error_deg)
+    error_rad = math.radians(error_deg)
     return (
-        1.0 - math.cos(distance) > MAX_NEGLIGIBLE_SHARE
-        or depth_m * math.sin(distance) > MAX_NEGLIGIBLE_SHARE * across_m
+        1.0 - math.cos(error_rad) > MAX_NEGLIGIBLE_SHARE
+        or depth_m * math.sin(error_rad) > MAX_NEGLIGIBLE_SHARE * width_m
     )
 
 
-def _facing_away(
+def _away_facing_share(
     data: Mesh | PointCloud, frame: ViewFrame, to_world: npt.ArrayLike
 ) -> tuple[float, bool]:
     if isinstance(data, Mesh):
@@ -184,7 +184,7 @@ def _facing_away(
         if not len(data.faces):
             raise InputError(Finding("model.no-surface"))
         world = transform_to_world(to_world, data.vertices)
-        return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
+        return mesh_picture.away_facing_share(frame.to_view(world, world[0]), data.faces), False
     from vomstudio.geometry.transform import rotate
     from vomstudio.products.ortho import cloud_picture
 
@@ -195,7 +195,7 @@ def _facing_away(
     if data.normals is not None:
         normals = rotate(np.asarray(to_world, np.float64), data.normals) @ frame.axes
     up = np.array([0.0, 0.0, 1.0]) @ frame.axes
-    return cloud_picture.share_facing_away(frame.to_view(world, world[0]), normals, up)
+    return cloud_picture.away_facing_share(frame.to_view(world, world[0]), normals, up)
 
 
 def _view_along(direction: FloatArray, sense: str, reason: Finding) -> ViewDirection:

@@ -43,10 +43,10 @@ def _mesh_depths(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArr
     corners = np.array(
         [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
     )
-    nearest_along = float(((corners - matrix[:3, 3]) @ direction).min()) - 1.0
-    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + nearest_along * direction
+    min_depth = float(((corners - matrix[:3, 3]) @ direction).min()) - 1.0
+    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + min_depth * direction
     hits = RayTree(mesh).cast(starts, np.broadcast_to(direction, starts.shape))
-    return np.asarray(np.where(hits.index >= 0, nearest_along + hits.distance, np.nan))
+    return np.asarray(np.where(hits.index >= 0, min_depth + hits.distance, np.nan))
 
 
 def _cloud_depths(
@@ -76,8 +76,8 @@ def _cloud_depths(
         rows = np.flatnonzero(is_inside & (tile_numbers == tile.number))
         if len(rows):
             depth = source.draw(tile).depth.astype(np.float64)
-            place = pixels[rows] - [tile.column, tile.row]
-            depths[rows] = _interpolate(depth, place, _MAX_STEP * max(gsd, spacing))
+            positions = pixels[rows] - [tile.column, tile.row]
+            depths[rows] = _interpolate(depth, positions, _MAX_STEP * max(gsd, spacing))
     return depths
 
 
@@ -86,18 +86,18 @@ def _interpolate(depth: FloatArray, position: FloatArray, limit: float) -> Float
     height, width = depth.shape
     last_pixel = np.array([width - 1, height - 1])
     pixel = np.clip(np.floor(position).astype(np.int64), 0, last_pixel)
-    own_depth = depth[pixel[:, 1], pixel[:, 0]]
+    pixel_depth = depth[pixel[:, 1], pixel[:, 0]]
     corner = np.floor(position - 0.5).astype(np.int64)
     fraction = position - 0.5 - corner
     weighted_sum, weight = np.zeros(len(position)), np.zeros(len(position))
     for dx in (0, 1):
         for dy in (0, 1):
-            place_position = np.clip(corner + [dx, dy], 0, last_pixel)
-            value = depth[place_position[:, 1], place_position[:, 0]]
-            part = (fraction[:, 0] if dx else 1 - fraction[:, 0]) * (
+            neighbour = np.clip(corner + [dx, dy], 0, last_pixel)
+            value = depth[neighbour[:, 1], neighbour[:, 0]]
+            corner_weight = (fraction[:, 0] if dx else 1 - fraction[:, 0]) * (
                 fraction[:, 1] if dy else 1 - fraction[:, 1]
             )
-            is_same = np.abs(value - own_depth) <= limit
-            weighted_sum += np.where(is_same, part * value, 0.0)
-            weight += np.where(is_same, part, 0.0)
-    return np.where(weight > 0, weighted_sum / np.where(weight > 0, weight, 1.0), own_depth)
+            is_same_surface = np.abs(value - pixel_depth) <= limit
+            weighted_sum += np.where(is_same_surface, corner_weight * value, 0.0)
+            weight += np.where(is_same_surface, corner_weight, 0.0)
+    return np.where(weight > 0, weighted_sum / np.where(weight > 0, weight, 1.0), pixel_depth)

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 FORMATS = (".pdf", ".svg", ".html")
 TITLE = to_translate("Photo survey: field sheet")
-INK, FACE = "#202020", "#efe9df"
-PERPENDICULAR, OBLIQUE, CONTROL = "#1f5fa8", "#c25e00", "#1b7f3b"
+INK, FACE_COLOR = "#202020", "#efe9df"
+PERPENDICULAR_COLOR, OBLIQUE_COLOR, CONTROL_COLOR = "#1f5fa8", "#c25e00", "#1b7f3b"
 """Colours of photos and control points on the sheet and in the window."""
-_FOOT, _LINE, _PARAGRAPH = 0.027, 0.0138, 0.003
+_BOTTOM_MARGIN, _LINE_HEIGHT, _PARAGRAPH_GAP = 0.027, 0.0138, 0.003
 """Lower margin, and heights of a line and of the gap below a reminder, as shares of the page."""
-_WORDS = {
+_KIND_NAMES = {
     "perpendicular": to_translate("perpendicular"),
     "oblique": to_translate("oblique"),
     "control": to_translate("control"),
@@ -71,33 +71,35 @@ def _save(figure: Figure, target: Any, format_: str) -> None:
         figure.savefig(target, format=format_, metadata=metadata)
 
 
-def draw_field_sheet(plan: SurveyPlan, *, is_pictures_only: bool = False) -> Figure:
+def draw_field_sheet(plan: SurveyPlan, *, has_only_drawings: bool = False) -> Figure:
     """Draw the sheet in A4 portrait format, or only its two drawings."""
     from matplotlib.figure import Figure
 
-    height = 6.0 if is_pictures_only else 11.69
+    height = 6.0 if has_only_drawings else 11.69
     figure = Figure(figsize=(8.27, height))
-    lines = [_wrapped(line, 112) for line in _reminders(plan)]
+    lines = [_wrap(line, 112) for line in _reminders(plan)]
     # The drawings fill the page down to the reminders.
-    reminders = _FOOT + sum(_LINE * len(parts) + _PARAGRAPH for parts in lines)
-    bottom, top = (0.08, 0.94) if is_pictures_only else (reminders + 0.045, 0.785)
+    reminders_top = _BOTTOM_MARGIN + sum(
+        _LINE_HEIGHT * len(parts) + _PARAGRAPH_GAP for parts in lines
+    )
+    bottom, top = (0.08, 0.94) if has_only_drawings else (reminders_top + 0.045, 0.785)
     # Leave half an inch between the drawings for the tick labels of the upper one.
     total_height = (top - bottom - 0.5 / height) / 2
     for low, is_above in ((top - total_height, False), (bottom, True)):
         # Printers leave a margin of about 5 mm.
         _draw(figure.add_axes((0.11, low, 0.85, total_height)), plan, is_plan_view=is_above)
-    if not is_pictures_only:
+    if not has_only_drawings:
         _text(figure, tr(TITLE), 0.965, 15.0, weight="bold")
         for i, (name, value) in enumerate(figures(plan)):
             x, y = 0.07 + 0.46 * (i % 2), 0.935 - 0.0195 * (i // 2)
             figure.text(x, y, name, fontsize=9.0, color="#606060", va="top")
             figure.text(x + 0.15, y, value, fontsize=9.0, color=INK, va="top")
-        y = reminders
+        y = reminders_top
         for parts in lines:
             for k, part in enumerate(parts):
                 figure.text(0.07 if k == 0 else 0.09, y, part, fontsize=8.5, color=INK, va="top")
-                y -= _LINE
-            y -= _PARAGRAPH
+                y -= _LINE_HEIGHT
+            y -= _PARAGRAPH_GAP
     return figure
 
 
@@ -108,36 +110,27 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
     depth = 0.02 * plan.distance_m if is_plan_view else plan.height_m
     low = -depth if is_plan_view else 0.0
     axes.add_patch(
-        Rectangle((0.0, low), plan.width_m, depth, facecolor=FACE, edgecolor=INK, linewidth=1.0)
+        Rectangle(
+            (0.0, low), plan.width_m, depth, facecolor=FACE_COLOR, edgecolor=INK, linewidth=1.0
+        )
     )
     for kind, color, mark in (
-        ("perpendicular", PERPENDICULAR, "o"),
-        ("oblique", OBLIQUE, "^"),
+        ("perpendicular", PERPENDICULAR_COLOR, "o"),
+        ("oblique", OBLIQUE_COLOR, "^"),
     ):
-        selected_rows = plan.select_kind(kind)
-        if not selected_rows:
+        photos = plan.select_kind(kind)
+        if not photos:
             continue
-        x = [selected_row.along_m for selected_row in selected_rows]
-        y = [
-            (selected_row.away_m if is_plan_view else selected_row.up_m)
-            for selected_row in selected_rows
-        ]
-        label = tr("{kind}: {count}", kind=tr(_WORDS[kind]), count=len(selected_rows))
+        x = [photo.along_m for photo in photos]
+        y = [(photo.away_m if is_plan_view else photo.up_m) for photo in photos]
+        label = tr("{kind}: {count}", kind=tr(_KIND_NAMES[kind]), count=len(photos))
         axes.plot(x, y, mark, color=color, markersize=4.0, label=label, linestyle="none")
-        if len(selected_rows) <= 400:
+        if len(photos) <= 400:
             scale = 0.12
-            dx = [
-                scale * (selected_row.target_along_m - selected_row.along_m)
-                for selected_row in selected_rows
-            ]
+            dx = [scale * (photo.target_along_m - photo.along_m) for photo in photos]
             dy = [
-                scale
-                * (
-                    -selected_row.away_m
-                    if is_plan_view
-                    else selected_row.target_up_m - selected_row.up_m
-                )
-                for selected_row in selected_rows
+                scale * (-photo.away_m if is_plan_view else photo.target_up_m - photo.up_m)
+                for photo in photos
             ]
             axes.quiver(
                 x, y, dx, dy, angles="xy", scale_units="xy", scale=1, color=color, width=0.0018
@@ -145,20 +138,20 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
     if not is_plan_view:
         square: dict[str, Any] = {
             "marker": "s",
-            "color": CONTROL,
+            "color": CONTROL_COLOR,
             "markersize": 5.0,
             "linestyle": "none",
         }
         for point in plan.control_points:
-            filled_text = "full" if point.use == "control" else "none"
-            axes.plot([point.along_m], [point.up_m], fillstyle=filled_text, **square)
+            fill_style = "full" if point.use == "control" else "none"
+            axes.plot([point.along_m], [point.up_m], fillstyle=fill_style, **square)
             axes.annotate(
                 point.label,
                 (point.along_m, point.up_m),
                 xytext=(0.5, 0.5),
                 textcoords="offset fontsize",
                 fontsize=7.0,
-                color=CONTROL,
+                color=CONTROL_COLOR,
             )
         first_view = plan.select_kind("perpendicular")[0]
         width_m, height_m = plan.footprint_m
@@ -168,7 +161,7 @@ def _draw(axes: Axes, plan: SurveyPlan, *, is_plan_view: bool) -> None:
                 width_m,
                 height_m,
                 fill=False,
-                edgecolor=PERPENDICULAR,
+                edgecolor=PERPENDICULAR_COLOR,
                 linestyle="--",
                 linewidth=0.8,
             )
@@ -291,7 +284,7 @@ def _html(plan: SurveyPlan) -> str:
     import io
 
     drawing = io.StringIO()
-    _save(draw_field_sheet(plan, is_pictures_only=True), drawing, "svg")
+    _save(draw_field_sheet(plan, has_only_drawings=True), drawing, "svg")
     svg = drawing.getvalue()
     svg = svg[svg.index("<svg") :]
     rows = "".join(
@@ -312,7 +305,7 @@ def _html(plan: SurveyPlan) -> str:
         [
             (
                 position.number,
-                tr(_WORDS[position.kind]),
+                tr(_KIND_NAMES[position.kind]),
                 f"{position.along_m:.2f}",
                 f"{position.up_m:.2f}",
                 f"{position.away_m:.2f}",
@@ -327,7 +320,7 @@ def _html(plan: SurveyPlan) -> str:
         [
             (
                 control_point.label,
-                tr(_WORDS[control_point.use]),
+                tr(_KIND_NAMES[control_point.use]),
                 f"{control_point.along_m:.2f}",
                 f"{control_point.up_m:.2f}",
             )
@@ -356,7 +349,7 @@ def _text(figure: Figure, text: str, y: float, size: float, **options: Any) -> N
     figure.text(0.07, y, text, fontsize=size, color=INK, va="top", **options)
 
 
-def _wrapped(text: str, width: int) -> list[str]:
+def _wrap(text: str, width: int) -> list[str]:
     import textwrap
 
     return textwrap.wrap(text, width) or [""]

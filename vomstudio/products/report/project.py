@@ -26,14 +26,14 @@ from vomstudio.products.report.page import (
     svg_picture,
     table,
 )
-from vomstudio.project.exports.export import thresholds_of
+from vomstudio.project.exports.export import get_thresholds
 from vomstudio.project.exports.feature_table import feature_table
-from vomstudio.project.journal.database import own_files, read_replay
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.journal.database import journal_files, read_replay
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.project_table import ProjectTable, project_table
-from vomstudio.registration.summary import summary_of
+from vomstudio.registration.summary import summarize_registration
 
 if TYPE_CHECKING:
     from vomstudio.geology.populations.set_statistics import SetStatistics
@@ -80,11 +80,11 @@ def report_project(
     """
     progress = progress or SilentProgress()
     check_extension(path, FORMATS)
-    check_target(path, force=force, inputs=own_files(folder))
+    check_target(path, force=force, inputs=journal_files(folder))
     progress.stage(tr("Reading {file}", file=folder.name))
     replay = read_replay(folder)
     progress.stage(tr("Writing {file}", file=path.name))
-    measurements = Measurements(thresholds_of(replay.settings))
+    measurements = Measurements(get_thresholds(replay.settings))
     return write_project_report(path, replay.records, measurements, title=folder.stem, force=force)
 
 
@@ -190,7 +190,7 @@ def _models(records: Mapping[str, Record], features: Sequence[Feature]) -> list[
         model.registration.id: model.registration for model in models if model.registration
     }
     for registration in registrations.values():
-        summary = summary_of(registration)
+        summary = summarize_registration(registration)
         title = tr("Registration by {name}", name=registration.name)
         parts.append(heading(title, 3))
         if summary.rotation is not None:
@@ -308,12 +308,12 @@ def _figures(name: str, statistics: SetStatistics) -> list[str]:
 
 def _net(records: Mapping[str, Record], orientations: OrientationTable) -> str:
     from vomstudio.products.net.figure import write_stereonet
-    from vomstudio.products.net.table_net import net_of_table, replace_colors
+    from vomstudio.products.net.table_net import net_from_table, replace_colors
 
     types = [record for record in records.values() if isinstance(record, FeatureType)]
     colors = {each.name.casefold(): each.color for each in types}
     picture = BytesIO()
-    net = replace_colors(net_of_table(orientations, "kind"), colors)
+    net = replace_colors(net_from_table(orientations, "kind"), colors)
     write_stereonet(picture, net, format="svg")
     caption = tr("Poles of planes, and lines; equal area, lower hemisphere")
     return svg_picture(picture.getvalue(), caption)
@@ -337,9 +337,9 @@ def _other_features(
             "out" if feature.id in reasons else "",
             [
                 feature.name,
-                kind_of(feature).noun(feature),
+                get_kind(feature).noun(feature),
                 reasons.get(feature.id)
-                or kind_of(feature).headline(measurements_by_id[feature.id])
+                or get_kind(feature).headline(measurements_by_id[feature.id])
                 or "",
                 feature.notes,
             ],

@@ -15,7 +15,7 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.models.reconstruction_file import result_registration
 from vomstudio.products.report.page import heading, html_page, number, table
 from vomstudio.products.report.residual_map import embed_figure, residual_map
-from vomstudio.registration.summary import summary_of
+from vomstudio.registration.summary import summarize_registration
 
 
 def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
@@ -53,7 +53,7 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
 def _summary(result: Mapping[str, Any]) -> str:
     frame = result["frame"]
     if frame == "local":
-        frame = tr(FRAMES["scaled" if result["scaled"] else "arbitrary"])
+        frame = tr(FRAME_NAMES["scaled" if result["scaled"] else "arbitrary"])
     findings = (
         Finding(
             "reconstruction.aligned",
@@ -94,11 +94,15 @@ def _survey(survey: Mapping[str, Any]) -> str:
 
 def _photos(result: Mapping[str, Any]) -> str:
     placed_rows = [row for row in result["photo_rows"] if row["placed"]]
-    typical_px = float(np.median([row["error_px"] for row in placed_rows])) if placed_rows else 0.0
+    typical_error_px = (
+        float(np.median([row["error_px"] for row in placed_rows])) if placed_rows else 0.0
+    )
     rows = []
     for row in result["photo_rows"]:
         is_poor = (
-            not row["placed"] or row["error_px"] > 2.0 * typical_px or row.get("is_weak", False)
+            not row["placed"]
+            or row["error_px"] > 2.0 * typical_error_px
+            or row.get("is_weak", False)
         )
         position_error = row.get("position_error95_m") or row.get("position_error95")
         rows.append(
@@ -140,10 +144,10 @@ def _camera(camera: Mapping[str, Any]) -> str:
     rows = []
     for index, name in enumerate(names):
         sigma = camera["sigma"][index]
-        spread_text = (
+        error_text = (
             tr("unknown") if sigma is None else tr("fixed") if sigma == 0 else f"± {sigma:.2g}"
         )
-        rows.append(("", [name, f"{camera['params'][index]:.6g}", spread_text]))
+        rows.append(("", [name, f"{camera['params'][index]:.6g}", error_text]))
     photos = tr_n("{count} photo.", "{count} photos.", camera["photos"])
     text = (
         f"<h3>{escape(str(camera['camera'] or tr('unknown camera')))}</h3>"
@@ -153,11 +157,11 @@ def _camera(camera: Mapping[str, Any]) -> str:
     )
     correlation = camera["correlation"]
     if correlation:
-        free_camera = camera["free"]
+        free_parameters = camera["free"]
         text += f"<p>{escape(tr('Correlation'))}</p>" + table(
-            ["", *free_camera],
+            ["", *free_parameters],
             [
-                ("", [free_camera[i], *(f"{value:+.2f}" for value in line)])
+                ("", [free_parameters[i], *(f"{value:+.2f}" for value in line)])
                 for i, line in enumerate(correlation)
             ],
         )
@@ -167,7 +171,7 @@ def _camera(camera: Mapping[str, Any]) -> str:
 def _registration(result: Mapping[str, Any]) -> str:
     """Describe the registration with its accuracy, warnings and evidence."""
     registration = result["registration"]
-    summary = summary_of(result_registration(result, ""))
+    summary = summarize_registration(result_registration(result, ""))
     facts = [(tr("Coordinate system"), str(registration["crs"]))] if registration.get("crs") else []
     if registration.get("heights"):
         facts.append((tr("Heights"), _plain_text(registration["heights"])))
@@ -241,12 +245,12 @@ LABELS = {
     "texture": to_translate("texture"),
 }
 """Labels of the figures, settings and stages of a result; other keys are unchanged."""
-FRAMES = {
+FRAME_NAMES = {
     "scaled": to_translate("a local frame"),
     "arbitrary": to_translate("a local frame, without scale or north"),
 }
 """Names of the frames of models that were not registered in a coordinate system."""
-_VALUES = {
+_VALUE_TEXTS = {
     "above sea level": to_translate("above sea level"),
     "above the ellipsoid": to_translate("above the ellipsoid"),
     "control": to_translate("control"),
@@ -287,7 +291,7 @@ def _plain_text(value: Any) -> str:
         return f"{value:.4g}"
     if isinstance(value, int):
         return f"{value:,}"
-    return tr(_VALUES[value]) if value in _VALUES else str(value)
+    return tr(_VALUE_TEXTS[value]) if value in _VALUE_TEXTS else str(value)
 
 
 def _times(result: Mapping[str, Any]) -> str:
@@ -305,7 +309,7 @@ def _picture(result: Mapping[str, Any]) -> str:
     from matplotlib.figure import Figure
 
     drawing = result["drawing"]
-    cloud, cameras, looks = (np.asarray(drawing[k]) for k in ("points", "at", "looks"))
+    cloud, cameras, view_directions = (np.asarray(drawing[k]) for k in ("points", "at", "looks"))
     background = np.asarray(drawing.get("background", ()))
     figure = Figure(figsize=(9.5, 4.2), layout="constrained")
     unit = "m" if result["scaled"] else tr("model units")
@@ -318,8 +322,8 @@ def _picture(result: Mapping[str, Any]) -> str:
         axes.quiver(
             cameras[:, i],
             cameras[:, j],
-            looks[:, i],
-            looks[:, j],
+            view_directions[:, i],
+            view_directions[:, j],
             color="#0072b2",
             width=0.004,
             scale=18.0,

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
-from vomstudio.products.figure_layout import name_symbols
+from vomstudio.products.figure_layout import label_symbols
 from vomstudio.products.report.page import svg_picture
 
 # Length of the longest arrow, relative to the width of the picture.
@@ -36,38 +36,38 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
     if len(labels) < 3:
         return ""
     centre = positions.mean(axis=0)
-    position = positions - centre
+    offsets = positions - centre
     sizes = np.linalg.norm(residuals, axis=1)
-    max_distance = float(np.ptp(position, axis=0).max()) or 1.0
-    times = _round_down(_MAX_ARROW_SHARE * max_distance / sizes.max()) if sizes.max() > 0 else 1.0
+    extent = float(np.ptp(offsets, axis=0).max()) or 1.0
+    exaggeration = _round_down(_MAX_ARROW_SHARE * extent / sizes.max()) if sizes.max() > 0 else 1.0
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
     unit = "m" if is_scaled else tr("model units")
-    worst_error = _weakest_axis(registration)
+    weakest_axis = _weakest_axis(registration)
     sides = ((0, 1, "xy", tr("from above")), (0, 2, "xz", tr("from the south")))
     for axes, (i, j, names, title) in zip(figure.subplots(1, 2), sides, strict=True):
-        if worst_error is not None:
-            scale_length = 0.55 * max_distance * worst_error
+        if weakest_axis is not None:
+            axis_end = 0.55 * extent * weakest_axis
             axes.plot(
-                [-scale_length[i], scale_length[i]],
-                [-scale_length[j], scale_length[j]],
+                [-axis_end[i], axis_end[i]],
+                [-axis_end[j], axis_end[j]],
                 "--",
                 color="#d55e00",
                 lw=1.2,
             )
         for is_selected, mark in ((~check, "o"), (check, "s")):
             axes.plot(
-                position[is_selected, i],
-                position[is_selected, j],
+                offsets[is_selected, i],
+                offsets[is_selected, j],
                 mark,
                 color="#0072b2",
                 markersize=4.0,
                 markerfacecolor="#0072b2" if mark == "o" else "white",
             )
         axes.quiver(
-            position[:, i],
-            position[:, j],
-            times * residuals[:, i],
-            times * residuals[:, j],
+            offsets[:, i],
+            offsets[:, j],
+            exaggeration * residuals[:, i],
+            exaggeration * residuals[:, j],
             color="#222222",
             angles="xy",
             scale_units="xy",
@@ -80,9 +80,9 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
         axes.set_ylabel(f"{names[1]}, {unit}")
         axes.set_title(title)
     for axes, (i, j, _, _) in zip(figure.axes, sides, strict=True):
-        name_symbols(
+        label_symbols(
             axes,
-            position[:, [i, j]],
+            offsets[:, [i, j]],
             dict(enumerate(labels[:_MAX_LABELS])),
             symbol_pt=4.0,
             font_pt=7.0,
@@ -93,13 +93,13 @@ def residual_map(registration: Mapping[str, Any], is_scaled: bool) -> str:
         tr(
             "Registration points relative to their centre (squares: check points); arrows:"
             " residuals, exaggerated {times:,.0f} times; dashed: weakest rotation axis.",
-            times=times,
+            times=exaggeration,
         )
-        if times >= 1.0
+        if exaggeration >= 1.0
         else tr(
             "Registration points relative to their centre (squares: check points); arrows:"
             " residuals, exaggerated {times:.2g} times; dashed: weakest rotation axis.",
-            times=times,
+            times=exaggeration,
         ),
     )
 

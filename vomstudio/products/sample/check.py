@@ -106,16 +106,16 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     checks.append(axis_check(FOLD_AXIS, beta, truth.axis))
     # Beds cut by the fault are those with a horizon on both sides of it.
     pairs = horizon_pairs(picks)
-    cut = [i for pair in pairs for i in pair]
-    meeting = common_axis(
+    cut_beds = [i for pair in pairs for i in pair]
+    intersection = common_axis(
         {
-            "bedding": (fits.dip_direction_deg[cut], fits.dip_deg[cut]),
+            "bedding": (fits.dip_direction_deg[cut_beds], fits.dip_deg[cut_beds]),
             FAULT: (fits.dip_direction_deg[fault], fits.dip_deg[fault]),
         }
     )
-    checks.append(axis_check(INTERSECTION, meeting, truth.intersection))
+    checks.append(axis_check(INTERSECTION, intersection, truth.intersection))
     checks.append(slip_check(fits, pairs, fault, beta.beta, truth.displacement_m))
-    return SampleResult(fits, beta, meeting, tuple(checks))
+    return SampleResult(fits, beta, intersection, tuple(checks))
 
 
 def horizon_pairs(picks: SamplePicks) -> list[tuple[int, int]]:
@@ -147,11 +147,11 @@ def plane_check(name: str, fit: FittedPlane, truth: Plane) -> Check:
 
 def axis_check(name: str, axis: FoldAxis, truth: Line) -> Check:
     """Compare a true axis with the confidence ellipse of the measured axis."""
-    swing = None if axis.confidence_axis is None else axis.confidence_axis.vector()
+    major_axis = None if axis.confidence_axis is None else axis.confidence_axis.vector()
     ratio, error, stated_error = _deviation(
         axis.beta.vector(),
         truth.vector(),
-        swing,
+        major_axis,
         axis.max_confidence95_deg,
         axis.min_confidence95_deg,
     )
@@ -179,11 +179,11 @@ def slip_check(
     slip_direction = np.cross(fault_normal, axis.vector())
     slip_direction /= np.linalg.norm(slip_direction)
 
-    def meets(i: int) -> float:
+    def slip_position(i: int) -> float:
         n = fits.normal[i]
         return float(n @ (fits.centroid[i] - centre) / (n @ slip_direction))
 
-    slips = np.array([abs(meets(a) - meets(b)) for a, b in pairs])
+    slips = np.array([abs(slip_position(a) - slip_position(b)) for a, b in pairs])
     mean = float(slips.mean()) if len(slips) else math.nan
     stated_error = None
     if len(slips) > 1:

@@ -31,7 +31,7 @@ _SAMPLE_POINTS = 40_000
 
 def check_photos(
     estimated_cameras: Cameras,
-    true: Cameras,
+    true_cameras: Cameras,
     cloud: FloatArray,
     outcrop: Mesh,
     picks: SamplePicks,
@@ -43,7 +43,7 @@ def check_photos(
 
     Parameters
     ----------
-    estimated_cameras, true : Cameras
+    estimated_cameras, true_cameras : Cameras
         Reconstructed cameras, and the true cameras of the photos.
     cloud : (n, 3) array
         Dense points in the World frame, m.
@@ -59,7 +59,7 @@ def check_photos(
     """
     from scipy.spatial import cKDTree
 
-    shift = np.array(true.origin, np.float64)
+    shift = np.array(true_cameras.origin, np.float64)
     points = cloud - shift
     surface, normals = _sample_surface(outcrop, shift)
     # The photos also show the surroundings of the outcrop.
@@ -73,24 +73,26 @@ def check_photos(
     offset = np.abs(((sample - surface[nearest_rows]) * normals[nearest_rows]).sum(axis=1))
     offset = np.where(distance < 0.25, offset, distance)
     tree = cKDTree(inner_points)
-    visible_surface = surface[_are_visible(true, surface, normals)]
-    reached, _ = tree.query(visible_surface)
+    visible_surface = surface[_are_visible(true_cameras, surface, normals)]
+    outcrop_distances, _ = tree.query(visible_surface)
     return (
-        _camera_check(estimated_cameras, true),
+        _camera_check(estimated_cameras, true_cameras),
         _length(MODEL_OFFSET, float(np.median(offset))),
         _length(MODEL_OFFSET_90, float(np.percentile(offset, 90))),
-        _length(OUTCROP_OFFSET, float(np.median(reached))),
+        _length(OUTCROP_OFFSET, float(np.median(outcrop_distances))),
         *_plane_checks(inner_points, tree, picks, truth, shift, gsd, rotation),
     )
 
 
 def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
     """Report the errors of the model that was reconstructed from photos."""
-    check_of = {check.name: check for check in checks}
+    checks_by_name = {check.name: check for check in checks}
     stated_checks = [check for check in checks if check.within_total is not None]
     within_count = sum(bool(check.within_total) for check in stated_checks)
     worst_error = max((check.error for check in stated_checks), default=0.0)
-    offset_mm, cameras = (1000 * check_of[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES))
+    offset_mm, cameras = (
+        1000 * checks_by_name[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES)
+    )
     return (
         Finding("sample.photo-model", model_mm=offset_mm, cameras_mm=cameras),
         Finding(
@@ -106,9 +108,9 @@ def _length(name: str, value: float) -> Check:
     return Check(name, 0.0, value, value, None, None, "m")
 
 
-def _camera_check(estimated_cameras: Cameras, true: Cameras) -> Check:
+def _camera_check(estimated_cameras: Cameras, true_cameras: Cameras) -> Check:
     """Compare camera centres by their median distance."""
-    positions = {view.name: view.centre + true.origin for view in true.views}
+    positions = {view.name: view.centre + true_cameras.origin for view in true_cameras.views}
     distances = [
         float(np.linalg.norm(view.centre + estimated_cameras.origin - positions[view.name]))
         for view in estimated_cameras.views
@@ -138,8 +140,8 @@ def _are_visible(cameras: Cameras, points: FloatArray, normals: FloatArray) -> B
     for view in cameras.views:
         pixels = view.project(points)
         with np.errstate(invalid="ignore"):
-            is_ahead = ((view.centre - points) * normals).sum(axis=1) > 0
-            count += is_ahead & view.contains(pixels)
+            is_facing = ((view.centre - points) * normals).sum(axis=1) > 0
+            count += is_facing & view.contains(pixels)
     return count >= 3
 
 
@@ -156,16 +158,16 @@ def _plane_checks(
     checks = []
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         distance, nearest_rows = tree.query(picks.of(i) - shift)
-        points_near = nearest_rows[distance < _MAX_DISTANCE_GSD * gsd]
+        nearby_rows = nearest_rows[distance < _MAX_DISTANCE_GSD * gsd]
         # Keep the order along the trace, in which the errors of neighbours are correlated.
-        points_near = points_near[np.sort(np.unique(points_near, return_index=True)[1])]
-        if len(points_near) < _MIN_POINTS or name not in truth.planes:
+        nearby_rows = nearby_rows[np.sort(np.unique(nearby_rows, return_index=True)[1])]
+        if len(nearby_rows) < _MIN_POINTS or name not in truth.planes:
             continue
-        fit = fit_planes(points[points_near], np.array([0, len(points_near)]))[0]
+        fit = fit_planes(points[nearby_rows], np.array([0, len(nearby_rows)]))[0]
         check = plane_check(f"{kind} {name} on the photos' model", fit, truth.planes[name])
-        rotation_matrix = None
+        registration_error_deg = None
         if rotation is not None:
-            rotation_matrix = float(errors_95_deg(rotation, fit.normal)[0])
-        total_deg = total_error_deg(fit, gsd, registration_deg=rotation_matrix)
+            registration_error_deg = float(errors_95_deg(rotation, fit.normal)[0])
+        total_deg = total_error_deg(fit, gsd, registration_deg=registration_error_deg)
         checks.append(replace(check, total_95=total_deg))
     return checks

@@ -17,7 +17,7 @@ TITLE = to_translate("Measurements on the sample outcrop")
 
 def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
     """Format a table with one line per check, and how many regions contain the true value."""
-    rows = [_heads(), *map(_cells, checks)]
+    rows = [_headings(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -27,7 +27,7 @@ def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
     return "\n".join([title, "", *lines, "", *map(str, (tally(checks), *notes))])
 
 
-def _heads() -> tuple[str, ...]:
+def _headings() -> tuple[str, ...]:
     return ("", tr("truth"), tr("measured"), tr("error"), tr("stated 95 %"), tr("within"))
 
 
@@ -42,7 +42,7 @@ def format_html(
     checks: Sequence[Check], notes: Sequence[Finding], images: Mapping[str, str], seconds: float
 ) -> str:
     """Format the report as HTML; `images` maps file names to captions."""
-    header, *body = [_heads(), *map(_cells, checks)]
+    header, *body = [_headings(), *map(_cells, checks)]
     rows = "\n".join(
         f'<tr class="{"" if check.within else "out"}">'
         + "".join(f"<td>{escape(cell)}</td>" for cell in cells)

@@ -18,10 +18,10 @@ from vomstudio.products.net.style import PRINT, NetStyle
 from vomstudio.products.section.decimals import format_with_error
 from vomstudio.products.section.lithology_style import (
     DEFAULT_WIDTH,
-    DUNHAM_GRAINS,
-    GRAINS,
+    DUNHAM_CLASSES,
+    GRAIN_SIZES,
     LithologyStyle,
-    style_of,
+    find_style,
 )
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _THICKNESS_MM, _LITHOLOGY_MM, _NOTES_MM = 64.0, 96.0, 130.0
 """Left edges of the text columns beside the beds."""
 _WIDTHS_MM = (100.0, 130.0, 170.0)
 """Widths of a page with thicknesses, with lithologies too, and with notes."""
-_TOP_MM, _BOTTOM_MM, _NOTE_MM = 17.0, 5.0, 6.0
+_TOP_MM, _BOTTOM_MM, _NOTE_ROW_MM = 17.0, 5.0, 6.0
 _ROW_MM = 4.0
 _MAX_ROWS = 250
 """If a log has more beds, only those at least as thick as a row are labelled."""
@@ -90,10 +90,10 @@ def lay_out_page(log: BedLog) -> LogPage:
     column = 1000.0 * thickness_m / scale
     centres = [500.0 * (interval.base_m + interval.top_m) / scale for interval in log.intervals]
     heights_mm = [1000.0 * (interval.top_m - interval.base_m) / scale for interval in log.intervals]
-    has_name = [len(centres) <= _MAX_ROWS or height >= _ROW_MM for height in heights_mm]
+    is_labelled = [len(centres) <= _MAX_ROWS or height >= _ROW_MM for height in heights_mm]
     rows = np.full(len(centres), np.nan)
-    rows[has_name] = _spread(
-        [centre for centre, n in zip(centres, has_name, strict=True) if n], _ROW_MM
+    rows[is_labelled] = _spread(
+        [centre for centre, n in zip(centres, is_labelled, strict=True) if n], _ROW_MM
     )
     half_row = 0.5 * _ROW_MM
     low = min(0.0, float(np.nanmin(rows, initial=0.0)) - half_row)
@@ -107,15 +107,15 @@ def lay_out_page(log: BedLog) -> LogPage:
         lowest_mm=low,
         highest_mm=high,
         width_mm=_WIDTHS_MM[columns],
-        notes_mm=_NOTE_MM * len(_notes_below(_styles(log))),
+        notes_mm=_NOTE_ROW_MM * len(_legend_parts(_bed_styles(log))),
     )
 
 
-def _styles(log: BedLog) -> list[LithologyStyle]:
-    return [style_of(interval.lithology, interval.strabospot) for interval in log.intervals]
+def _bed_styles(log: BedLog) -> list[LithologyStyle]:
+    return [find_style(interval.lithology, interval.strabospot) for interval in log.intervals]
 
 
-def _notes_below(styles: Sequence[LithologyStyle]) -> list[str]:
+def _legend_parts(styles: Sequence[LithologyStyle]) -> list[str]:
     """Return the parts below the column, from top to bottom."""
     parts = []
     if any(style.width is not None and not style.is_dunham for style in styles):
@@ -176,15 +176,15 @@ def draw_log(
     ax.set_xlim(-_LEFT_MM, page.width_mm - _LEFT_MM)
     ax.set_ylim(page.base_mm, page.highest_mm + _TOP_MM)
     ax.set_axis_off()
-    styles = _styles(log)
-    for interval, style_of_bed, row in zip(log.intervals, styles, page.rows_mm, strict=True):
+    styles = _bed_styles(log)
+    for interval, appearance, row in zip(log.intervals, styles, page.rows_mm, strict=True):
         low, high = (1000.0 * value / page.scale for value in (interval.base_m, interval.top_m))
-        _draw_bed(ax, low, high, style_of_bed, style)
+        _draw_bed(ax, low, high, appearance, style)
         if np.isfinite(row):
-            _write_bed(ax, interval, 0.5 * (low + high), float(row), style_of_bed, style)
+            _write_bed(ax, interval, 0.5 * (low + high), float(row), appearance, style)
     _draw_heights(ax, page, is_metric, style)
     _draw_notes(ax, page.lowest_mm, styles, style)
-    _write_head(ax, log, page, description, is_metric, style)
+    _write_headings(ax, log, page, description, is_metric, style)
     return ax
 
 
@@ -231,12 +231,12 @@ def _draw_bricks(
     course = min(course, max(high - low, 0.2))
     lines: list[list[tuple[float, float]]] = []
     for k in range(math.ceil((high - low) / course)):
-        floor, roof = low + k * course, min(low + (k + 1) * course, high)
-        lines.append([(0.0, floor), (width, floor)])
-        slant = 0.6 * (roof - floor) if is_slanting else 0.0
+        course_base, course_top = low + k * course, min(low + (k + 1) * course, high)
+        lines.append([(0.0, course_base), (width, course_base)])
+        slant = 0.6 * (course_top - course_base) if is_slanting else 0.0
         x = 0.5 * length if k % 2 else length
         while x < width + length:
-            lines.append([(x - slant, floor), (x + slant, roof)])
+            lines.append([(x - slant, course_base), (x + slant, course_top)])
             x += length
     brick_lines = LineCollection(lines, colors=style.soft, linewidths=0.5 * style.line_pt, zorder=2)
     ax.add_collection(brick_lines, autolim=False)
@@ -321,9 +321,9 @@ def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: N
     """Draw the grain sizes below the column, and explain classes and dashed edges."""
     down = low - 3.0
     note_style: dict[str, Any] = {"va": "top", "color": style.ink, "fontsize": 0.8 * style.font_pt}
-    for part in _notes_below(styles):
+    for part in _legend_parts(styles):
         if part in ("grains", "dunham"):
-            names = GRAINS if part == "grains" else tuple(DUNHAM_GRAINS)
+            names = GRAIN_SIZES if part == "grains" else tuple(DUNHAM_CLASSES)
             ends = _COLUMN_MM * np.arange(1, len(names) + 1) / len(names)
             ax.plot([0.0, _COLUMN_MM], [down, down], color=style.ink, linewidth=0.6 * style.line_pt)
             for end, name in zip(ends.tolist(), names, strict=True):
@@ -332,14 +332,14 @@ def _draw_notes(ax: Axes, low: float, styles: Sequence[LithologyStyle], style: N
                 )
                 ax.text(end, down - 1.4, tr(name), ha="center", **note_style)
         elif part == "classes":
-            classes = ", ".join(f"{key} {tr(name)}" for key, name in DUNHAM_GRAINS.items())
+            classes = ", ".join(f"{key} {tr(name)}" for key, name in DUNHAM_CLASSES.items())
             ax.text(0.0, down, classes, ha="left", **note_style)
         else:
             ax.text(0.0, down, tr("Dashed edge: grain size unknown"), ha="left", **note_style)
-        down -= _NOTE_MM
+        down -= _NOTE_ROW_MM
 
 
-def _write_head(
+def _write_headings(
     ax: Axes, log: BedLog, page: LogPage, description: str, is_metric: bool, style: NetStyle
 ) -> None:
     unit = "m" if is_metric else tr("units")
@@ -360,7 +360,7 @@ def _write_head(
             weight="bold",
         )
     scale = tr("1 : {scale}", scale=f"{page.scale:g}") if is_metric else tr("to scale")
-    thick = (
+    thickness_text = (
         tr("true thickness across the bedding, ± 95 %")
         if log.total_m.error95 is not None
         else tr("true thickness across the bedding")
@@ -368,7 +368,7 @@ def _write_head(
     ax.text(
         -_LEFT_MM + 2.0,
         page.highest_mm + _TOP_MM - 2.5,
-        f"{scale}; {thick}",
+        f"{scale}; {thickness_text}",
         ha="left",
         va="top",
         color=style.ink,
@@ -407,8 +407,8 @@ def _spread(targets: Sequence[float], distance: float) -> FloatArray:
     for i, target in enumerate(targets):
         position_sum, count = target - i * distance, 1
         while blocks and blocks[-1][0] / blocks[-1][1] >= position_sum / count:
-            previous_total, previous_count = blocks.pop()
-            position_sum, count = position_sum + previous_total, count + previous_count
+            previous_sum, previous_count = blocks.pop()
+            position_sum, count = position_sum + previous_sum, count + previous_count
         blocks.append((position_sum, count))
-    unit_thicknesses = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
-    return np.asarray(unit_thicknesses + distance * np.arange(len(targets)), np.float64)
+    block_means = np.repeat([t / c for t, c in blocks], [c for _, c in blocks])
+    return np.asarray(block_means + distance * np.arange(len(targets)), np.float64)

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.products.ortho.interpretation import Item, ProjectedItem, project_item
 from vomstudio.products.section.section_lines import Panel
 
-PIECES = 256
+STEP_COUNT = 256
 """Number of steps into which a line is divided to find where it changes pieces."""
 _MAX_STRETCH = 2.0
 """A line is broken where a step is longer on the section than in space by this factor."""
@@ -69,18 +69,18 @@ def project_along_bends(
         return (ProjectedItem(item, unfolded_points[is_vertex], distances[is_vertex], None),)
     steps = np.linalg.norm(np.diff(points[inner_rows], axis=0), axis=1)
     step_lengths = np.linalg.norm(np.diff(unfolded_points[inner_rows], axis=0), axis=1)
-    broken_rows = np.flatnonzero(step_lengths > _MAX_STRETCH * steps + 1e-12) + 1
+    break_rows = np.flatnonzero(step_lengths > _MAX_STRETCH * steps + 1e-12) + 1
     piece = replace(item, form="line", is_filled=False) if item.form == "ring" else item
     parts = []
-    for run in np.split(inner_rows, broken_rows):
+    for run in np.split(inner_rows, break_rows):
         if len(run) < 2:
             continue
         # Keep vertices, both ends, and the points at which the line changes pieces.
-        is_kept = is_vertex[run]
-        is_kept[[0, -1]] = True
-        passes = np.flatnonzero(np.diff(panel_rows[run]))
-        is_kept[passes] = is_kept[passes + 1] = True
-        rows = run[is_kept]
+        is_retained = is_vertex[run]
+        is_retained[[0, -1]] = True
+        panel_changes = np.flatnonzero(np.diff(panel_rows[run]))
+        is_retained[panel_changes] = is_retained[panel_changes + 1] = True
+        rows = run[is_retained]
         parts.append(ProjectedItem(piece, unfolded_points[rows], distances[rows], None))
     return tuple(parts)
 
@@ -88,7 +88,7 @@ def project_along_bends(
 def _subdivide(points: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Insert points between vertices; also return which points are vertices."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    step = max(float(lengths.sum()) / PIECES, 1e-12)
+    step = max(float(lengths.sum()) / STEP_COUNT, 1e-12)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)
     parts, is_vertex = [], []
     for start, end, count in zip(points[:-1], points[1:], counts.tolist(), strict=True):

@@ -111,7 +111,7 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     # Far from the origin, only differences of coordinates are precise.
     side = (mesh.vertices - panel.origin) @ panel.normal >= 0
     tip, *others = crossed_edges(mesh, side)
-    ends = [_crossing(mesh.vertices, tip, other, side, panel) for other in others]
+    ends = [_edge_crossings(mesh.vertices, tip, other, side, panel) for other in others]
     return _clip(np.stack(ends, axis=1), panel)
 
 
@@ -142,7 +142,7 @@ def crossed_edges(mesh: Mesh, side: BoolArray) -> tuple[Int32Array, Int32Array, 
     return tip, first, second
 
 
-def _crossing(
+def _edge_crossings(
     vertices: FloatArray,
     a: Int32Array,
     b: Int32Array,
@@ -220,15 +220,15 @@ def _to_world(line: FloatArray, curtain: Curtain) -> FloatArray:
 def _project_slab(points: FloatArray, panel: Panel, thickness: float) -> FloatArray:
     """Project the points in a slab onto the panel along the surface, and return them (n, 2)."""
     position = panel.coordinates(points)
-    is_along = (position[:, 0] >= panel.start + panel.low) & (
+    is_within_panel = (position[:, 0] >= panel.start + panel.low) & (
         position[:, 0] <= panel.start + panel.high
     )
-    is_near = is_along & (np.abs(position[:, 2]) <= 0.5 * thickness)
+    is_near = is_within_panel & (np.abs(position[:, 2]) <= 0.5 * thickness)
     is_around = np.abs(position[:, 2]) <= thickness
     return np.ascontiguousarray(_slide_to_panel(position[is_near], position[is_around]))
 
 
-def _slide_to_panel(position: FloatArray, points_around: FloatArray) -> FloatArray:
+def _slide_to_panel(position: FloatArray, surrounding_points: FloatArray) -> FloatArray:
     """Slide points (along, height, across) within their local planes to the panel (n, 2).
 
     A perpendicular projection would spread a surface that is oblique to the panel into a band, and
@@ -237,11 +237,11 @@ def _slide_to_panel(position: FloatArray, points_around: FloatArray) -> FloatArr
     """
     from scipy.spatial import cKDTree
 
-    if len(points_around) < N_NEIGHBOURS:
+    if len(surrounding_points) < N_NEIGHBOURS:
         return position[:, :2]
-    _, rows = cKDTree(points_around).query(position, N_NEIGHBOURS)
-    centre = points_around[rows].mean(axis=1)
-    offsets = points_around[rows] - centre[:, None]
+    _, rows = cKDTree(surrounding_points).query(position, N_NEIGHBOURS)
+    centre = surrounding_points[rows].mean(axis=1)
+    offsets = surrounding_points[rows] - centre[:, None]
     values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     normal = axes[:, :, 0]
     horizontal_squares = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
@@ -271,10 +271,10 @@ def _link_points(points: FloatArray, spacing: float) -> list[FloatArray]:
     if len(points) < MIN_POINTS:
         return []
     cells = np.floor((points - points.min(axis=0)) / spacing).astype(np.int64)
-    _, cell_of = np.unique(cells, axis=0, return_inverse=True)
-    cell_of = cell_of.ravel()
-    counts = np.bincount(cell_of)
-    centres = np.stack([np.bincount(cell_of, points[:, k]) / counts for k in (0, 1)], axis=1)
+    _, cell_ids = np.unique(cells, axis=0, return_inverse=True)
+    cell_ids = cell_ids.ravel()
+    counts = np.bincount(cell_ids)
+    centres = np.stack([np.bincount(cell_ids, points[:, k]) / counts for k in (0, 1)], axis=1)
     pairs = cKDTree(centres).query_pairs(MAX_LINK_SPACINGS * spacing, output_type="ndarray")
     if not len(pairs):
         return []

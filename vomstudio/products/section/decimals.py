@@ -8,7 +8,7 @@ MAX_DECIMALS = 3
 """Decimals of a millimetre; only smaller errors have more."""
 
 
-def decimals_for(error: float) -> int:
+def decimal_count(error: float) -> int:
     """Return the number of decimals at which the error has two significant digits.
 
     More than `MAX_DECIMALS` are used only if the error would be zero otherwise.
@@ -23,5 +23,5 @@ def format_with_error(value: float, error95: float | None) -> str:
     """Format a value with its error, e.g. "2.46 ± 0.06", or with three decimals if none."""
     if error95 is None:
         return f"{value:.{MAX_DECIMALS}f}"
-    digits = decimals_for(error95)
+    digits = decimal_count(error95)
     return f"{value:.{digits}f} ± {error95:.{digits}f}"

@@ -17,7 +17,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line
-from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
+from vomstudio.products.ortho.domain_axes import FAULT_TYPE, compute_domain_axes
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.section_lines import Curtain, Panel
 
@@ -90,12 +90,12 @@ def assign_domain_axes(items: Sequence[Item], field_: str) -> ProjectionDirectio
     UsageError
         If no feature belongs to a domain.
     """
-    axes = axes_of_domains(items, field_)
+    axes = compute_domain_axes(items, field_)
     vectors = {name: axis.line.vector() for name, axis in axes.items() if axis.line is not None}
     faults: dict[str, str] = {}
     for item in items:
         normal = item.normal
-        if normal is None or item.domain or item.kind.casefold() != FAULTS or not vectors:
+        if normal is None or item.domain or item.kind.casefold() != FAULT_TYPE or not vectors:
             continue
         sines = {name: abs(float(normal @ axis_vector)) for name, axis_vector in vectors.items()}
         nearest_name = min(sines, key=lambda name: sines[name])
@@ -159,7 +159,7 @@ def domain_projections(
     projections = []
     for name, axis in directions.axes.items():
         line = axis.line
-        angle = least_angle(curtain, None if line is None else line.vector())
+        angle = smallest_angle(curtain, None if line is None else line.vector())
         trend, plunge = (None, None) if line is None else (line.trend_deg, line.plunge_deg)
         faults = sum(item == name for item in directions.faults.values())
         projections.append(
@@ -170,16 +170,16 @@ def domain_projections(
     return tuple(projections)
 
 
-def angle_to(panel: Panel, direction: FloatArray | None) -> float:
+def angle_to_panel(panel: Panel, direction: FloatArray | None) -> float:
     """Return the angle in degrees between a direction (3,) and a panel; by default 90."""
     if direction is None:
         return 90.0
     return math.degrees(math.asin(min(abs(float(direction @ panel.normal)), 1.0)))
 
 
-def least_angle(curtain: Curtain, direction: FloatArray | None) -> float:
+def smallest_angle(curtain: Curtain, direction: FloatArray | None) -> float:
     """Return the smallest angle in degrees between a direction and the panels it can reach."""
-    angles = [angle_to(panel, direction) for panel in curtain.panels]
+    angles = [angle_to_panel(panel, direction) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= MIN_ALLOWED_ANGLE_DEG), default=0.0)
 
 
@@ -188,7 +188,7 @@ def _check_direction(
 ) -> tuple[Finding, ...]:
     if direction is None:
         return ()
-    angles = [angle_to(panel, direction) for panel in curtain.panels]
+    angles = [angle_to_panel(panel, direction) for panel in curtain.panels]
     if max(angles) < MIN_ALLOWED_ANGLE_DEG:
         limits = {"limit_deg": MIN_ALLOWED_ANGLE_DEG, "recommended_deg": MIN_ANGLE_DEG}
         raise UsageError(
@@ -200,7 +200,7 @@ def _check_direction(
     findings = []
     if any(angle < MIN_ALLOWED_ANGLE_DEG for angle in angles):
         findings.append(Finding("section.pieces-without-features", limit_deg=MIN_ALLOWED_ANGLE_DEG))
-    min_angle = least_angle(curtain, direction)
+    min_angle = smallest_angle(curtain, direction)
     if min_angle < MIN_ANGLE_DEG:
         cost = 100.0 * math.radians(1.0) / math.sin(math.radians(min_angle)) ** 2
         findings.append(

@@ -25,18 +25,18 @@ from vomstudio.geology.beds.extended import (
     bands,
     repeat_planes,
 )
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import WORLD, Axes, table_columns
+from vomstudio.geometry.units import WORLD_AXES, Axes, table_columns
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, crossed_edges, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
-from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_from_plane
 
-ENDINGS = (".csv", ".gpkg")
+SUFFIXES = (".csv", ".gpkg")
 COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
-LAYER = "extended_planes"
+LAYER_NAME = "extended_planes"
 _LINKED_NEIGHBOURS = 6
 DEFAULT_OPTIONS = ExtendOptions()
 
@@ -126,7 +126,7 @@ class ExtendedPlane(PrintableResult):
 
 def extend(
     data: Mesh | PointCloud,
-    belief: PlaneEstimate,
+    estimate: PlaneEstimate,
     options: ExtendOptions = DEFAULT_OPTIONS,
     spacing: float | None = None,
 ) -> ExtendedPlane:
@@ -136,7 +136,7 @@ def extend(
     ----------
     data : Mesh or PointCloud
         Model in the World frame, m.
-    belief : PlaneEstimate
+    estimate : PlaneEstimate
         The plane and its errors.
     options : ExtendOptions
         Options, including the thickness at which the plane is repeated.
@@ -154,19 +154,19 @@ def extend(
     """
     thickness_m, thickness_error_m = options.thickness_m, options.thickness_error_m
     if spacing is None:
-        estimate = 0.0 if isinstance(data, Mesh) else point_spacing(data)
-        spacing = estimate if np.isfinite(estimate) else 0.0
+        spacing_estimate = 0.0 if isinstance(data, Mesh) else point_spacing(data)
+        spacing = spacing_estimate if np.isfinite(spacing_estimate) else 0.0
     points = data.vertices if isinstance(data, Mesh) else data.points
     finite_points = points[np.isfinite(points).all(axis=1)]
     if not len(finite_points):
         raise GeometryError(Finding("model.no-points"))
-    repeats = repeat_planes(belief, finite_points, thickness_m, thickness_error_m)
-    point_bands = bands(belief, repeats, points)
+    repeats = repeat_planes(estimate, finite_points, thickness_m, thickness_error_m)
+    point_bands = bands(estimate, repeats, points)
     beds, traces = [], []
     for number in repeats.numbers.tolist():
-        cut_near_plane = _cut_near_plane(data, belief, repeats, number, spacing)
+        cut = _cut_near_plane(data, estimate, repeats, number, spacing)
         bed_traces = [
-            _trace(line, belief, repeats, number) for line in cut_near_plane.world if len(line) > 1
+            _create_trace(line, estimate, repeats, number) for line in cut.world if len(line) > 1
         ]
         if not bed_traces:
             continue
@@ -177,19 +177,19 @@ def extend(
                 number,
                 repeats.offset(number),
                 len(bed_traces),
-                cut_near_plane.length_m,
+                cut.length_m,
                 float(errors.min()),
                 float(errors.max()),
             )
         )
     if not beds:
         raise GeometryError(Finding("extension.misses-model"))
-    minor_deg, major_deg = _half_angles(belief)
-    plane = belief.plane
+    minor_deg, major_deg = _half_angles(estimate)
+    plane = estimate.plane
     return ExtendedPlane(
         plane.dip_direction_deg,
         plane.dip_deg,
-        (float(belief.centroid[0]), float(belief.centroid[1]), float(belief.centroid[2])),
+        (float(estimate.centroid[0]), float(estimate.centroid[1]), float(estimate.centroid[2])),
         major_deg,
         minor_deg,
         thickness_m,
@@ -226,10 +226,12 @@ def band_edges(
     """
     distances = estimate.distances(mesh.vertices) - repeats.offset(number)
     half_width = _error95(mesh.vertices, estimate, repeats, number)
-    return _level_pieces(mesh, distances - half_width), _level_pieces(mesh, distances + half_width)
+    return _zero_level_segments(mesh, distances - half_width), _zero_level_segments(
+        mesh, distances + half_width
+    )
 
 
-def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
+def _zero_level_segments(mesh: Mesh, values: FloatArray) -> FloatArray:
     """Return the segments (k, 2, 3) along which the vertex values are 0."""
     tip, *others = crossed_edges(mesh, values >= 0.0)
     ends = []
@@ -250,21 +252,21 @@ def _cut_near_plane(
     """Cut only the part of the model near the plane, which is fast even for many planes."""
     offset = repeats.offset(index)
     origin = estimate.centroid + offset * estimate.axes[2]
-    curtain: Curtain = curtain_of_plane(estimate.plane, origin)
+    curtain: Curtain = curtain_from_plane(estimate.plane, origin)
     if isinstance(data, Mesh):
         distances = estimate.distances(data.vertices) - offset
         is_above = (distances >= 0.0)[data.faces]
         faces = data.faces[is_above.any(axis=1) & ~is_above.all(axis=1)]
         if not len(faces):
             return Cut((), ())
-        ids, node_of = np.unique(faces, return_inverse=True)
-        part = Mesh(data.vertices[ids], node_of.reshape(-1, 3).astype(np.int32))
+        ids, node_ids = np.unique(faces, return_inverse=True)
+        part = Mesh(data.vertices[ids], node_ids.reshape(-1, 3).astype(np.int32))
         return cut_model(part, curtain)
     crossings = _crossings(data.points, estimate.distances(data.points) - offset, spacing)
     return cut_model(PointCloud(crossings), curtain, spacing, spacing)
 
 
-def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> FloatArray:
+def _crossings(points: FloatArray, distances: FloatArray, spacing: float) -> FloatArray:
     """Return the points (k, 3) where links between neighbours of a cloud cross the plane.
 
     Unlike these, a slab of points would become wider as the plane becomes more oblique to the
@@ -272,10 +274,10 @@ def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> Float
     """
     from scipy.spatial import cKDTree
 
-    rows = np.flatnonzero(np.abs(outward) <= SLAB_SPACINGS * spacing)
+    rows = np.flatnonzero(np.abs(distances) <= SLAB_SPACINGS * spacing)
     if len(rows) < 2:
         return np.zeros((0, 3))
-    near_points, offsets = points[rows] - points[rows[0]], outward[rows]
+    near_points, offsets = points[rows] - points[rows[0]], distances[rows]
     _, neighbours = cKDTree(near_points).query(
         near_points,
         k=min(_LINKED_NEIGHBOURS + 1, len(near_points)),
@@ -295,7 +297,7 @@ def _crossings(points: FloatArray, outward: FloatArray, spacing: float) -> Float
     )
 
 
-def _trace(
+def _create_trace(
     line: FloatArray, estimate: PlaneEstimate, repeats: PlaneSeries, index: int
 ) -> ExtensionTrace:
     return ExtensionTrace(index, line, _error95(line, estimate, repeats, index))
@@ -327,7 +329,7 @@ def _warnings(beds: list[RepeatedPlane], thickness: float | None) -> tuple[Findi
     return (Finding("extension.beds-indistinct"),)
 
 
-def format_of(path: str | Path) -> str:
+def format_from_path(path: str | Path) -> str:
     """Return the extension of a trace file.
 
     Raises
@@ -335,7 +337,7 @@ def format_of(path: str | Path) -> str:
     UsageError
         If the extension is not supported.
     """
-    return check_extension(path, ENDINGS)
+    return check_extension(path, SUFFIXES)
 
 
 def write_traces(
@@ -345,7 +347,7 @@ def write_traces(
     crs: str | None,
     model: str,
     force: bool,
-    axes: Axes = WORLD,
+    axes: Axes = WORLD_AXES,
 ) -> None:
     """Write traces as rows of vertices, or as a line layer with their maximum errors.
 
@@ -368,7 +370,7 @@ def write_traces(
     UsageError, TargetError
     """
     _, error95 = table_columns(("bed", "error95_m"), is_metric=axes.metric)
-    if format_of(path) == ".csv":
+    if format_from_path(path) == ".csv":
         write_bytes(path, _table(extended_plane, crs, model, axes).encode("utf-8"), force=force)
         return
     import shapely
@@ -378,7 +380,7 @@ def write_traces(
     with atomic_group([Path(path)], force) as parts:
         write_layer(
             parts[0],
-            LAYER,
+            LAYER_NAME,
             "LineString Z",
             np.array([shapely.LineString(trace.points) for trace in extended_plane.traces]),
             {
@@ -397,7 +399,8 @@ def _table(extended_plane: ExtendedPlane, crs: str | None, model: str, axes: Axe
     file.write(comment_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
     file.write(comment_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
-        f"# plane {plain_azimuth(extended_plane.dip_direction_deg)}/{extended_plane.dip_deg:.4f} "
+        f"# plane {format_plain_azimuth(extended_plane.dip_direction_deg)}"
+        f"/{extended_plane.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"
     )
     out = csv.writer(file, lineterminator="\n")

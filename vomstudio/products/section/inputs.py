@@ -11,13 +11,13 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.io.gate.axes import assumption
+from vomstudio.io.gate.axes import assumption_finding
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.text.table_options import NO_TABLE_OPTIONS, TableOptions
-from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
+from vomstudio.products.ortho.interpretation import Item, items_from_table, read_items
 
-GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
+GIS_SUFFIXES = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class ProfileLine:
     stated : StatedCrs
     unit_m : float, optional
         Metres per unit of a CAD drawing; None if the file states no unit.
-    is_unnamed : bool
+    is_crs_missing : bool
         Whether the file is GeoJSON without a ``crs``, which is in degrees according to the
         standard.
     warnings : tuple of Finding
@@ -42,7 +42,7 @@ class ProfileLine:
     points: FloatArray
     stated: StatedCrs
     unit_m: float | None = None
-    is_unnamed: bool = False
+    is_crs_missing: bool = False
     warnings: tuple[Finding, ...] = ()
 
 
@@ -55,8 +55,8 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
         If the file contains no line or several lines.
     """
     path = Path(path)
-    if path.suffix.lower() not in GIS_ENDINGS:
-        return _line_of_table(path)
+    if path.suffix.lower() not in GIS_SUFFIXES:
+        return _line_from_table(path)
     from vomstudio.io.gis.dxf_properties import read_dxf_properties
     from vomstudio.io.gis.layer_reading import is_geojson_without_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
@@ -71,12 +71,12 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
         line.points[:, :2],
         StatedCrs(line.crs),
         unit_m=unit,
-        is_unnamed=is_geojson_without_crs(path),
+        is_crs_missing=is_geojson_without_crs(path),
         warnings=gis_lines.warnings,
     )
 
 
-def profile_in_world(
+def profile_to_world(
     line: ProfileLine, crs: str | None, bounds: FloatArray
 ) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Convert a profile line to the World frame.
@@ -104,14 +104,14 @@ def profile_in_world(
         If the line is not metric and cannot be converted, as in `points_to_world`.
     """
     warnings = list(line.warnings)
-    if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
+    if line.unit_m not in (None, 1.0) and not _boxes_overlap(line.points, bounds):
         line_in_metres = line.points * line.unit_m
-        if _meets(line_in_metres, bounds):
+        if _boxes_overlap(line_in_metres, bounds):
             unit = f"{line.unit_m:g} m"
             warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
             return line_in_metres, tuple(warnings)
-    if line.is_unnamed and _meets(line.points, bounds):
-        warnings.append(assumption(line.path, up="z", unit="m"))
+    if line.is_crs_missing and _boxes_overlap(line.points, bounds):
+        warnings.append(assumption_finding(line.path, up="z", unit="m"))
         return line.points, tuple(warnings)
     placed_points = points_to_world(
         np.column_stack([line.points, np.zeros(len(line.points))]),
@@ -122,7 +122,7 @@ def profile_in_world(
     return placed_points.points[:, :2], (*warnings, *placed_points.findings)
 
 
-def _meets(points: FloatArray, bounds: FloatArray) -> bool:
+def _boxes_overlap(points: FloatArray, bounds: FloatArray) -> bool:
     """Return whether the bounding boxes of a line (n, 2) and a model overlap."""
     low, high = points.min(axis=0), points.max(axis=0)
     return bool((low <= bounds[1, :2]).all() and (high >= bounds[0, :2]).all())
@@ -134,7 +134,7 @@ def _line_count_error(count: int, path: Path) -> InputError:
     )
 
 
-def _line_of_table(path: Path) -> ProfileLine:
+def _line_from_table(path: Path) -> ProfileLine:
     from vomstudio.io.text.tables import read_table
 
     table = read_table(path)
@@ -143,7 +143,11 @@ def _line_of_table(path: Path) -> ProfileLine:
     ]
     if line_columns and len(lines := set(table.labels(line_columns[0])) - {""}) > 1:
         raise _line_count_error(len(lines), path)
-    columns_xy = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() in _X_Y]
+    columns_xy = [
+        k
+        for k, name in enumerate(table.names or ())
+        if name.strip().casefold() in _COORDINATE_NAMES
+    ]
     columns = columns_xy[:2] if len(columns_xy) >= 2 else [0, 1]
     points = table.numbers(columns)
     points = points[np.isfinite(points).all(axis=1)]
@@ -153,11 +157,11 @@ def _line_of_table(path: Path) -> ProfileLine:
     return ProfileLine(path, points, stated_crs, warnings=findings)
 
 
-_X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
+_COORDINATE_NAMES = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
 
 
 @dataclass(frozen=True, eq=False)
-class ReadFeatures:
+class FeatureInput:
     """Features read for a section.
 
     items : features with a position
@@ -173,7 +177,7 @@ def read_features(
     path: str | Path,
     options: TableOptions = NO_TABLE_OPTIONS,
     model: ModelFrame | None = None,
-) -> ReadFeatures:
+) -> FeatureInput:
     """Read the features of a project, or the planes of an orientation table with x, y, z.
 
     Parameters
@@ -190,7 +194,7 @@ def read_features(
     """
     path = Path(path)
     if path.is_dir() or path.name == "journal.sqlite":
-        return ReadFeatures(read_items(path))
+        return FeatureInput(read_items(path))
     from vomstudio.io.gate.orientation_files import read_orientations
     from vomstudio.io.text.column_mapping import parse_columns
     from vomstudio.io.text.tables import coordinate_columns
@@ -242,6 +246,6 @@ def read_features(
         warnings.append(
             Finding("section.planes-without-place", count=len(line_numbers), lines=line_numbers)
         )
-    return ReadFeatures(
-        items_of_table(positions[is_usable], rows), table.convention, tuple(warnings)
+    return FeatureInput(
+        items_from_table(positions[is_usable], rows), table.convention, tuple(warnings)
     )

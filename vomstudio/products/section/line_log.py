@@ -13,9 +13,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
-from vomstudio.project.bed_descriptions import POINT
+from vomstudio.project.bed_descriptions import POINT_PREFIX
 from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
-from vomstudio.project.records import Feature, Logged
+from vomstudio.project.records import Feature, LoggedFeature
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 POINTS, TRACES, BOTH = "points", "traces", "both"
 _DEFAULT_REACH_SHARE = 0.05
 """Default maximum distance of a trace from the line, as a share of the line's length."""
-_MAX_TURNED_SHARE = 0.2
+_MAX_DEVIATING_SHARE = 0.2
 """Maximum share of traces whose planes differ from the common plane beyond 95 % errors."""
 _ROUNDING_DEG = 0.1
 """Tolerance for rounding errors of traces without scatter."""
-_DOUBTFUL_DEG = 10.0
+_MAX_BEDDING_ERROR_DEG = 10.0
 """If the error of the bedding is larger, it dominates the error of a thickness."""
 
 
@@ -41,7 +41,7 @@ class RockDescription:
 
 
 @dataclass(frozen=True, eq=False)
-class LogQuestion:
+class LogRequest:
     """Input of a log along a line.
 
     Parameters
@@ -93,7 +93,7 @@ class Boundary:
 
 
 @dataclass(frozen=True, eq=False)
-class LogAnswer:
+class LogResult:
     """Log along a line, with the boundaries and the bedding used.
 
     boundaries : boundaries in their order along the line
@@ -101,7 +101,7 @@ class LogAnswer:
     bed_ids : traces to which the bedding was fitted
     """
 
-    question: LogQuestion
+    question: LogRequest
     boundaries: tuple[Boundary, ...]
     bed: Plane
     bed95_deg: float
@@ -112,19 +112,19 @@ class LogAnswer:
     bed_ids: tuple[str, ...]
 
 
-def rock_descriptions_along(line: Feature) -> dict[str, RockDescription]:
+def read_rock_descriptions(line: Feature) -> dict[str, RockDescription]:
     """Return the lithology and notes of the beds along a line, by boundary key."""
-    beds = line.beds if isinstance(line, Logged) else ()
+    beds = line.beds if isinstance(line, LoggedFeature) else ()
     return {key: RockDescription(lithology, notes) for key, lithology, notes in beds}
 
 
-def answer(question: LogQuestion) -> LogAnswer:
+def compute_log(question: LogRequest) -> LogResult:
     """Compute a log along a line, as `vomstudio log` does. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
-    max_distance = _reach(question)
+    max_distance = _max_distance(question)
     boundaries = _boundaries(question, max_distance)
-    bed = _bed(question, boundaries, max_distance)
+    bed = _determine_bedding(question, boundaries, max_distance)
     sigma = question.options.sigma_m
     if sigma is None:
         crossing_traces = [
@@ -147,7 +147,7 @@ def answer(question: LogQuestion) -> LogAnswer:
         bed_error_deg=bed.error95_deg,
         overturned=question.options.overturned,
     )
-    if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
+    if not bed.are_parallel or bed.fit95_deg > _MAX_BEDDING_ERROR_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         log = replace(log, warnings=(*log.warnings, warning))
     overturned = sum(boundary.key in question.marked for boundary in boundaries)
@@ -156,7 +156,7 @@ def answer(question: LogQuestion) -> LogAnswer:
         log = replace(log, warnings=(*log.warnings, warning))
     keys = dict(zip(labels, (boundary.key for boundary in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in log.intervals)
-    return LogAnswer(
+    return LogResult(
         question,
         tuple(boundaries),
         bed.plane,
@@ -169,7 +169,7 @@ def answer(question: LogQuestion) -> LogAnswer:
     )
 
 
-def _reach(question: LogQuestion) -> float:
+def _max_distance(question: LogRequest) -> float:
     from vomstudio.geometry.lines import path_length
 
     return (
@@ -179,7 +179,7 @@ def _reach(question: LogQuestion) -> float:
     )
 
 
-def _boundaries(question: LogQuestion, max_distance: float) -> list[Boundary]:
+def _boundaries(question: LogRequest, max_distance: float) -> list[Boundary]:
     """Find the boundaries in order along the line.
 
     Raises InputError if there are fewer than two.
@@ -195,7 +195,7 @@ def _boundaries(question: LogQuestion, max_distance: float) -> list[Boundary]:
         for i, (position, point) in enumerate(
             zip(distances_along.tolist(), points.tolist(), strict=True)
         ):
-            key = f"{POINT}{i}"
+            key = f"{POINT_PREFIX}{i}"
             boundaries.append((position, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
     if question.of in (TRACES, BOTH):
         traces = {
@@ -206,13 +206,13 @@ def _boundaries(question: LogQuestion, max_distance: float) -> list[Boundary]:
         for crossing in crossings(points, traces, max_distance):
             x, y, z = crossing.position.tolist()
             name = question.names[crossing.name]
-            boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
+            boundaries.append((crossing.position_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:
         unit = "m" if question.is_metric else tr("units")
         raise InputError(
             Finding("log.too-few-boundaries", count=len(boundaries), reach=max_distance, unit=unit)
         )
-    return [boundary for _, boundary in sorted(boundaries, key=lambda each: each[0])]
+    return [boundary for _, boundary in sorted(boundaries, key=lambda pair: pair[0])]
 
 
 class _Bed(NamedTuple):
@@ -231,7 +231,9 @@ class _Bed(NamedTuple):
     are_parallel: bool = True
 
 
-def _bed(question: LogQuestion, boundaries: list[Boundary], max_distance: float) -> _Bed:
+def _determine_bedding(
+    question: LogRequest, boundaries: list[Boundary], max_distance: float
+) -> _Bed:
     """Determine the attitude of the beds.
 
     It is the plane given by the user, if any. Otherwise it is fitted to the traces that are
@@ -248,18 +250,20 @@ def _bed(question: LogQuestion, boundaries: list[Boundary], max_distance: float)
         return _Bed(question.bed, question.options.bed_error_deg or 0.0)
     ids = [
         boundary.key for boundary in boundaries if boundary.key in question.traces
-    ] or _near_traces(question, max_distance)
+    ] or _find_near_traces(question, max_distance)
     if not ids:
         raise InputError(Finding("log.no-bedding"))
     common_bed = fit_common_bed([question.traces[id_].points for id_ in ids])
     fit95 = common_bed.max_confidence95_deg or 0.0
-    turned_count = sum(_is_turned(question.traces[id_], common_bed.plane, fit95) for id_ in ids)
-    are_parallel = common_bed.are_parallel and turned_count <= _MAX_TURNED_SHARE * len(ids)
+    deviating_count = sum(
+        _is_deviating(question.traces[id_], common_bed.plane, fit95) for id_ in ids
+    )
+    are_parallel = common_bed.are_parallel and deviating_count <= _MAX_DEVIATING_SHARE * len(ids)
     error = common_error_deg(fit95, (question.traces[id_] for id_ in ids)) or 0.0
     return _Bed(common_bed.plane, error, fit95, tuple(ids), are_parallel)
 
 
-def _is_turned(trace: Measurement, common_plane: Plane, error_deg: float) -> bool:
+def _is_deviating(trace: Measurement, common_plane: Plane, error_deg: float) -> bool:
     """Return whether a trace's own plane differs from the common one beyond 95 % errors."""
     trace_error_deg = trace.max_confidence95_deg
     if trace.plane is None or trace_error_deg is None:
@@ -270,7 +274,7 @@ def _is_turned(trace: Measurement, common_plane: Plane, error_deg: float) -> boo
     )
 
 
-def _near_traces(question: LogQuestion, max_distance: float) -> list[str]:
+def _find_near_traces(question: LogRequest, max_distance: float) -> list[str]:
     """Return the traces within reach of the line; if none, those within the line's length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 

@@ -15,8 +15,13 @@ from vomstudio.core.words import to_translate
 
 Ornament = Literal["", "bricks", "slanting bricks", "cross"]
 
-GRAINS = (to_translate("clay"), to_translate("silt"), to_translate("sand"), to_translate("gravel"))
-DUNHAM_GRAINS = {
+GRAIN_SIZES = (
+    to_translate("clay"),
+    to_translate("silt"),
+    to_translate("sand"),
+    to_translate("gravel"),
+)
+DUNHAM_CLASSES = {
     "M": to_translate("mudstone"),
     "W": to_translate("wackestone"),
     "P": to_translate("packstone"),
@@ -52,7 +57,7 @@ class LithologyStyle:
     is_dunham: bool = False
 
 
-_SILICICLASTIC = {
+_SILICICLASTIC_STYLES = {
     "claystone": LithologyStyle("#c9c4bd", "---", width=0.25),
     "mudstone": LithologyStyle("#bdb8ae", "--", width=0.25),
     "shale": LithologyStyle("#a9a69f", "----", width=0.25),
@@ -61,7 +66,7 @@ _SILICICLASTIC = {
     "conglomerate": LithologyStyle("#eec58b", "oo", width=1.0),
     "breccia": LithologyStyle("#e6b48a", "OO", width=1.0),
 }
-_DUNHAM = {
+_DUNHAM_WIDTHS = {
     "mudstone": 0.2,
     "wackestone": 0.4,
     "packstone": 0.6,
@@ -73,7 +78,7 @@ _DUNHAM = {
     "bafflestone": 1.0,
     "bindstone": 1.0,
 }
-_PRIMARY = {
+_PRIMARY_STYLES = {
     "siliciclastic": LithologyStyle("#eadfae", "."),
     "limestone": LithologyStyle("#bcd9ea", ornament="bricks"),
     "dolostone": LithologyStyle("#d4c3e2", ornament="slanting bricks"),
@@ -84,19 +89,23 @@ _PRIMARY = {
     "phosphatic": LithologyStyle("#cbb8a0", "**"),
     "volcaniclastic": LithologyStyle("#c3dcb4", "xx"),
 }
-_COVERED = LithologyStyle("#ffffff", ornament="cross")
+_COVERED_STYLE = LithologyStyle("#ffffff", ornament="cross")
 
 
-def style_of(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
+def find_style(lithology: str, strabospot: Mapping[str, str]) -> LithologyStyle:
     """Return the style of a lithology given as text or in StraboSpot fields."""
     if not lithology.strip() or not strabospot.get("primary_lithology"):
         lithology_name = lithology.strip().casefold()
-        return _COVERED if lithology_name in ("covered", "unexposed") else LithologyStyle("#ffffff")
-    primary = _PRIMARY[strabospot["primary_lithology"]]
-    grain_size = _SILICICLASTIC.get(strabospot.get("siliciclastic_type", ""))
-    if grain_size is not None:
-        return grain_size
-    width = _DUNHAM.get(strabospot.get("dunham_classification", ""))
+        return (
+            _COVERED_STYLE
+            if lithology_name in ("covered", "unexposed")
+            else LithologyStyle("#ffffff")
+        )
+    primary = _PRIMARY_STYLES[strabospot["primary_lithology"]]
+    siliciclastic_style = _SILICICLASTIC_STYLES.get(strabospot.get("siliciclastic_type", ""))
+    if siliciclastic_style is not None:
+        return siliciclastic_style
+    width = _DUNHAM_WIDTHS.get(strabospot.get("dunham_classification", ""))
     if width is not None:
         return LithologyStyle(
             primary.color, primary.hatch, primary.ornament, width=width, is_dunham=True

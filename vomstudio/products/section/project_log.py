@@ -9,17 +9,17 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.section.line_log import LogQuestion, rock_descriptions_along
-from vomstudio.project.exports.export import thresholds_of
+from vomstudio.products.section.line_log import LogRequest, read_rock_descriptions
+from vomstudio.project.exports.export import get_thresholds
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import Measurements
-from vomstudio.project.records import FeatureType, Logged, Record, get
-from vomstudio.project.registration_errors import model_of
+from vomstudio.project.records import FeatureType, LoggedFeature, Record, get
+from vomstudio.project.registration_errors import get_model
 from vomstudio.project.repeated_features import first_picks
 
 
-def read_log_question(
+def read_log_request(
     folder: Path,
     line: str,
     *,
@@ -28,7 +28,7 @@ def read_log_question(
     bed: Plane | None,
     options: LogOptions,
     reach_m: float | None,
-) -> LogQuestion:
+) -> LogRequest:
     """Read the input of a log from a project folder.
 
     Parameters
@@ -37,7 +37,7 @@ def read_log_question(
     line : str
         Name or id of a trace, contact line or polyline.
     of, bed, options, reach_m
-        As in `LogQuestion`.
+        As in `LogRequest`.
     type_name : str
         Feature type of the traces that are used as boundaries.
 
@@ -51,32 +51,32 @@ def read_log_question(
     """
     replay = read_replay(folder)
     records = replay.records
-    line_points = _line(records, line, folder)
+    line_record = _line(records, line, folder)
     traces = first_picks(_traces(records, type_name, folder), records)
-    measurements = Measurements(thresholds_of(replay.settings)).of(
-        records, [line_points.id, *(trace.id for trace in traces if trace.id != line_points.id)]
+    measurements = Measurements(get_thresholds(replay.settings)).of(
+        records, [line_record.id, *(trace.id for trace in traces if trace.id != line_record.id)]
     )
-    model = model_of(records, line_points)
-    return LogQuestion(
-        line_points.id,
-        measurements[line_points.id],
+    model = get_model(records, line_record)
+    return LogRequest(
+        line_record.id,
+        measurements[line_record.id],
         of,
         {trace.id: measurements[trace.id] for trace in traces},
         {trace.id: trace.name or trace.id for trace in traces},
         bed,
         options,
         reach_m,
-        rock_descriptions_along(line_points),
+        read_rock_descriptions(line_record),
         model is None or model.frame.has_metres,
         frozenset(trace.id for trace in traces if trace.overturned),
     )
 
 
-def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
+def _line(records: Mapping[str, Record], name: str, folder: Path) -> LoggedFeature:
     lines = [
         record
         for record in records.values()
-        if isinstance(record, Logged) and len(record.vertices) > 1
+        if isinstance(record, LoggedFeature) and len(record.vertices) > 1
     ]
     matches = [line for line in lines if line.id == name] or [
         line for line in lines if line.name == name

@@ -12,13 +12,13 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.notation import plane_option
+from vomstudio.geology.notation import parse_plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.section.section_options import SectionOptions
 
-MIN_PIECE_M = 1e-9
+MIN_SEGMENT_M = 1e-9
 """Minimum length of a line segment in metres; shorter ones are due to duplicate points."""
 
 MIN_BEND_DEG = 2.0
@@ -146,20 +146,20 @@ class Curtain:
         return sorted((start, azimuth) for _, start, azimuth in bends)
 
 
-def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
+def curtain_from_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:
     """Build the section on a plane through a World point (3,), which has distance zero.
 
     The section is viewed against the upward normal of the plane, like an orthophoto of it. The
     right end of a vertical section with dip direction DD is therefore at DD - 90.
     """
     origin = np.asarray(through, np.float64)
-    frame = ViewFrame.looking(0.0 - plane.normal())
+    frame = ViewFrame.from_direction(0.0 - plane.normal())
     level = float(origin[2]) if plane.vertical else 0.0
     panel = Panel(origin, frame.right, 0.0 - frame.down, level=level)
     return Curtain((panel,), plane.vertical, plane)
 
 
-def curtain_of_line(line: npt.ArrayLike) -> Curtain:
+def curtain_from_line(line: npt.ArrayLike) -> Curtain:
     """Build the vertical section along a map line.
 
     Parameters
@@ -175,7 +175,7 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     xy = np.asarray(line, np.float64)[:, :2]
     steps = np.diff(xy, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
-    is_long_enough = lengths > MIN_PIECE_M
+    is_long_enough = lengths > MIN_SEGMENT_M
     if not is_long_enough.any():
         raise InputError(Finding("section.no-length"), field="--section-line")
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
@@ -200,17 +200,17 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     return Curtain(panels, True, plane)
 
 
-def curtain_of_options(options: SectionOptions) -> Curtain:
+def curtain_from_options(options: SectionOptions) -> Curtain:
     """Build the section on the plane and through the point of the options.
 
     Raises UsageError.
     """
-    plane = plane_option(str(options.plane))
-    curtain = curtain_of_plane(plane, parse_through(str(options.through)))
+    plane = parse_plane_option(str(options.plane))
+    curtain = curtain_from_plane(plane, parse_through_point(str(options.through)))
     return curtain.flipped() if options.flip else curtain
 
 
-def parse_through(text: str) -> FloatArray:
+def parse_through_point(text: str) -> FloatArray:
     """Parse a point (3,) given as "x,y,z".
 
     Raises

@@ -16,10 +16,10 @@ from vomstudio.geology.fractures.network import SamplingRegion
 from vomstudio.geology.fractures.trace_plane import TracePlane, best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
-from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_from_plane
 
 
-def curtain_of_traces(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
+def curtain_from_traces(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
     """Build the plane on which traces are mapped, through their centre.
 
     It is viewed against its upward normal. Distances are measured to the right and up-dip, or along
@@ -43,7 +43,7 @@ def curtain_of_traces(lines: Sequence[FloatArray], plane: Plane | None = None) -
     if plane is None:
         plane = best_fit_plane(points)
     # Use the same origin as the command for x and y.
-    return curtain_of_plane(plane, TracePlane.through(plane, lines).origin)
+    return curtain_from_plane(plane, TracePlane.from_attitude(plane, lines).origin)
 
 
 def map_to_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
@@ -56,7 +56,7 @@ def map_to_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
     return face.panels[0].world(points[:, 0], points[:, 1])
 
 
-def map_files(traces: Path, sampling_region: SamplingRegion) -> dict[str, Path]:
+def map_outputs(traces: Path, sampling_region: SamplingRegion) -> dict[str, Path]:
     """Return the files that `write_map` writes: traces, and the area or scanlines if any."""
     files = {"traces": traces}
     if sampling_region.scanlines is not None:
@@ -96,7 +96,7 @@ def write_map(
 
     Returns
     -------
-    dict of Path, as in `map_files`
+    dict of Path, as in `map_outputs`
 
     Raises
     ------
@@ -109,14 +109,14 @@ def write_map(
             shapely.force_3d(shapes), lambda xy: map_to_outcrop(xy[:, :2], face), include_z=True
         )
 
-    files = map_files(traces, sampling_region)
+    files = map_outputs(traces, sampling_region)
     with atomic_group(list(files.values()), force) as parts:
         part_by_target = dict(zip(files, parts, strict=True))
-        columns = {"name": _words(names), "set": _words(sets)}
-        shapes = _shapes([shapely.linestrings(line) for line in lines])
+        columns = {"name": _text_array(names), "set": _text_array(sets)}
+        shapes = _geometry_array([shapely.linestrings(line) for line in lines])
         _write(part_by_target["traces"], "traces", "LineString Z", shapes, columns, crs)
         if "area" in part_by_target:
-            area = to_world(_shapes(list(shapely.get_parts(sampling_region.area))))
+            area = to_world(_geometry_array(list(shapely.get_parts(sampling_region.area))))
             _write(part_by_target["area"], "area", "Polygon Z", area, {}, crs)
         if "scanline" in part_by_target:
             scanlines = to_world(sampling_region.scanlines)
@@ -131,11 +131,11 @@ def _write(
     write_layer(part, layer, kind, shapes, columns, crs)
 
 
-def _shapes(shapes: Sequence[Any]) -> Any:
+def _geometry_array(shapes: Sequence[Any]) -> Any:
     array = np.empty(len(shapes), object)
     array[:] = shapes
     return array
 
 
-def _words(texts: Sequence[str]) -> Any:
+def _text_array(texts: Sequence[str]) -> Any:
     return np.array(list(texts), dtype=object)

@@ -18,7 +18,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLATTENED_IN_JSON, Result
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
-from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
+from vomstudio.geology.notation import (
+    format_azimuth,
+    format_compass_point,
+    format_plain_azimuth,
+    format_plane,
+)
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, table_columns
 from vomstudio.products.ortho.interpretation import (
@@ -30,7 +35,7 @@ from vomstudio.products.ortho.interpretation import (
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     DrawingShape,
-    shape_of,
+    create_shape,
     svg_text,
     write_dxf,
 )
@@ -40,19 +45,19 @@ from vomstudio.products.section.directions import (
     MIN_ALLOWED_ANGLE_DEG,
     DomainProjection,
     ProjectionDirections,
-    angle_to,
+    angle_to_panel,
     domain_projections,
-    least_angle,
+    smallest_angle,
 )
 from vomstudio.products.section.section_lines import Curtain
 
 _MIN_WIDTH_RATIO, _MIN_HEIGHT_RATIO = 0.7, 0.15
 """Minimum width relative to the height of a drawing, and minimum height relative to the width."""
 
-ENDINGS = (".csv", ".dxf", ".svg")
-_SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
+SUFFIXES = (".csv", ".dxf", ".svg")
+_SURFACE_LAYER, _BENDS_LAYER, _BEND_COLOR = "section", "bends", "#8a8f98"
 MAX_BENDS = 20
-RIGHT_ANGLES = ProjectionDirections()
+PERPENDICULAR_DIRECTIONS = ProjectionDirections()
 PERPENDICULAR = "perpendicular to the section"
 FEATURE_COLUMNS = (
     "layer",
@@ -122,7 +127,7 @@ class WrittenSection(Result):
     warnings: tuple[Finding, ...]
 
 
-def format_of(path: str | Path) -> str:
+def format_from_path(path: str | Path) -> str:
     """Return the extension of a section file.
 
     Raises
@@ -130,14 +135,14 @@ def format_of(path: str | Path) -> str:
     UsageError
         If the extension is not supported.
     """
-    return check_extension(path, ENDINGS)
+    return check_extension(path, SUFFIXES)
 
 
 def section_targets(path: str | Path, has_features: bool) -> list[Path]:
     """Return the files to write; the features of a table are in NAME_features.csv."""
     out = Path(path)
     features_path = out.with_name(f"{out.stem}_features.csv")
-    return [out, features_path] if has_features and format_of(path) == ".csv" else [out]
+    return [out, features_path] if has_features and format_from_path(path) == ".csv" else [out]
 
 
 def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
@@ -173,18 +178,20 @@ def project_items(
     projected_features: list[ProjectedItem] = []
     for item in items:
         direction = directions.of(item)
-        crossings = [
-            panel for panel in curtain.panels if angle_to(panel, direction) >= MIN_ALLOWED_ANGLE_DEG
+        reachable_panels = [
+            panel
+            for panel in curtain.panels
+            if angle_to_panel(panel, direction) >= MIN_ALLOWED_ANGLE_DEG
         ]
         if len(curtain.panels) > 1 and len(item.points) > 1:
-            parts = project_along_bends(item, crossings, direction)
+            parts = project_along_bends(item, reachable_panels, direction)
             near_features = [
                 item for item in parts if within is None or np.abs(item.distance).mean() <= within
             ]
             projected_features += near_features
             continue
         best_projection: ProjectedItem | None = None
-        for panel in crossings:
+        for panel in reachable_panels:
             projected_feature = project_item(item, panel.origin, panel.right, panel.up, direction)
             if projected_feature is None:
                 continue
@@ -216,12 +223,12 @@ def _count(items: Iterable[ProjectedItem]) -> int:
     )
 
 
-def figures_of(
+def section_figures(
     section_cut: Cut,
     curtain: Curtain,
     items: tuple[ProjectedItem, ...],
     n_skipped: int,
-    directions: ProjectionDirections = RIGHT_ANGLES,
+    directions: ProjectionDirections = PERPENDICULAR_DIRECTIONS,
 ) -> SectionFigures:
     """Compute the figures of a section.
 
@@ -251,17 +258,17 @@ def figures_of(
         right_azimuth,
         _count(items),
         n_skipped,
-        *(_projection(curtain, directions) if items or n_skipped else ()),
+        *(_projection_figures(curtain, directions) if items or n_skipped else ()),
     )
 
 
-def _projection(curtain: Curtain, directions: ProjectionDirections) -> tuple[Any, ...]:
+def _projection_figures(curtain: Curtain, directions: ProjectionDirections) -> tuple[Any, ...]:
     """Return trend and plunge, the angle to the section, and the projections of domains."""
     domains = domain_projections(directions, curtain) or None
     if directions.along is None:
         return None, None, 90.0, domains
     line = Line.from_vector(directions.along)
-    return line.trend_deg, line.plunge_deg, least_angle(curtain, directions.along), domains
+    return line.trend_deg, line.plunge_deg, smallest_angle(curtain, directions.along), domains
 
 
 def write_section(
@@ -286,12 +293,12 @@ def write_section(
     ------
     UsageError, TargetError
     """
-    suffix = format_of(path)
+    suffix = format_from_path(path)
     targets = section_targets(path, bool(items))
     with atomic_group(targets, force) as parts:
         if suffix == ".csv":
             axes = Axes(is_metric, is_north_known)
-            header = _head(curtain, crs, model, figures, axes)
+            header = _header(curtain, crs, model, figures, axes)
             parts[0].write_text(header + _lines_table(section_cut, axes), "utf-8")
             if items:
                 parts[1].write_text(header + _features_table(items, axes), "utf-8")
@@ -326,14 +333,14 @@ def section_drawing(
     """Draw a section; `figures` are needed to describe the projection of features."""
     shapes = [
         DrawingShape(
-            _SURFACE,
+            _SURFACE_LAYER,
             line,
             values={"polyline": k + 1},
             legend=tr("surface of the model"),
         )
         for k, line in enumerate(section_cut.lines)
     ]
-    shapes += [shape_of(projected_feature) for projected_feature in items]
+    shapes += [create_shape(projected_feature) for projected_feature in items]
     all_points = np.concatenate([shape.points for shape in shapes])
     low, high = all_points.min(axis=0), all_points.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
@@ -367,7 +374,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
     """Mark the bends of a section; of many bends, mark only the sharpest."""
     return [
         DrawingShape(
-            _BENDS,
+            _BENDS_LAYER,
             np.array([[position, low], [position, high]]),
             _BEND_COLOR,
             label=tr("bend, continuing toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
@@ -416,7 +423,7 @@ def end_names(curtain: Curtain, is_north_known: bool = True) -> tuple[str, str]:
             for v in (left_azimuth, right_azimuth)
         )
         return a, b
-    return format_wind(left_azimuth), format_wind(right_azimuth)
+    return format_compass_point(left_azimuth), format_compass_point(right_azimuth)
 
 
 def describe_section(curtain: Curtain, section_cut: Cut, unit: str) -> str:
@@ -435,7 +442,7 @@ def describe_section(curtain: Curtain, section_cut: Cut, unit: str) -> str:
     return text
 
 
-def _head(
+def _header(
     curtain: Curtain, crs: str | None, model: str, figures: SectionFigures, axes: Axes
 ) -> str:
     distance, height = table_columns(("distance_m", "height_m"), is_metric=axes.metric)
@@ -444,12 +451,12 @@ def _head(
     rows = [
         f"VOM Studio {__version__}, section of {Path(model).name}",
         f"CRS: {crs or 'local'}; {axes.description}{to_grid}",
-        f"{distance} along the section from {plain_azimuth(figures.left_deg, 2)} toward "
-        f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
+        f"{distance} along the section from {format_plain_azimuth(figures.left_deg, 2)} toward "
+        f"{format_plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]
     if figures.dip_direction_deg is not None:
         rows.append(
-            f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
+            f"plane: dip direction {format_plain_azimuth(figures.dip_direction_deg)}, "
             f"dip {figures.dip_deg:.4f}"
         )
     bends = ", ".join(f"{position:.3f}" for position, _ in curtain.bends(MAX_BENDS))
@@ -459,7 +466,7 @@ def _head(
         direction = PERPENDICULAR
         if figures.projection_trend_deg is not None:
             direction = (
-                f"along trend {plain_azimuth(figures.projection_trend_deg)}, plunge "
+                f"along trend {format_plain_azimuth(figures.projection_trend_deg)}, plunge "
                 f"{figures.projection_plunge_deg:.4f}, at {figures.projection_angle_deg:.1f} deg "
                 "to the section"
             )
@@ -488,8 +495,8 @@ def _features_table(items: tuple[ProjectedItem, ...], axes: Axes) -> str:
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    parts = any(projected_feature.item.domain for projected_feature in items)
-    names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
+    has_domains = any(projected_feature.item.domain for projected_feature in items)
+    names = (*FEATURE_COLUMNS, "domain") if has_domains else FEATURE_COLUMNS
     out.writerow(table_columns(names, is_metric=axes.metric))
     for projected_feature in items:
         item = projected_feature.item
@@ -497,15 +504,17 @@ def _features_table(items: tuple[ProjectedItem, ...], axes: Axes) -> str:
             escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
         ]
         angles = [
-            "" if angle is None or not math.isfinite(angle) else angle_text(angle)
-            for angle, angle_text in (
-                (item.dip_direction_deg, plain_azimuth),
+            "" if angle is None or not math.isfinite(angle) else format_angle(angle)
+            for angle, format_angle in (
+                (item.dip_direction_deg, format_plain_azimuth),
                 (item.dip_deg, "{:.4f}".format),
                 (projected_feature.apparent_dip_deg, "{:.4f}".format),
             )
         ]
-        turned_text = "" if item.normal is None else str(item.overturned).lower()
-        last_cells = [turned_text, escape_formula(item.domain)] if parts else [turned_text]
+        overturned_text = "" if item.normal is None else str(item.overturned).lower()
+        last_cells = (
+            [overturned_text, escape_formula(item.domain)] if has_domains else [overturned_text]
+        )
         for k, ((s, t), distances) in enumerate(
             zip(projected_feature.points.tolist(), projected_feature.distance.tolist(), strict=True)
         ):

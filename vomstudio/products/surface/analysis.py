@@ -34,7 +34,7 @@ from vomstudio.geometry.planes import FittedPlane
 from vomstudio.geometry.resolution import NEIGHBOUR_COUNTS, neighbour_statistics
 from vomstudio.geometry.vectors import strike_and_dip_lines
 from vomstudio.io.models.opening import resolution
-from vomstudio.products.elevation.heights import draw_heights
+from vomstudio.products.elevation.heights import compute_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
@@ -169,7 +169,7 @@ class SurfaceFigures(PrintableResult):
         Map of the deviations, m; NaN in cells without data.
     plan : HeightPlan or None
         Geometry of the map.
-    at_points : (n,) array
+    point_deviations : (n,) array
         Deviation of each point of the patch, m.
     holds : (n,) bool array
         Whether the plane fits at each point.
@@ -195,7 +195,9 @@ class SurfaceFigures(PrintableResult):
         default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN_IN_JSON
     )
     plan: HeightPlan | None = field(default=None, metadata=HIDDEN_IN_JSON)
-    at_points: FloatArray = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN_IN_JSON)
+    point_deviations: FloatArray = field(
+        default_factory=lambda: np.zeros(0), metadata=HIDDEN_IN_JSON
+    )
     holds: BoolArray = field(default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN_IN_JSON)
     profiles: tuple[Profile, ...] = field(default=(), metadata=HIDDEN_IN_JSON)
 
@@ -236,7 +238,7 @@ def analyse(
     """
     points, fit, area = _fit_patch(data)
     edge = resolution(data)
-    noise, source = _noise(data, noise_m, edge)
+    noise, source = _estimate_noise(data, noise_m, edge)
     plane = Plane.from_normal(fit.normal)
     plan = plan_heights(data, plane, to_world=np.eye(4), gsd=cell_m)
     if plan.grid.width * plan.grid.height > MAX_CELLS:
@@ -244,7 +246,7 @@ def analyse(
         raise UsageError(
             Finding("raster.too-many-cells", count=count, maximum=MAX_CELLS), field="--gsd"
         )
-    heights, _ = draw_heights(data, plan, None, progress)
+    heights, _ = compute_heights(data, plan, None, progress)
     base = fit.centroid[2] if plan.is_map else (fit.centroid - plan.reference) @ plane.normal()
     deviations = np.asarray(heights, np.float64) - float(base)
     cells = int(np.isfinite(deviations).sum())
@@ -264,14 +266,14 @@ def analyse(
     offset = (points - fit.centroid) @ np.asarray(fit.axes).T
     is_cloud = not (isinstance(data, Mesh) and len(data.faces))
     is_known_point = np.isfinite(offset).all(axis=1)
-    lack = (
+    missing_variance_m2 = (
         missing_variance(offset[is_known_point, :2], offset[is_known_point, 2], noise)
         if is_cloud
         else 0.0
     )
-    rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
+    roughness = _roughness(deviations, plan, plane, (noise, missing_variance_m2), edge, rounding)
     known_deviations = deviations[np.isfinite(deviations)]
-    line = rough["smoothest"]
+    line = roughness["smoothest"]
     return SurfaceFigures(
         plane=row,
         rms_m=float(np.sqrt((known_deviations**2).mean())),
@@ -283,14 +285,16 @@ def analyse(
         cell_m=plan.grid.gsd,
         trim=trim,
         warnings=_warnings(
-            rough["bent_share"], trim, planar_part, known_deviations, noise, plan.grid.gsd
+            roughness["bent_share"], trim, planar_part, known_deviations, noise, plan.grid.gsd
         ),
         deviations=deviations,
         plan=plan,
-        at_points=(points - fit.centroid) @ plane.normal(),
+        point_deviations=(points - fit.centroid) @ plane.normal(),
         holds=is_within_noise,
-        profiles=_profiles(deviations, plan, float(base), 90.0 if line is None else line.rake_deg),
-        **rough,
+        profiles=_sample_profiles(
+            deviations, plan, float(base), 90.0 if line is None else line.rake_deg
+        ),
+        **roughness,
     )
 
 
@@ -339,16 +343,18 @@ def _row(
         id="1",
         area_m2=area,
         resolution_m=resolution_m,
-        judged_as="patch",
+        verdict_kind="patch",
         bend_deg=bend,
         model=model,
         frame=frame,
     )
 
 
-def _noise(data: Mesh | PointCloud, stated_m: float | None, edge: float) -> tuple[float, str]:
-    if stated_m is not None:
-        return stated_m, "given"
+def _estimate_noise(
+    data: Mesh | PointCloud, stated_noise_m: float | None, edge: float
+) -> tuple[float, str]:
+    if stated_noise_m is not None:
+        return stated_noise_m, "given"
     if isinstance(data, Mesh) and len(data.faces):
         return NOISE_EDGES * edge, "mesh"
     from scipy.spatial import cKDTree
@@ -393,23 +399,21 @@ def _trim(
     is_within_noise = np.asarray(planar_part.is_planar[tuple(nearest_cells)][row, column])
     try:
         known_moments = moments(points[is_within_noise])
-        remaining_moments = fit_moments(
+        planar_fit = fit_moments(
             known_moments.n, known_moments.mean, known_moments.scatter, known_moments.n_effective
         )
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
-    angle = math.degrees(math.acos(min(abs(float(remaining_moments.normal @ fit.normal)), 1.0)))
-    row_of_rest = _row(
-        remaining_moments, points[is_within_noise], None, edge, model, frame, thresholds
-    )
-    return Trim(planar_part.departs, planar_part.limit, angle, row_of_rest), is_within_noise
+    angle = math.degrees(math.acos(min(abs(float(planar_fit.normal @ fit.normal)), 1.0)))
+    planar_row = _row(planar_fit, points[is_within_noise], None, edge, model, frame, thresholds)
+    return Trim(planar_part.deviating_share, planar_part.limit, angle, planar_row), is_within_noise
 
 
 def _roughness(
     deviations: FloatArray,
     plan: HeightPlan,
     plane: Plane,
-    noise_and_lack: tuple[float, float],
+    noise_and_missing_variance: tuple[float, float],
     edge: float,
     rounding: float,
 ) -> dict[str, Any]:
@@ -417,16 +421,16 @@ def _roughness(
 
     Parameters
     ----------
-    noise_and_lack : (float, float)
+    noise_and_missing_variance : (float, float)
         Noise of the model, m, and variance that is missing from its map, m².
     rounding : float
         Rounding error of the heights, m.
     """
-    noise, missing_variance_m2 = noise_and_lack
-    flattened, bent = _remove_bend(deviations)
+    noise, missing_variance_m2 = noise_and_missing_variance
+    detrended, bent_share = _remove_bend(deviations)
     min_distance = MIN_DISTANCE_EDGES * edge
     results: dict[str, Any] = {
-        "bent_share": bent,
+        "bent_share": bent_share,
         "hurst": None,
         "hurst_reason": None,
         "smoothest": None,
@@ -469,8 +473,12 @@ def _roughness(
         results["hurst"] = Hurst(
             exponent.H, exponent.error95, exponent.from_m, exponent.to_m, directions
         )
-    unbent = increments.measure_variations(flattened, plan.grid.gsd, min_distance)
-    line = None if unbent is None else increments.find_smoothest_direction(unbent, noise)
+    detrended_variations = increments.measure_variations(detrended, plan.grid.gsd, min_distance)
+    line = (
+        None
+        if detrended_variations is None
+        else increments.find_smoothest_direction(detrended_variations, noise)
+    )
     if line is None or math.isnan(line.p):
         results["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
     elif not line.is_significant:
@@ -503,7 +511,7 @@ def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, floa
     """Return the rake, trend and plunge of a map direction, from columns towards rows."""
     angle = math.radians(angle_deg)
     vector = math.cos(angle) * plan.frame.right + math.sin(angle) * plan.frame.down
-    line = Line.from_vector(vector).downward()
+    line = Line.from_vector(vector).to_downward()
     strike, down = _axes(plane)
     rake = math.degrees(math.atan2(float(vector @ down), float(vector @ strike))) % 180.0
     return (0.0 if rake > 180.0 - 1e-9 else rake), line.trend_deg, line.plunge_deg
@@ -516,7 +524,7 @@ def _axes(plane: Plane) -> tuple[FloatArray, FloatArray]:
     return strike[0], down[0]
 
 
-def _profiles(
+def _sample_profiles(
     deviations: FloatArray, plan: HeightPlan, base: float, rake_deg: float
 ) -> tuple[Profile, ...]:
     """Sample profiles along and across a rake, through the centre of the known cells."""
@@ -565,13 +573,13 @@ def _warnings(
             Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
     if trim is not None and planar_part.remaining_plane is not None:
-        first_limit, second_limit = (
+        first_normal, second_normal = (
             np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
             for plane in (planar_part.plane, planar_part.remaining_plane)
         )
         angle = math.atan2(
-            float(np.linalg.norm(np.cross(first_limit, second_limit))),
-            abs(float(first_limit @ second_limit)),
+            float(np.linalg.norm(np.cross(first_normal, second_normal))),
+            abs(float(first_normal @ second_normal)),
         )
         warnings.append(
             Finding(

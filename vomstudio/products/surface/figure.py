@@ -42,13 +42,13 @@ def _draw_map(figure: Figure, axes: Axes, figures: SurfaceFigures, unit: str) ->
     rows, columns = values.shape
     cell = figures.cell_m
     known_magnitudes = np.abs(values[np.isfinite(values)])
-    max_distance = max(float(np.percentile(known_magnitudes, 98.0)), 1e-12)
+    max_deviation = max(float(np.percentile(known_magnitudes, 98.0)), 1e-12)
     extent = (0.0, columns * cell, rows * cell, 0.0)
     image = axes.imshow(
         values,
         cmap=_PALETTE,
-        vmin=-max_distance,
-        vmax=max_distance,
+        vmin=-max_deviation,
+        vmax=max_deviation,
         extent=extent,
         interpolation="nearest",
     )

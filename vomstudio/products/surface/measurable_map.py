@@ -23,14 +23,14 @@ from vomstudio.extraction.measurable import (
     typical_resolution,
 )
 from vomstudio.extraction.measurable_options import MeasurableOptions
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 FIELDS = ("expected_error95_deg", "trace_error95_deg", "patch_error95_deg", "measurable")
 """Names of the point fields; the last one is an index into `CLASSES`."""
-RASTER_ENDINGS = (".tif", ".tiff")
+RASTER_SUFFIXES = (".tif", ".tiff")
 _MAX_CELLS = 25_000_000
 _MAX_PATCHES = 10
 
@@ -148,7 +148,7 @@ def measurable_map(
     best_error = measurability.best_deg
     order = np.argsort(best_error)
     cumulative_share = np.cumsum(area[order]) / total_area
-    tenth, median = (
+    first_decile, median = (
         float(best_error[order[np.searchsorted(cumulative_share, q)]]) for q in (0.1, 0.5)
     )
     return MeasurableMap(
@@ -158,7 +158,7 @@ def measurable_map(
         noise_m=measurability.noise,
         registration_error_deg=options.used_registration_error_deg,
         angle_deg=options.angle_deg,
-        element=measurability.elements.of,
+        element=measurability.elements.kind,
         elements=len(measurability.elements),
         area_m2=total_area,
         shares=shares(measurability.classes),
@@ -166,7 +166,7 @@ def measurable_map(
         exposed_share=float(area[measurability.patches >= 0].sum()) / total_area,
         patches=_patches(measurability),
         median_deg=median,
-        tenth_deg=tenth,
+        tenth_deg=first_decile,
         best=_find_best_position(measurability),
         warnings=(*warnings, *measurability.warnings),
         measurable=measurability,
@@ -229,7 +229,7 @@ def _point_values(data: Mesh | PointCloud, measurability: Measurable) -> dict[st
     rows = measurability.elements.rows
     errors = (measurability.best_deg, measurability.trace_deg, measurability.patch_deg)
     values: dict[str, Float32Array] = {}
-    if measurability.elements.of == "face" and isinstance(data, Mesh):
+    if measurability.elements.kind == "face" and isinstance(data, Mesh):
         nodes = measurability.nodes
         corners = np.asarray(data.faces[rows], np.int64).ravel()
         corners = corners if nodes is None else nodes[corners]
@@ -250,18 +250,18 @@ def _point_values(data: Mesh | PointCloud, measurability: Measurable) -> dict[st
                 for k in range(len(QUALITY_CLASSES))
             ]
         )
-        mark = votes.argmax(axis=0).astype(np.float32)
-        mark[votes.sum(axis=0) == 0.0] = np.nan
-        values[FIELDS[3]] = mark
+        class_index = votes.argmax(axis=0).astype(np.float32)
+        class_index[votes.sum(axis=0) == 0.0] = np.nan
+        values[FIELDS[3]] = class_index
         if nodes is not None:
             values = {name: value[nodes] for name, value in values.items()}
         return values
     points = data.vertices if isinstance(data, Mesh) else data.points
-    row_of = measurability.elements.row_of
-    is_known = row_of >= 0
+    inverse_rows = measurability.elements.inverse_rows
+    is_known = inverse_rows >= 0
     for name, value in zip(FIELDS, (*errors, measurability.classes), strict=True):
         values_by_point = np.full(len(points), np.nan, np.float32)
-        values_by_point[is_known] = np.asarray(value, np.float32)[row_of[is_known]]
+        values_by_point[is_known] = np.asarray(value, np.float32)[inverse_rows[is_known]]
         values[name] = values_by_point
     return values
 
@@ -295,7 +295,7 @@ def write_raster(
     from vomstudio.core.files.atomic import atomic_group
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
-    from vomstudio.products.elevation.heights import draw_heights
+    from vomstudio.products.elevation.heights import compute_heights
     from vomstudio.products.elevation.planning import plan_heights
     from vomstudio.products.ortho.tiles import TILE
 
@@ -309,7 +309,7 @@ def write_raster(
         raise UsageError(
             Finding("raster.too-many-cells", count=count, maximum=_MAX_CELLS), field="--gsd"
         )
-    heights, _ = draw_heights(data, plan, None, progress)
+    heights, _ = compute_heights(data, plan, None, progress)
     rows, columns = np.nonzero(np.isfinite(heights))
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])
     cell_points = (plan.cell_to_world @ cells)[:3].T - elements.origin
@@ -326,10 +326,10 @@ def write_raster(
         {
             "VOMSTUDIO_VERSION": __version__,
             "VOMSTUDIO_PLANE": "dip direction "
-            f"{plain_azimuth(measurable.plane['dip_direction_deg'])} dip "
+            f"{format_plain_azimuth(measurable.plane['dip_direction_deg'])} dip "
             f"{measurable.plane['dip_deg']:.4f} deg; expected 95 % error in degrees, 90 for none",
             "VOMSTUDIO_VIEW": f"against the upward normal of the plane with dip direction "
-            f"{plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
+            f"{format_plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
         },
     )
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:

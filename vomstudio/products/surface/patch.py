@@ -10,10 +10,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
-FACET = "facet"
+FACET_FIELD = "facet"
 
 
-def extract_around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -> Mesh | PointCloud:
+def extract_within_radius(
+    data: Mesh | PointCloud, centre: FloatArray, radius: float
+) -> Mesh | PointCloud:
     """Extract the faces (with all corners) or points within a radius of a position.
 
     Raises
@@ -34,9 +36,9 @@ def extract_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
     InputError
         If the model has no such field or facet.
     """
-    if FACET not in data.fields:
+    if FACET_FIELD not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--facet")
-    selection = np.asarray(data.fields[FACET]) == number
+    selection = np.asarray(data.fields[FACET_FIELD]) == number
     return _extract(data, selection, Finding("facet.missing", number=number))
 
 

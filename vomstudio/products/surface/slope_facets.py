@@ -16,14 +16,14 @@ from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, FacetSlopes
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.orientation_reading import OrientationTable
-from vomstudio.products.surface.patch import FACET
+from vomstudio.products.surface.patch import FACET_FIELD
 
-_FIELDS = {mode: f"{mode}_percent" for mode in MODES}
+_FIELD_NAMES = {mode: f"{mode}_percent" for mode in MODES}
 
 
 def read_facet_slopes(
@@ -73,9 +73,9 @@ def read_facet_labels(data: Mesh | PointCloud) -> IntegerArray:
     InputError
         If the model has no labels.
     """
-    if FACET not in data.fields:
+    if FACET_FIELD not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--labelled-model")
-    return np.asarray(data.fields[FACET]).astype(np.int64)
+    return np.asarray(data.fields[FACET_FIELD]).astype(np.int64)
 
 
 def find_overhangs(
@@ -120,15 +120,15 @@ def find_overhangs(
 def slope_fields(slopes: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
     """Return point fields of the model, such as `planar_percent`; NaN outside facets."""
     fields = {}
-    for mode, name in _FIELDS.items():
-        share_of = {
+    for mode, name in _FIELD_NAMES.items():
+        shares_by_id = {
             facet.id: share for facet, share in zip(slopes.facets, slopes.shares(mode), strict=True)
         }
-        unique_labels, label_of = np.unique(labels, return_inverse=True)
+        unique_labels, label_indices = np.unique(labels, return_inverse=True)
         values = np.array(
-            [share_of.get(str(int(unique_label)), np.nan) for unique_label in unique_labels]
+            [shares_by_id.get(str(int(unique_label)), np.nan) for unique_label in unique_labels]
         )
-        fields[name] = (100.0 * values[label_of]).astype(np.float32)
+        fields[name] = (100.0 * values[label_indices]).astype(np.float32)
     return fields
 
 
@@ -150,7 +150,7 @@ def write_facet_slopes(path: str | Path, slopes: FacetSlopes, *, force: bool = F
     columns = [f"{mode}_{part}" for mode in MODES for part in parts]
     out.writerow(["id", "dip_direction_deg", "dip_deg", "overhangs", "area_m2", *columns])
     for facet in slopes.facets:
-        cells = [escape_formula(facet.id), f"{plain_azimuth(facet.face.dip_direction_deg)}"]
+        cells = [escape_formula(facet.id), f"{format_plain_azimuth(facet.face.dip_direction_deg)}"]
         cells += [
             f"{facet.face.dip_deg:.4f}",
             "" if facet.overhangs is None else str(facet.overhangs),

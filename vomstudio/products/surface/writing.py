@@ -15,20 +15,20 @@ from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import WORLD, Axes, table_columns
+from vomstudio.geometry.units import WORLD_AXES, Axes, table_columns
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.products.surface.analysis import SurfaceFigures
 
-ENDINGS = (".tif", ".tiff", ".ply", ".csv")
+SUFFIXES = (".tif", ".tiff", ".ply", ".csv")
 FIELDS = ("deviation_m", "plane_holds")
 PROFILE_COLUMNS = ("profile", "distance_m", "deviation_m", "x", "y", "z")
 
 
-def format_of(path: str | Path) -> str:
+def format_from_path(path: str | Path) -> str:
     """Return the extension of a deviation file.
 
     Raises
@@ -36,13 +36,13 @@ def format_of(path: str | Path) -> str:
     UsageError
         If the extension is not supported.
     """
-    return check_extension(path, ENDINGS)
+    return check_extension(path, SUFFIXES)
 
 
 def deviation_fields(figures: SurfaceFigures) -> dict[str, Float32Array]:
     """Return point fields: the deviation in m, and 1 where the plane is valid, else 0."""
     return {
-        FIELDS[0]: figures.at_points.astype(np.float32),
+        FIELDS[0]: figures.point_deviations.astype(np.float32),
         FIELDS[1]: figures.holds.astype(np.float32),
     }
 
@@ -54,7 +54,7 @@ def write_deviations(
     *,
     crs: str | None,
     force: bool,
-    axes: Axes = WORLD,
+    axes: Axes = WORLD_AXES,
 ) -> list[Finding]:
     """Write the deviations to one file, either completely or not at all.
 
@@ -75,7 +75,7 @@ def write_deviations(
     ------
     UsageError, TargetError
     """
-    suffix = format_of(path)
+    suffix = format_from_path(path)
     if suffix == ".csv":
         write_bytes(path, _table(figures, data, crs, axes).encode("utf-8"), force=force)
         return []
@@ -94,7 +94,8 @@ def write_deviations(
         crs if plan.is_map else view_plane_crs(axes.metric),
         {
             "VOMSTUDIO_VERSION": __version__,
-            "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(plan.plane.dip_direction_deg)} dip "
+            "VOMSTUDIO_PLANE": "dip direction "
+            f"{format_plain_azimuth(plan.plane.dip_direction_deg)} dip "
             f"{plan.plane.dip_deg:.4f} deg; deviations from it in {axes.unit}",
         },
     )
@@ -109,20 +110,25 @@ def write_deviations(
 def _table(figures: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, axes: Axes) -> str:
     points = data.vertices if isinstance(data, Mesh) else data.points
     file = io.StringIO()
-    file.write(_head(crs, axes))
+    file.write(_header(crs, axes))
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["x", "y", "z", *table_columns(FIELDS, is_metric=axes.metric)])
     out.writerows(
         [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{deviation:.6g}", int(is_planar)]
         for (x, y, z), deviation, is_planar in zip(
-            points.tolist(), figures.at_points.tolist(), figures.holds.tolist(), strict=True
+            points.tolist(), figures.point_deviations.tolist(), figures.holds.tolist(), strict=True
         )
     )
     return file.getvalue()
 
 
 def write_profiles(
-    path: str | Path, figures: SurfaceFigures, *, crs: str | None, force: bool, axes: Axes = WORLD
+    path: str | Path,
+    figures: SurfaceFigures,
+    *,
+    crs: str | None,
+    force: bool,
+    axes: Axes = WORLD_AXES,
 ) -> None:
     """Write the cells of the profiles along and across as CSV.
 
@@ -131,7 +137,7 @@ def write_profiles(
     TargetError
     """
     file = io.StringIO()
-    file.write(_head(crs, axes))
+    file.write(_header(crs, axes))
     out = csv.writer(file, lineterminator="\n")
     out.writerow(table_columns(PROFILE_COLUMNS, is_metric=axes.metric))
     for profile in figures.profiles:
@@ -151,7 +157,7 @@ def write_profiles(
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
 
-def _head(crs: str | None, axes: Axes) -> str:
+def _header(crs: str | None, axes: Axes) -> str:
     return comment_line(
         f"VOM Studio {__version__}, deviations of a surface from its plane"
     ) + comment_line(

@@ -89,10 +89,10 @@ def _export(
     force: bool,
     progress: Progress,
 ) -> ProjectTable:
-    from vomstudio.project.journal.database import own_files, read_replay
+    from vomstudio.project.journal.database import journal_files, read_replay
 
     format_ = _format_name(format_)
-    check_target(out, force=force, inputs=own_files(folder))
+    check_target(out, force=force, inputs=journal_files(folder))
     progress.stage(tr("Reading {file}", file=folder.name))
     replay = read_replay(folder)
     progress.stage(tr("Writing {file}", file=out.name))
@@ -104,7 +104,7 @@ def _export(
         writes_map=writes_map,
         is_projected=is_projected,
         force=force,
-        thresholds=thresholds_of(replay.settings),
+        thresholds=get_thresholds(replay.settings),
     )
 
 
@@ -150,7 +150,7 @@ def export_records(
         table = replace(
             table,
             layers={layer.name: len(layer.shapes) for layer in layers},
-            features=max(len(table.rows), len(_features_on(layers))),
+            features=max(len(table.rows), len(_exported_ids(layers))),
         )
     if format_ == "gpkg":
         from vomstudio.project.exports.geopackage import write_layers
@@ -173,7 +173,7 @@ def export_records(
     )
 
 
-def _features_on(layers: Iterable[Layer]) -> set[str]:
+def _exported_ids(layers: Iterable[Layer]) -> set[str]:
     """Return the IDs of the features on the layers; grids are not features."""
     from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 
@@ -199,7 +199,7 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
     return replace(table, files=(out,))
 
 
-def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
+def get_thresholds(settings: Mapping[str, Any]) -> Thresholds | None:
     """Return the thresholds of the newest edit, so that a table matches the window."""
     try:
         return Thresholds(**settings["thresholds"])

@@ -16,7 +16,7 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.orientation_table import COLUMNS
 from vomstudio.project.tables.project_table import EXTRA_COLUMNS, feature_rows
-from vomstudio.project.tables.registration_comments import registration_lines, registrations_of
+from vomstudio.project.tables.registration_comments import find_registrations, registration_lines
 
 
 def feature_table(
@@ -35,7 +35,7 @@ def feature_table(
     rows = [row for row in feature_rows(subjects) if row is not None]
     names = (*COLUMNS, *EXTRA_COLUMNS)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
-    comments = registration_lines(registrations_of(records, features))
+    comments = registration_lines(find_registrations(records, features))
     return extract_orientations(
         table_from_cells(names, cells, tr("the project"), comments), repeats=repeats
     )

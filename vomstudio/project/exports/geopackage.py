@@ -69,7 +69,7 @@ def write_layers(
                 _geometry(layer),
                 layer.columns,
                 crs,
-                described_text=table.limits.description,
+                description=table.limits.description,
                 append=is_appending,
             )
             is_appending = True

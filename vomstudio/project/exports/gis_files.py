@@ -12,9 +12,9 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
+from vomstudio.geology.map_symbols import strike_and_dip_symbol, symbol_size, trend_arrow
 from vomstudio.geometry.plane_discs import disc
-from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.geometry.units import WORLD_AXES, Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.gis.layers import Layer
 from vomstudio.io.models.writers._common import is_same_prj, prj_text
@@ -44,14 +44,14 @@ def write_shapefiles(
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
         for layer in layers
     ]
-    text = None if crs is None else prj_text(crs, for_esri=True)
-    prjs: list[Path] = []
+    text = None if crs is None else prj_text(crs, uses_esri_wkt=True)
+    missing_prj_paths: list[Path] = []
     if crs is not None and text is not None:
         prj_paths = [name.with_suffix(".prj") for name in names]
-        prjs = [path for path in prj_paths if not is_same_prj(path, text, crs)]
+        missing_prj_paths = [path for path in prj_paths if not is_same_prj(path, text, crs)]
     parts = [name.with_suffix(suffix) for name in names for suffix in (".shp", ".shx", ".dbf")]
     pages = [name.with_suffix(".cpg") for name in names]
-    paths = [*parts, *pages, *prjs]
+    paths = [*parts, *pages, *missing_prj_paths]
     with atomic_group(paths, force) as temporaries:
         for k, layer in enumerate(layers):
             shp, shx, dbf = temporaries[3 * k : 3 * k + 3]
@@ -82,7 +82,7 @@ def write_dxf(
     records: Mapping[str, Record],
     crs: str | None,
     *,
-    axes: Axes = WORLD,
+    axes: Axes = WORLD_AXES,
     force: bool = False,
 ) -> list[Path]:
     """Write polylines of traces and dimensions to a DXF layer for each feature type.
@@ -97,7 +97,9 @@ def write_dxf(
         if isinstance(record, FeatureType)
     }
     dxf_layers = {
-        (layer.name, kind): _dxf_layer(layer, kind) for layer in layers for kind in _kinds_of(layer)
+        (layer.name, kind): _dxf_layer(layer, kind)
+        for layer in layers
+        for kind in _geometry_kinds(layer)
     }
     discs = {
         dxf_layer: f"{dxf_layer}_discs"
@@ -111,7 +113,7 @@ def write_dxf(
     }
     names = dxf.layer_names([*dxf_layers.values(), *discs.values(), *symbols.values()])
     color_numbers: dict[str, int] = {}
-    layer_colors = {layer.name: layer.colors_of(colors, "") for layer in layers}
+    layer_colors = {layer.name: layer.colors_by_class(colors, "") for layer in layers}
     for (name, kind), dxf_layer in dxf_layers.items():
         color = layer_colors[name].get(kind, "")
         for label in (dxf_layer, discs.get(dxf_layer), symbols.get(dxf_layer)):
@@ -126,11 +128,11 @@ def write_dxf(
     prj_paths: list[Path] = []
     text = None if crs is None else prj_text(crs)
     if crs is not None and text is not None:
-        prj = out.with_suffix(".prj")
-        prj_paths = [] if is_same_prj(prj, text, crs) else [prj]
+        prj_path = out.with_suffix(".prj")
+        prj_paths = [] if is_same_prj(prj_path, text, crs) else [prj_path]
     with atomic_group([out, *prj_paths], force) as (temporary, *prj_temporaries):
-        for prj in prj_temporaries:
-            prj.write_text(text or "", encoding="utf-8")
+        for prj_path in prj_temporaries:
+            prj_path.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
             drawing = dxf.DxfWriter(file, color_numbers, bounds, comment, is_metric=axes.metric)
@@ -158,7 +160,7 @@ def write_dxf(
     return [out]
 
 
-def _kinds_of(layer: Layer) -> list[str]:
+def _geometry_kinds(layer: Layer) -> list[str]:
     return list(dict.fromkeys(layer.classes))
 
 
@@ -187,7 +189,10 @@ def _symbol(
         return
     if plane:
         is_overturned = bool(values.get("overturned", False))
-        parts, distance = strike_and_dip(centre, azimuth, angle, size, is_overturned), 0.5 * size
+        parts, distance = (
+            strike_and_dip_symbol(centre, azimuth, angle, size, is_overturned),
+            0.5 * size,
+        )
     else:
         parts, distance = trend_arrow(centre, azimuth, angle, size), 1.3 * size
     for part in parts:

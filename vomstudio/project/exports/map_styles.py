@@ -18,7 +18,7 @@ _DEFAULT_COLOR = "#4d4d4d"
 BAR_MM, TICK_MM, WIDTH_MM = 6.0, 2.2, 0.45
 _LABEL_MM = 4.2
 
-_FLAT, _STEEP = '"dip_deg" < 0.5', '"dip_deg" > 89.5'
+_FLAT_CONDITION, _STEEP_CONDITION = '"dip_deg" < 0.5', '"dip_deg" > 89.5'
 _LINE_STYLE = (
     "CASE WHEN \"quality\" = 'poor' THEN 'dot' WHEN \"quality\" = 'doubtful' THEN 'dash' "
     "ELSE 'solid' END"
@@ -33,10 +33,12 @@ def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
         for record in records.values()
         if isinstance(record, FeatureType)
     }
-    classes = layer.colors_of(colors, _DEFAULT_COLOR)
+    classes = layer.colors_by_class(colors, _DEFAULT_COLOR)
     if layer.by not in layer.columns or not classes:
         return Style(
-            layer.kind, [RendererCategory("", layer.name, _pieces(layer, _DEFAULT_COLOR))], tip=_TIP
+            layer.kind,
+            [RendererCategory("", layer.name, _pieces(layer, _DEFAULT_COLOR))],
+            tip=_TOOLTIP,
         )
     categories = [
         RendererCategory(word, word or tr("no type"), _pieces(layer, color))
@@ -45,10 +47,10 @@ def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
     if "" not in classes:
         # Style for features of unknown type that are added later in QGIS.
         categories.append(RendererCategory("", tr("other"), _pieces(layer, _DEFAULT_COLOR)))
-    return Style(layer.kind, categories, layer.by, _labels(layer), _TIP)
+    return Style(layer.kind, categories, layer.by, _labels(layer), _TOOLTIP)
 
 
-_TIP = '[% coalesce("name", "id") %]'
+_TOOLTIP = '[% coalesce("name", "id") %]'
 
 
 def _pieces(layer: Layer, color: str) -> list[SymbolLayer]:
@@ -76,10 +78,10 @@ def _strike_and_dip(layer: Layer, color: str) -> list[SymbolLayer]:
     line_style = _quality(layer, "outlineStyle")
     strike, dip_direction = '"dip_direction_deg" - 90', '"dip_direction_deg"'
     half_tick = 0.5 * TICK_MM
-    is_flat_or_steep = f"{_FLAT} OR {_STEEP}"
+    is_flat_or_steep = f"{_FLAT_CONDITION} OR {_STEEP_CONDITION}"
     tick = {
-        "size": f"CASE WHEN {_FLAT} THEN {BAR_MM} WHEN {_STEEP} THEN {2 * TICK_MM} "
-        f"ELSE {TICK_MM} END",
+        "size": f"CASE WHEN {_FLAT_CONDITION} THEN {BAR_MM} WHEN {_STEEP_CONDITION} "
+        f"THEN {2 * TICK_MM} ELSE {TICK_MM} END",
         "offset": f"CASE WHEN {is_flat_or_steep} THEN '0,0' ELSE '0,{-half_tick}' END",
     }
     pieces = [

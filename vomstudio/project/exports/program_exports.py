@@ -27,7 +27,7 @@ from vomstudio.project.tables.project_table import ProjectTable
 
 # Reasons for one feature and for all features.
 _NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
-_NO_PLACE = (_("it has no position"), _("none of its features has a position"))
+_NO_POSITION = (_("it has no position"), _("none of its features has a position"))
 _NO_PLANE = (
     _("it is not a plane with a position"),
     _("none of its features is a plane with a position"),
@@ -92,7 +92,7 @@ def _describe(column: str, value: Any) -> tuple[str, str]:
     figure = _figures().get(column)
     if figure is None or figure.form in ("text", "flag") or not isinstance(value, int | float):
         return (column if figure is None else tr(figure.title)), str(value)
-    return tr(figure.title), f"{value:.3f}" if column in "xyz" else figure.words_for(value)
+    return tr(figure.title), f"{value:.3f}" if column in "xyz" else figure.value_text(value)
 
 
 @cache
@@ -115,12 +115,12 @@ def _format_rows(
             points: geological_models.gempy_points(layers),
         }
     if format_ == "loopstructural":
-        return {out: geological_models.loopstructural(rows, layers)}
+        return {out: geological_models.loopstructural_table(rows, layers)}
     write = {
-        "orient": orientation_programs.orient,
-        "gems": orientation_programs.gems,
-        "faultkin": fault_slips.faultkin,
-        "wintensor": fault_slips.wintensor,
+        "orient": orientation_programs.orient_table,
+        "gems": orientation_programs.gems_table,
+        "faultkin": fault_slips.faultkin_table,
+        "wintensor": fault_slips.wintensor_table,
     }[format_]
     return {out: write(rows)}
 
@@ -161,6 +161,6 @@ _ACCEPTED_ROWS: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[st
     "wintensor": (fault_slips.is_line_on_plane, _NO_FAULT),
     "gempy": (_is_positioned_plane, _NO_PLANE),
     "loopstructural": (_is_positioned_plane, _NO_PLANE),
-    "gems": (_has_position, _NO_PLACE),
+    "gems": (_has_position, _NO_POSITION),
 }
 """Rows of the table that a program accepts, and the reason for skipping other rows."""

@@ -17,8 +17,8 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.project.imports.listed_rows import ListedRow, ReadingReport
 
-_ARRAY = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[\s*\{")
-_NORMAL = 2
+_ARRAY_START = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[\s*\{")
+_NORMAL_INDEX = 2
 """Position of the normal in the axes of an annotation."""
 
 
@@ -30,7 +30,7 @@ def is_attitude_json(head: bytes) -> bool:
     head : bytes
         First bytes of the file.
     """
-    return _ARRAY.match(head) is not None
+    return _ARRAY_START.match(head) is not None
 
 
 def attitude_rows(path: Path, report: ReadingReport) -> Iterator[ListedRow]:
@@ -66,9 +66,9 @@ def attitude_rows(path: Path, report: ReadingReport) -> Iterator[ListedRow]:
 
 def _plane(item: dict[str, Any]) -> Plane | None:
     axes = _vectors(item.get("axes"))
-    if axes is None or len(axes) <= _NORMAL or not axes[_NORMAL].any():
+    if axes is None or len(axes) <= _NORMAL_INDEX or not axes[_NORMAL_INDEX].any():
         return None
-    return Plane.from_normal(axes[_NORMAL])
+    return Plane.from_normal(axes[_NORMAL_INDEX])
 
 
 def _vectors(rows: Any) -> FloatArray | None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
@@ -42,7 +42,7 @@ from vomstudio.project.imports.listed_rows import (
 from vomstudio.project.imports.program_tables import program_table_rows
 from vomstudio.project.imports.row_features import (
     MIN_POINTS,
-    AreaInside,
+    AreaFunction,
     FeatureFactory,
     Surroundings,
     check_measurements,
@@ -73,7 +73,7 @@ _COLUMNS = (
 )
 """Columns that are read; a layer or table may have additional ones."""
 _WGS84 = "EPSG:4326"
-_DRAWN_LENGTHS = ("dimensions", "known_lines", "grids")
+_LENGTH_LAYERS = ("dimensions", "known_lines", "grids")
 """Layers of this program's exports whose lines are not traces."""
 _MARKS = ("planes", "lines", "patches", "discs", "symbols", "control_points")
 """Layers of this program's exports with other shapes, which repeat features or belong to none."""
@@ -105,7 +105,7 @@ def read_listed_features(
     model: Model,
     records: Mapping[str, Record],
     crs: str | None,
-    area_inside: AreaInside | None = None,
+    area_inside: AreaFunction | None = None,
     bounds: FloatArray | None = None,
     progress: Progress | None = None,
     surroundings: Surroundings | None = None,
@@ -236,7 +236,7 @@ def _distance_finding(points: FloatArray, bounds: FloatArray | None) -> Finding 
 # --- files -----------------------------------------------------------------------------------
 def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[ListedRow]:
     """Yield the rows of a file, whose format is recognised by its content."""
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         head = file.read(HEAD_BYTES)
     if is_vector_file(head):
         yield from _layers(path, report, progress)
@@ -256,7 +256,7 @@ def _rows(path: Path, report: ReadingReport, progress: Progress) -> Iterator[Lis
         yield from _table(path, lines, report.findings)
 
 
-def _layer_of(name: str, layers: Sequence[str] = LAYERS) -> str:
+def _find_layer(name: str, layers: Sequence[str] = LAYERS) -> str:
     """Return the layer of an export that a layer or file is named after, or ""."""
     folded_name = name.casefold()
     return next(
@@ -273,29 +273,29 @@ def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[L
 
     listed = list_layers(path, reading_error, progress)
     names = [layer.name for layer in listed]
-    layer_by_name = {name: _layer_of(name) for name in names}
+    layer_by_name = {name: _find_layer(name) for name in names}
     if len(names) == 1 and not layer_by_name[names[0]]:
-        layer_by_name = {names[0]: _layer_of(path.stem)}
+        layer_by_name = {names[0]: _find_layer(path.stem)}
     symbols = symbol_layers(names)
     # The layers of planes in a KML export contain the lines of map symbols.
     is_kml = path.suffix.lower() == ".kml"
-    other_layers = (*_DRAWN_LENGTHS, *_MARKS) if is_kml else _DRAWN_LENGTHS
-    read_names = [
+    other_layers = (*_LENGTH_LAYERS, *_MARKS) if is_kml else _LENGTH_LAYERS
+    layers_to_read = [
         layer.name
         for layer in listed
         if layer_by_name[layer.name]
         or (
             layer.kind is not None
             and layer.name.casefold() not in symbols
-            and not _layer_of(layer.name, other_layers)
+            and not _find_layer(layer.name, other_layers)
         )
     ]
-    if not read_names:
+    if not layers_to_read:
         return
     is_dxf = path.suffix.lower() == ".dxf"
     columns_to_read = (*_COLUMNS, *ENTITY_COLUMNS, "layer") if is_dxf else _COLUMNS
     for read in read_layers(
-        path, read_names, columns_to_read, reading_error, progress, is_flat=False
+        path, layers_to_read, columns_to_read, reading_error, progress, is_flat=False
     ):
         crs = read.crs or (_WGS84 if is_kml else None)
         frame = stated_frame(path, crs)
@@ -311,12 +311,12 @@ def _layers(path: Path, report: ReadingReport, progress: Progress) -> Iterator[L
         for i, shape in enumerate(shapes):
             values = {name: values[i] for name, values in columns.items()}
             group = str(values.pop("layer", "")) if is_dxf else read.name
-            layer = _layer_of(group) if is_dxf else layer_by_name[read.name]
+            layer = _find_layer(group) if is_dxf else layer_by_name[read.name]
             plane = stated_plane(values)
             for is_line, points in _points(shape):
-                if layer or (is_line and not _layer_of(group, _DRAWN_LENGTHS)):
+                if layer or (is_line and not _find_layer(group, _LENGTH_LAYERS)):
                     yield ListedRow(layer or "traces", points, values, frame, (group,), plane)
-                elif not _layer_of(group, (*_DRAWN_LENGTHS, *_MARKS)):
+                elif not _find_layer(group, (*_LENGTH_LAYERS, *_MARKS)):
                     other_shapes_count += 1
         if other_shapes_count:
             report.findings.append(Finding("drawing.other-shapes", count=other_shapes_count))
@@ -353,7 +353,7 @@ def _table(path: Path, lines: list[str], findings: list[Finding]) -> Iterator[Li
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
     frame, crs_findings = table_crs(path, comments)
     findings += crs_findings
-    layer = _layer_of(path.stem)
+    layer = _find_layer(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
     known_columns = {*_COLUMNS, *"xyz", WKT}
     while True:

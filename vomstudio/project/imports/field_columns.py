@@ -14,10 +14,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.orientation_columns import ALIASES, LINE_WORDS
 from vomstudio.io.text.tables import COORDINATES
-from vomstudio.project.imports.field_table import FieldTable, is_orientation, number_in
+from vomstudio.project.imports.field_table import FieldTable, is_orientation, parse_cell
 
 _NAMES = {"name", "label", "reading", "measurement", "dataid"}
-_STATIONS = {
+_STATION_NAMES = {
     "station",
     "stationid",
     "stationname",
@@ -32,8 +32,11 @@ _STATIONS = {
 """Words in a type name that mean a line."""
 UNCLEAR_WORDS = ("slickenside", "slicken side")
 """Words in a type name that some use for a polished plane and others for the lines on it."""
-_GEOGRAPHIC = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
-_NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
+_GEOGRAPHIC_NAMES = {
+    "longitude": {"longitude", "long", "lon", "lng"},
+    "latitude": {"latitude", "lat"},
+}
+_NOTES_NAMES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
 
 
 @dataclass(frozen=True)
@@ -69,40 +72,40 @@ def guess(table: FieldTable) -> Guess:
         return _guess_without_names(table)
     names = [normalise_name(name) for name in table.names]
 
-    def first(aliases: Iterable[str]) -> int | None:
+    def find_column(aliases: Iterable[str]) -> int | None:
         accepted_names = set(aliases)
         return next((i for i, name in enumerate(names) if name in accepted_names), None)
 
-    def column_of(meaning: str) -> int | None:
-        return first(ALIASES[meaning])
+    def find_alias_column(meaning: str) -> int | None:
+        return find_column(ALIASES[meaning])
 
     roles: dict[str, int | None] = {
-        "name": first(_NAMES),
-        "station": first(_STATIONS),
-        "type": column_of("kind"),
-        "set": column_of("set"),
-        "element": column_of("element"),
-        "notes": first(_NOTES),
-        "overturned": column_of("overturned"),
-        "text": column_of("attitude"),
+        "name": find_column(_NAMES),
+        "station": find_column(_STATION_NAMES),
+        "type": find_alias_column("kind"),
+        "set": find_alias_column("set"),
+        "element": find_alias_column("element"),
+        "notes": find_column(_NOTES_NAMES),
+        "overturned": find_alias_column("overturned"),
+        "text": find_alias_column("attitude"),
     }
     if roles["set"] is None:
-        roles["set"] = first({"domain"})
+        roles["set"] = find_column({"domain"})
     if roles["name"] is None:
-        roles["name"] = column_of("id")
+        roles["name"] = find_alias_column("id")
     for letter in "xyz":
-        roles[letter] = first({letter})
+        roles[letter] = find_column({letter})
         if roles[letter] is None:
-            roles[letter] = first(COORDINATES[letter])
+            roles[letter] = find_column(COORDINATES[letter])
     if roles["x"] is None or roles["y"] is None:
-        roles |= {role: first(aliases) for role, aliases in _GEOGRAPHIC.items()}
+        roles |= {role: find_column(aliases) for role, aliases in _GEOGRAPHIC_NAMES.items()}
     direction, strike, azimuth = (
-        column_of("dip direction"),
-        column_of("strike"),
-        column_of("azimuth"),
+        find_alias_column("dip direction"),
+        find_alias_column("strike"),
+        find_alias_column("azimuth"),
     )
-    dip, quadrant = column_of("dip"), column_of("quadrant")
-    trend, plunge = column_of("trend"), column_of("plunge")
+    dip, quadrant = find_alias_column("dip"), find_alias_column("quadrant")
+    trend, plunge = find_alias_column("trend"), find_alias_column("plunge")
     notation: str | None = None
     if dip is not None:
         roles["inclination"] = dip
@@ -126,7 +129,7 @@ def guess(table: FieldTable) -> Guess:
     if notation is None and roles["text"] is not None:
         notation = _text_notation(table, roles["text"])
     findings = []
-    declination = first({"declination", "magneticdeclination", "magdec", "decl"})
+    declination = find_column({"declination", "magneticdeclination", "magdec", "decl"})
     if declination is not None:
         values = sorted({row[declination] for row in table.rows} - {""})
         findings.append(
@@ -154,7 +157,7 @@ def _guess_without_names(table: FieldTable) -> Guess:
             and sum(is_orientation(" ".join(pair)) for pair in cells) > len(cells) / 2
         ):
             return Guess({"azimuth": first_column, "inclination": first_column + 1}, "quadrant")
-        pairs = [(number_in(azimuth, table), number_in(dip, table)) for azimuth, dip in cells]
+        pairs = [(parse_cell(azimuth, table), parse_cell(dip, table)) for azimuth, dip in cells]
         are_angles = [
             azimuth is not None and dip is not None and 0 <= azimuth <= 360 and 0 <= dip <= 90
             for azimuth, dip in pairs

@@ -17,12 +17,12 @@ from vomstudio.io.gate.orientation_files import is_layer_file, read_any_table
 from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import (
     DELIMITER_NAMES,
-    cut,
+    detect_delimiter,
     is_blank,
     is_header,
     parse_number,
     rejoin_header,
-    sniff,
+    split_cells,
 )
 
 MAX_CELL_LINES = 50
@@ -33,8 +33,8 @@ MAX_CELL_LINES = 50
 class FieldTable:
     """Cells of a text file.
 
-    `ragged` contains the findings for rows with too many or too few cells, by row index; `comments`
-    are stored without their comment mark.
+    `ragged_row_findings` contains the findings for rows with too many or too few cells, by row
+    index; `comments` are stored without their comment mark.
     """
 
     path: Path
@@ -43,7 +43,7 @@ class FieldTable:
     delimiter: str
     rows: list[list[str]]
     lines: list[int]
-    ragged: Mapping[int, Finding]
+    ragged_row_findings: Mapping[int, Finding]
     notes: tuple[Finding, ...]
     comments: tuple[str, ...] = ()
 
@@ -72,7 +72,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     )
     if not used_columns:
         raise InputError(Finding("table.no-rows"), file=path)
-    delimiter = sniff([line for _, line in used_columns[:200]])
+    delimiter = detect_delimiter([line for _, line in used_columns[:200]])
     if all(is_orientation(line) for _, line in used_columns[1:20]) and len(used_columns) > 1:
         rows = [[line.strip()] for _, line in used_columns]  # each line is one reading: N42E 41SE
     else:
@@ -141,12 +141,12 @@ def _join_quoted(lines: list[str]) -> list[tuple[int, str]]:
 
 def _split_cells(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
-        return [unescape_formula(cell) for cell in cut(line, delimiter)]
+        return [unescape_formula(cell) for cell in split_cells(line, delimiter)]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error:
         # The cell has more than 131,072 characters.
-        cells = cut(line, delimiter)
+        cells = split_cells(line, delimiter)
     return [unescape_formula(cell.strip()) for cell in cells]
 
 
@@ -165,7 +165,7 @@ def is_orientation(text: str) -> bool:
     return False
 
 
-def number_in(cell: str, table: FieldTable) -> float | None:
+def parse_cell(cell: str, table: FieldTable) -> float | None:
     """Return the number in a cell, or None if it is not a finite number."""
     if not cell:
         return None

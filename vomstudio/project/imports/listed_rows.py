@@ -10,7 +10,7 @@ from typing import Any
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import read_small
+from vomstudio.core.files.regular import read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Plane
@@ -146,7 +146,9 @@ def read_table_lines(path: Path) -> list[str]:
         If the file cannot be read, is not text, or has too many lines.
     """
     try:
-        lines = decode_text(read_small(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
+        lines = (
+            decode_text(read_small_file(path, MAX_TABLE_BYTES)).removeprefix("\ufeff").splitlines()
+        )
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from error
     refuse_many_lines(path, len(lines), MAX_OBJECTS)

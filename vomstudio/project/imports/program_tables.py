@@ -65,8 +65,8 @@ def program_table_rows(
         (_COMPASS_PLANES, _compass_planes),
         (_COMPASS_LINES, _compass_lines),
         (_COMPASS_THICKNESSES, _compass_thicknesses),
-        (_FACETS, _facets),
-        (_PRO3D, _pro3d),
+        (_FACETS, _facet_rows),
+        (_PRO3D, _pro3d_rows),
     )
     for columns, read in readers:
         if columns <= set(names):
@@ -124,8 +124,10 @@ def _compass_planes(
             report.skipped.append((path_name, Finding("import.no-orientation")))
             continue
         # The global position is missing if the project of CloudCompare has no cloud.
-        has_global = all(name in cells for name in ("gx", "gy", "gz"))
-        position = _numbers(cells, *(("gx", "gy", "gz") if has_global else ("cx", "cy", "cz")))
+        has_global_position = all(name in cells for name in ("gx", "gy", "gz"))
+        position = _numbers(
+            cells, *(("gx", "gy", "gz") if has_global_position else ("cx", "cy", "cz"))
+        )
         name, groups = split_path(path_name)
         yield ListedRow(
             "planes", np.array([position]), {"name": name}, frame, groups, plane, path_name
@@ -150,7 +152,7 @@ def _compass_thicknesses(
     return iter(())
 
 
-def _facets(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iterator[ListedRow]:
+def _facet_rows(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iterator[ListedRow]:
     rounding_m = 0.0
     for cells in table:
         label = cells.get("index", "")
@@ -162,7 +164,7 @@ def _facets(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iter
         if not set(names) <= cells.keys():
             # Versions before 2.13.1 write local coordinates only.
             names = ["centerx", "centery", "centerz"]
-        rounding_m = max(rounding_m, *(_rounding(cells.get(name, "")) for name in names))
+        rounding_m = max(rounding_m, *(_rounding_error(cells.get(name, "")) for name in names))
         family = cells.get("familyind", "")
         yield ListedRow(
             "planes",
@@ -176,7 +178,7 @@ def _facets(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iter
         report.findings.append(Finding("import.coordinates-rounded", rounding=f"{rounding_m:.2g}"))
 
 
-def _rounding(text: str) -> float:
+def _rounding_error(text: str) -> float:
     """Return the largest rounding error of a number with six significant digits, or 0."""
     value = to_number(text)
     if not np.isfinite(value) or not value:
@@ -187,7 +189,7 @@ def _rounding(text: str) -> float:
     return 0.5 * float(10.0 ** (np.floor(np.log10(abs(value))) + 1 - _STREAM_DIGITS))
 
 
-def _pro3d(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iterator[ListedRow]:
+def _pro3d_rows(table: list[Cells], frame: StatedCrs, report: ReadingReport) -> Iterator[ListedRow]:
     for cells in table:
         label = cells.get("text") or cells.get("key", "")
         plane = plane_from_angles(*_numbers(cells, "dipazimuth", "dipangle"))

@@ -13,19 +13,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.coordinate_limits import check_coordinates, check_on_earth
+from vomstudio.geometry.coordinate_limits import check_coordinates, check_longitude_latitude
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.text.flags import is_overturned
 from vomstudio.io.text.orientation_reading import parse_plane_cells
 from vomstudio.io.text.tables import line_numbers_text
-from vomstudio.project.imports.field_table import FieldTable, number_in
+from vomstudio.project.imports.field_table import FieldTable, parse_cell
 from vomstudio.project.kinds.reading import Reading
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
@@ -34,10 +34,10 @@ NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/pl
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 """Function that converts longitude and latitude to x and y of the project."""
 
-WITHOUT_CRS = ModelFrame()
+FRAME_WITHOUT_CRS = ModelFrame()
 """Frame of a project in local coordinates."""
 
-_EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
+_EMPTY_TEXTS = {"", "-", "–", "nan", "na", "n/a", "none"}
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class FieldReadings:
     """Result of reading a table: valid rows, skipped rows with reasons, and findings."""
 
     rows: tuple[FieldRow, ...]
-    bad: tuple[BadRow, ...]
+    bad_rows: tuple[BadRow, ...]
     findings: tuple[Finding, ...]
 
     @property
@@ -96,7 +96,7 @@ def read_readings(
     columns: Mapping[str, int],
     notation: str,
     to_grid: ToGrid | None = None,
-    model: ModelFrame = WITHOUT_CRS,
+    model: ModelFrame = FRAME_WITHOUT_CRS,
     line_types: Collection[str] = (),
 ) -> FieldReadings:
     """Return the readings of a table as written, without referring azimuths to grid north.
@@ -131,8 +131,8 @@ def read_readings(
     unpositioned_rows: list[int] = []
     invalid_positions: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
-        if i in table.ragged:
-            bad_rows.append(BadRow(line, table.ragged[i]))
+        if i in table.ragged_row_findings:
+            bad_rows.append(BadRow(line, table.ragged_row_findings[i]))
             continue
         cells_by_role = {role: cells[column] for role, column in columns.items()}
         try:
@@ -141,7 +141,7 @@ def read_readings(
                 cells_by_role, notation, table, is_line=is_line
             )
         except InputError as error:
-            bad_rows.append(BadRow(line, finding_of(error)))
+            bad_rows.append(BadRow(line, to_finding(error)))
             continue
         if inclination < 0:
             flipped_rows.append(line)
@@ -154,7 +154,7 @@ def read_readings(
             ):
                 unpositioned_rows.append(line)
         except InputError as error:
-            invalid_positions.append((line, finding_of(error)))
+            invalid_positions.append((line, to_finding(error)))
         rows.append(
             FieldRow(
                 line=line,
@@ -176,7 +176,7 @@ def read_readings(
         try:
             rows, findings = _rows_in_world(rows, table, model)
         except (InputError, UsageError) as error:
-            reason = finding_of(error)
+            reason = to_finding(error)
             invalid_positions += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
     row_findings = [
@@ -262,10 +262,10 @@ def _orientation(
 ) -> tuple[str, float, float]:
     """Return "plane" or "line", azimuth and inclination of a row. Raises InputError."""
     angles = [word.get("azimuth", ""), word.get("inclination", "")]
-    is_empty = all(cell.casefold() in _EMPTY for cell in (*angles, word.get("text", "")))
+    is_empty = all(cell.casefold() in _EMPTY_TEXTS for cell in (*angles, word.get("text", "")))
     if word.get("plunge", "") and (is_line or is_empty):
         return _line(word.get("trend", ""), word["plunge"], table)
-    if word.get("text", "").casefold() not in _EMPTY:
+    if word.get("text", "").casefold() not in _EMPTY_TEXTS:
         if notation == "trend/plunge" or is_line:
             line = parse_line(word["text"])
             return "line", line.trend_deg, line.plunge_deg
@@ -273,13 +273,13 @@ def _orientation(
         return "plane", plane.dip_direction_deg, plane.dip_deg
     if is_empty:
         raise InputError(Finding("reading.no-angle", missing=("azimuth", "inclination")))
-    if angles[0].casefold() in _EMPTY:
+    if angles[0].casefold() in _EMPTY_TEXTS:
         raise InputError(Finding("reading.no-angle", missing=("azimuth",)))
-    if angles[1].casefold() in _EMPTY:
+    if angles[1].casefold() in _EMPTY_TEXTS:
         raise InputError(Finding("reading.no-angle", missing=("inclination",)))
     if notation == "trend/plunge" or is_line:
         return _line(angles[0], angles[1], table)
-    azimuth, dip = (number_in(cell, table) for cell in angles)
+    azimuth, dip = (parse_cell(cell, table) for cell in angles)
     if (
         notation == "dipdir/dip"
         and azimuth is not None
@@ -303,7 +303,7 @@ def _orientation(
 
 
 def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float]:
-    a, b = number_in(trend, table), number_in(plunge, table)
+    a, b = parse_cell(trend, table), parse_cell(plunge, table)
     if a is not None and b is not None:
         if not 0.0 <= a <= 360.0:
             raise InputError(
@@ -322,11 +322,11 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
 def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
     """Return the position of a row. Raises InputError for coordinates that are not on Earth."""
     x, y, z, longitude, latitude = (
-        number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
+        parse_cell(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
     )
     finding = check_coordinates(value for value in (x, y, z) if value is not None)
     if longitude is not None and latitude is not None:
-        finding = finding or check_on_earth(longitude, latitude)
+        finding = finding or check_longitude_latitude(longitude, latitude)
     if finding is not None:
         raise InputError(finding)
     if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:

@@ -29,12 +29,12 @@ from vomstudio.project.records import (
     Feature,
     FeatureType,
     Model,
-    Picked,
+    PickedFeature,
     Record,
-    Typed,
+    TypedFeature,
 )
 
-AreaInside = Callable[[FloatArray], float | None]
+AreaFunction = Callable[[FloatArray], float | None]
 Surroundings = Callable[[Sequence[Point]], tuple[float | None, Point | None]]
 """Function that returns resolution and outcrop normal around vertices in the file frame."""
 MIN_POINTS = {
@@ -71,7 +71,7 @@ class FeatureFactory:
     model: Model
     types: Sequence[FeatureType]
     source: str
-    area_inside: AreaInside | None = None
+    area_inside: AreaFunction | None = None
     surroundings: Surroundings | None = None
     replaced_types: dict[str, str] = field(default_factory=dict)
 
@@ -254,7 +254,9 @@ def check_measurements(
         ``import.orientations-differ`` if planes differ by more than their errors.
     """
     measured_features = [
-        each for each in features if isinstance(each, Picked) and isinstance(each, Typed)
+        each
+        for each in features
+        if isinstance(each, PickedFeature) and isinstance(each, TypedFeature)
     ]
     records = {**records, **{each.id: each for each in measured_features}}
     problems: dict[str, Finding] = {}

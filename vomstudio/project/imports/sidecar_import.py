@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.files.regular import read_whole
+from vomstudio.core.files.regular import read_whole_file
 from vomstudio.core.progress import Progress
-from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_crs, read_marks
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.project.assets import store_asset
@@ -94,7 +94,7 @@ def read_sidecars(
     try:
         if control is not None:
             points = tuple(_state(point) for point in read_control(control))
-            crs = crs_of(control) or ""
+            crs = read_crs(control) or ""
     except VomError as error:
         unread_files.append(CONTROL)
         problems.append(str(error))
@@ -109,7 +109,7 @@ def read_sidecars(
         if progress is not None:
             progress.step(count)
         try:
-            assets[name] = store_asset(project, read_whole(path), path.suffix.lower())
+            assets[name] = store_asset(project, read_whole_file(path), path.suffix.lower())
         except (OSError, VomError) as error:
             problems.append(f"{path}: {error}")
     return SidecarData(points, image_marks, assets, crs, tuple(problems), tuple(unread_files))

@@ -12,7 +12,7 @@ import os
 import sqlite3
 from typing import Any
 
-_FLAGS = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
+_OPEN_FLAGS = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
 PAGE_BYTES = 4096
 
 
@@ -20,7 +20,7 @@ class JournalConnection(sqlite3.Connection):
     """Connection factory for `sqlite3.connect`; `path` is the path of the journal."""
 
     # Set before `__init__` because that fails if the database cannot be opened.
-    _index = -1
+    _index_descriptor = -1
 
     def __init__(self, path: Any, *args: Any, **options: Any) -> None:
         super().__init__(path, *args, **options)
@@ -31,21 +31,21 @@ class JournalConnection(sqlite3.Connection):
 
     def _restore_index(self) -> None:
         """Fill a truncated index with zeros. Raises sqlite3.OperationalError if that fails."""
-        if self._index < 0:
+        if self._index_descriptor < 0:
             # Windows does not allow a mapped file to be truncated.
             if not hasattr(os, "pwrite"):
                 return
             try:
-                self._index = os.open(self._index_path, _FLAGS)
+                self._index_descriptor = os.open(self._index_path, _OPEN_FLAGS)
             except OSError:
                 return
         try:
-            size = os.fstat(self._index).st_size
+            size = os.fstat(self._index_descriptor).st_size
             while size < self._size:
                 # Write the zeros instead of only extending the file: on a full disk, a page without
                 # space is just as fatal.
                 missing_bytes = min(PAGE_BYTES, self._size - size)
-                size += os.pwrite(self._index, bytes(missing_bytes), size)
+                size += os.pwrite(self._index_descriptor, bytes(missing_bytes), size)
         except OSError as error:
             raise sqlite3.OperationalError(
                 f"disk I/O error: {error.strerror}"  # same wording as SQLite
@@ -71,10 +71,10 @@ class JournalConnection(sqlite3.Connection):
     def close(self) -> None:
         self._restore_index()
         super().close()
-        if self._index >= 0:
-            os.close(self._index)
-        self._index = -1
+        if self._index_descriptor >= 0:
+            os.close(self._index_descriptor)
+        self._index_descriptor = -1
 
     def __del__(self) -> None:
-        if self._index >= 0:
+        if self._index_descriptor >= 0:
             self.close()

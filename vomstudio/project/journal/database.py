@@ -20,8 +20,8 @@ from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.disk_errors import write_error
 from vomstudio.core.files.names import replace_surrogates
-from vomstudio.core.files.regular import require_regular
-from vomstudio.core.files.untrusted.databases import open_to_read, restrict_connection
+from vomstudio.core.files.regular import require_regular_file
+from vomstudio.core.files.untrusted.databases import open_read_only, restrict_connection
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.project.journal.connection import JournalConnection
@@ -33,7 +33,7 @@ from vomstudio.project.journal.file_watch import (
     has_interrupted_write,
     is_read_only_connection,
     open_error,
-    write_failure_of,
+    write_failure_finding,
 )
 from vomstudio.project.journal.json_values import dump_json
 from vomstudio.project.journal.migration import SCHEMA_VERSION, migrate
@@ -44,10 +44,10 @@ from vomstudio.project.journal.rows import (
     Head,
     NewRow,
     checksum,
+    decode_journal_text,
     last_rows,
     read_head,
     read_rows,
-    text_of,
 )
 from vomstudio.project.journal.schema import require_intact, require_plain
 from vomstudio.project.paths import JOURNAL_NAME
@@ -94,7 +94,7 @@ class SqliteJournal:
             If the file cannot be written.
         """
         self.path = path
-        self._pending: list[NewRow] = []
+        self._pending_rows: list[NewRow] = []
         self._is_open = False
         self._failure: Finding | None = None
         self._report_failure: Callable[[Finding | None], object] | None = None
@@ -120,11 +120,11 @@ class SqliteJournal:
                 check_same_thread=False,
                 factory=JournalConnection,
             )
-            self._db.text_factory = text_of
+            self._db.text_factory = decode_journal_text
             restrict_connection(self._db)
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
-            schema = _schema_of(self._db, path)
+            schema = _read_schema_version(self._db, path)
             if not is_checked:
                 require_intact(self._db, path)
             if schema < SCHEMA_VERSION:
@@ -167,7 +167,7 @@ class SqliteJournal:
         version: str,
         settings: Mapping[str, Any] | None,
     ) -> int:
-        head = self._pending[-1].head if self._pending else self._head
+        head = self._pending_rows[-1].head if self._pending_rows else self._head
         seq = head.seq + 1
         values = (
             seq,
@@ -182,12 +182,12 @@ class SqliteJournal:
         )
         row = NewRow(values, Head(head.rows + 1, seq, checksum(head.checksum, values)))
         try:
-            self._commit([*self._pending, row])
+            self._commit([*self._pending_rows, row])
         except NotWritten as error:
             if self._report_failure is None or kind == "save":
                 raise
             if self._head.seq < seq:
-                self._pending.append(row)
+                self._pending_rows.append(row)
             self._update_failure(error.failure)
         else:
             self._update_failure(None)
@@ -214,9 +214,9 @@ class SqliteJournal:
         except NotWritten:
             raise
         except (sqlite3.Error, VomError, OSError) as error:
-            raise NotWritten(write_failure_of(error, self.path), self.path) from error
+            raise NotWritten(write_failure_finding(error, self.path), self.path) from error
         self._head = rows[-1].head
-        self._pending = []
+        self._pending_rows = []
         if (failure := self._files.record_write()) is not None:
             raise NotWritten(failure, self.path)
 
@@ -237,7 +237,9 @@ class SqliteJournal:
             self._open(create=False)
         except VomError as error:
             cause = error.__cause__ if isinstance(error.__cause__, sqlite3.Error) else None
-            failure = write_failure_of(cause or sqlite3.OperationalError(error.message), self.path)
+            failure = write_failure_finding(
+                cause or sqlite3.OperationalError(error.message), self.path
+            )
             raise NotWritten(failure, self.path) from error
         if self._head != expected_head:
             self.close_file()
@@ -276,7 +278,7 @@ class SqliteJournal:
             self._db.execute("BEGIN IMMEDIATE")
             self._db.execute("ROLLBACK")
         except (sqlite3.Error, VomError, OSError) as error:
-            self._update_failure(write_failure_of(error, self.path))
+            self._update_failure(write_failure_finding(error, self.path))
 
     def _update_failure(self, failure: Finding | None) -> None:
         if self._report_failure is not None and failure != self._failure:
@@ -295,11 +297,11 @@ class SqliteJournal:
     @property
     def has_pending_rows(self) -> bool:
         """Whether there are rows that exist only in memory."""
-        return bool(self._pending)
+        return bool(self._pending_rows)
 
     def _has_returned(self) -> bool:
         """Reopen the journal and return True if it is available again and unchanged."""
-        if self._report_failure is None or not self._files.is_back(self._head):
+        if self._report_failure is None or not self._files.has_rows_at_path(self._head):
             return False
         if not self._files.is_open_file():
             try:
@@ -315,7 +317,7 @@ class SqliteJournal:
     @property
     def last_number(self) -> int:
         """Number of the last row."""
-        return self._pending[-1].head.seq if self._pending else self._head.seq
+        return self._pending_rows[-1].head.seq if self._pending_rows else self._head.seq
 
     def last_rows(self, count: int) -> list[JournalRow]:
         """Return the last rows in order, without verifying their checksums. Raises InputError."""
@@ -345,7 +347,7 @@ class SqliteJournal:
     def rows(self) -> Iterator[JournalRow]:
         """Yield all rows in order, pending rows last. Raises InputError if the file is damaged."""
         yield from read_rows(self._db, self.path)
-        yield from (row.to_row() for row in self._pending)
+        yield from (row.to_row() for row in self._pending_rows)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
@@ -371,13 +373,13 @@ class SqliteJournal:
     def copy_to(self, path: Path) -> None:
         """Write a consistent copy that includes pending rows. Raises TargetError."""
         copy_database(self._db, path)
-        last_number = self._pending[-1].head if self._pending else self._head
+        last_number = self._pending_rows[-1].head if self._pending_rows else self._head
         try:
             with closing(sqlite3.connect(path, isolation_level=None)) as copy:
                 copy.execute("BEGIN")
-                for row in self._pending:
+                for row in self._pending_rows:
                     copy.execute(INSERT_ROW, (*row.values, row.head.checksum))
-                if self._pending:
+                if self._pending_rows:
                     copy.execute(SET_HEAD, last_number)
                 copy.execute("COMMIT")
                 is_complete = read_head(copy) == last_number
@@ -386,7 +388,7 @@ class SqliteJournal:
         if not is_complete:
             raise TargetError(Finding("journal.not-copied"), file=path)
 
-    def reopen_replaced(self, head: Head) -> None:
+    def reopen_after_replacement(self, head: Head) -> None:
         """Continue in the journal that has replaced this one, which is closed.
 
         If opening fails, the error is raised and the next row tries again.
@@ -426,7 +428,7 @@ class SqliteJournal:
         self._files.close()
 
 
-def own_files(folder: Path) -> list[Path]:
+def journal_files(folder: Path) -> list[Path]:
     """Return the files of a project's journal, which an export must not replace."""
     return [folder / f"{JOURNAL_NAME}{suffix}" for suffix in ("", "-wal", "-shm")]
 
@@ -445,7 +447,7 @@ def _check_side_files(path: Path) -> None:
     Raises TargetError for links and InputError for anything else that is not a regular file.
     """
     for suffix in ("", "-journal", "-wal", "-shm"):
-        require_regular(check_generated_path(path.with_name(path.name + suffix)))
+        require_regular_file(check_generated_path(path.with_name(path.name + suffix)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
@@ -470,13 +472,13 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
 
 
 def _read_unlocked(path: Path) -> tuple[int, Replay]:
-    with closing(open_to_read(path)) as db:
-        db.text_factory = text_of
-        schema = _schema_of(db, path)
+    with closing(open_read_only(path)) as db:
+        db.text_factory = decode_journal_text
+        schema = _read_schema_version(db, path)
         return schema, replay(read_rows(db, path))
 
 
-def _schema_of(db: sqlite3.Connection, path: Path) -> int:
+def _read_schema_version(db: sqlite3.Connection, path: Path) -> int:
     """Return the schema version of a journal.
 
     Raises InputError if the file is not a journal of VOM Studio or was written by a newer version.
@@ -502,8 +504,8 @@ def _is_checked(path: Path) -> bool:
     for a journal that is rejected. Raises InputError.
     """
     try:
-        with closing(open_to_read(path)) as db:
-            _schema_of(db, path)
+        with closing(open_read_only(path)) as db:
+            _read_schema_version(db, path)
             require_intact(db, path)
     except sqlite3.Error:
         # For example, an interrupted change that a writing connection rolls back.

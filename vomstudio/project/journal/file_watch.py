@@ -16,9 +16,9 @@ from vomstudio.core.files.disk_errors import (
     is_read_only,
     write_error,
 )
-from vomstudio.core.files.untrusted.databases import open_to_read
-from vomstudio.core.findings import Finding, finding_of
-from vomstudio.project.journal.rows import Head, read_head, read_rows, text_of
+from vomstudio.core.files.untrusted.databases import open_read_only
+from vomstudio.core.findings import Finding, to_finding
+from vomstudio.project.journal.rows import Head, decode_journal_text, read_head, read_rows
 
 _Stamp = tuple[int, int, int, int]
 PAGE_BYTES = 4096
@@ -108,7 +108,7 @@ class JournalFiles:
             return Finding("journal.gone")
         return Finding("journal.replaced")
 
-    def is_back(self, head: Head) -> bool:
+    def has_rows_at_path(self, head: Head) -> bool:
         """Return whether the rows up to `head` are at the path, possibly in a different file."""
         is_untouched = not self.is_open_file() or (
             self._read_first_page() == self._first_page
@@ -125,7 +125,7 @@ class JournalFiles:
         return self._file_stamp is not None and _is_same_file(self._file_stamp, _stamp(self._file))
 
 
-def write_failure_of(error: Exception, path: Path) -> Finding:
+def write_failure_finding(error: Exception, path: Path) -> Finding:
     """Return the finding for an error of SQLite or of a file next to a journal."""
     if is_full(path.parent, error):
         return Finding("disk.full")
@@ -134,15 +134,15 @@ def write_failure_of(error: Exception, path: Path) -> Finding:
     if is_forbidden(path.parent, error):
         return Finding("disk.no-permission")
     if isinstance(error, VomError):
-        return finding_of(error)
+        return to_finding(error)
     return Finding("journal.not-written", reason=error)
 
 
 def contains_rows(path: Path, head: Head) -> bool:
     """Return whether the journal at `path` contains the rows up to `head` unchanged."""
     try:
-        with closing(open_to_read(path, 1.0)) as db:
-            db.text_factory = text_of
+        with closing(open_read_only(path, 1.0)) as db:
+            db.text_factory = decode_journal_text
             if read_head(db) != head:
                 return False
             return not any(row.problem or row.notice for row in read_rows(db, path))
@@ -176,7 +176,7 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
         raise write_error(path, error) from error
 
 
-def head_of(path: Path) -> Head:
+def read_journal_head(path: Path) -> Head:
     """Return the head of a journal that is not open. Raises TargetError if it is unreadable."""
     try:
         with closing(sqlite3.connect(path)) as db:
@@ -193,7 +193,7 @@ def close_without_checkpoint(db: sqlite3.Connection, path: Path, *, is_known_log
     """
     reader: sqlite3.Connection | None = None
     try:
-        reader = open_to_read(path)
+        reader = open_read_only(path)
         reader.execute("BEGIN")
         reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (InputError, sqlite3.Error):

@@ -12,7 +12,7 @@ def dump_json(value: Mapping[str, Any] | None) -> str | None:
     return None if value is None else json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
-class _Damaged(dict[str, Any]):
+class _DamagedValues(dict[str, Any]):
     """Placeholder for unreadable JSON: the replay reports the row and continues."""
 
 
@@ -31,4 +31,4 @@ def load_json(text: str | None) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, TypeError, RecursionError):
-        return _Damaged({"?": {"record": "damaged"}})
+        return _DamagedValues({"?": {"record": "damaged"}})

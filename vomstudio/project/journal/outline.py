@@ -33,7 +33,7 @@ def _line(row: JournalRow) -> str:
     if row.label:
         parts.append(_label(row.label))
     if row.kind == "draft":
-        parts.append(_draft(row.after))
+        parts.append(_draft_text(row.after))
     else:
         parts += _changed_parts(_fields(row.before), _fields(row.after))
     return ": ".join(parts[:1]) + "".join(f"; {part}" for part in parts[1:])
@@ -48,7 +48,7 @@ def _label(label: str) -> str:
     return re.sub(r"…(?: …)+", "…", " ".join(labels))
 
 
-def _draft(state: Mapping[str, Any] | None) -> str:
+def _draft_text(state: Mapping[str, Any] | None) -> str:
     if not isinstance(state, Mapping):
         return "given up"
     vertices = state.get("vertices", ())

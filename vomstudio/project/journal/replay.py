@@ -115,8 +115,8 @@ def _replay(rows: Iterable[JournalRow]) -> Replay:
         try:
             if row.problem:
                 raise DocumentError(row.problem)
-            result.settings = _settings_of(row) or result.settings
-            _play(result, row)
+            result.settings = _row_settings(row) or result.settings
+            _apply_row(result, row)
         except DocumentError as error:
             result.problems.append(
                 Finding(
@@ -131,13 +131,13 @@ def _replay(rows: Iterable[JournalRow]) -> Replay:
     return result
 
 
-def _settings_of(row: JournalRow) -> PlainValues | None:
+def _row_settings(row: JournalRow) -> PlainValues | None:
     if row.settings is not None and not isinstance(row.settings, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)
 
 
-def _play(result: Replay, row: JournalRow) -> None:
+def _apply_row(result: Replay, row: JournalRow) -> None:
     if row.kind in ("do", "discard", "amend"):
         edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
         edit.swap(result.records, strict=False)
@@ -171,8 +171,8 @@ def _merge_amended(result: Replay, row: JournalRow, edit: Edit) -> Edit:
     if not result.done or result.done[-1][0] != row.of_seq:
         # The amended row was damaged, so only the change itself is known.
         return edit
-    _, earlier = result.done.pop()
-    return earlier.followed_by(edit)
+    _, earlier_edit = result.done.pop()
+    return earlier_edit.merge_with(edit)
 
 
 def _pop_until(stack: list[tuple[int, Edit]], row: JournalRow) -> list[tuple[int, Edit]]:

@@ -34,10 +34,10 @@ class NewRow(NamedTuple):
 
 def _to_row(values: Sequence[Any]) -> JournalRow:
     seq, kind, of_seq, label, before, after, time, version, settings = values
-    read_before, read_after = load_json(before), load_json(after)
+    values_before, values_after = load_json(before), load_json(after)
     stored_settings = load_json(settings)
     return JournalRow(
-        seq, kind, of_seq, label, read_before, read_after, time, version, stored_settings
+        seq, kind, of_seq, label, values_before, values_after, time, version, stored_settings
     )
 
 
@@ -137,6 +137,6 @@ def _missing_rows_finding(first_seq: int, last_seq: int) -> Finding:
     )
 
 
-def text_of(raw_bytes: bytes) -> str:
+def decode_journal_text(raw_bytes: bytes) -> str:
     """Decode text; damaged bytes invalidate the checksum of their row, not the whole file."""
     return raw_bytes.decode("utf-8", "replace")

@@ -15,11 +15,11 @@ from vomstudio.project.kind import (
     Attribute,
     Kind,
     KindGroup,
+    get_kind,
     group_and_set,
     group_of,
     has_plane,
     is_picked_plane,
-    kind_of,
     register,
 )
 
@@ -30,12 +30,12 @@ __all__ = [
     "KINDS",
     "PARTS",
     "RECORDS",
+    "find_kind",
+    "get_kind",
     "group_and_set",
     "group_of",
     "has_plane",
     "is_picked_plane",
-    "kind_named",
-    "kind_of",
 ]
 
 
@@ -87,9 +87,9 @@ GROUPS: tuple[KindGroup, ...] = tuple(
 )
 """Groups of features that have no feature type."""
 
-_BY_NAME = {kind.name: kind for kind in KINDS}
+_KINDS_BY_NAME = {kind.name: kind for kind in KINDS}
 
 
-def kind_named(name: str) -> Kind | None:
+def find_kind(name: str) -> Kind | None:
     """Return the kind with this name on disk, or None if the name is unknown."""
-    return _BY_NAME.get(name)
+    return _KINDS_BY_NAME.get(name)

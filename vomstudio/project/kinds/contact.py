@@ -14,7 +14,7 @@ from vomstudio.project import kind
 from vomstudio.project.bed_descriptions import notes_with_beds
 from vomstudio.project.dimension_errors import registration_errors
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, Lookup, Sketch, centre, line_of, midpoint
+from vomstudio.project.kind import GisLayer, Kind, Lookup, Sketch, centre, get_line, midpoint
 from vomstudio.project.length_figures import LENGTH, LENGTH_REGISTRATION, headline, words
 from vomstudio.project.measurement import (
     Measurement,
@@ -22,11 +22,11 @@ from vomstudio.project.measurement import (
     is_metric,
     world_lines,
 )
-from vomstudio.project.records import Logged, Repeatable, Typed
+from vomstudio.project.records import LoggedFeature, RepeatableFeature, TypedFeature
 
 
 @dataclass(frozen=True)
-class Contact(Logged, Repeatable, Typed):
+class Contact(LoggedFeature, RepeatableFeature, TypedFeature):
     """Line without a plane. `vertices` are in order, in the file frame of the model."""
 
     id: str
@@ -88,12 +88,12 @@ KIND = Kind(
     title=_("Contact line"),
     icon="vector-line",
     measure=measure,
-    figures=(*of.NAMED, *of.PLACE, LENGTH, LENGTH_REGISTRATION, *of.ON_A_MODEL, of.NOTES),
+    figures=(*of.NAME_FIGURES, *of.PLACE, LENGTH, LENGTH_REGISTRATION, *of.MODEL_FIGURES, of.NOTES),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.NOTES),
     sketch=sketch,
     words=words,
     headline=headline,
     tool="contact",
-    layer=GisLayer("contacts", "line", line_of, (*of.NAMED, LENGTH, NOTES)),
+    layer=GisLayer("contacts", "line", get_line, (*of.NAME_FIGURES, LENGTH, NOTES)),
     listed=True,
 )

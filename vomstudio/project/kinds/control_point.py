@@ -20,13 +20,13 @@ from vomstudio.project.measurement import (
     is_metric,
     world_points,
 )
-from vomstudio.project.records import Picked
+from vomstudio.project.records import PickedFeature
 
 GROUP = KindGroup("control_points", _("Control points"), "crosshairs-gps")
 
 
 @dataclass(frozen=True)
-class ControlPoint(Picked):
+class ControlPoint(PickedFeature):
     """Control point.
 
     Attributes

@@ -32,7 +32,7 @@ from vomstudio.project.kind import (
     Lookup,
     Sketch,
     centre,
-    line_of,
+    get_line,
     midpoint,
     plane_dependencies,
     plane_ids,
@@ -44,7 +44,7 @@ from vomstudio.project.length_figures import (
     LENGTH_REGISTRATION,
     PERIMETER,
     PERIMETER_REGISTRATION,
-    figure_of,
+    figure_value,
     headline,
     length_figure,
     words,
@@ -54,11 +54,11 @@ from vomstudio.project.measurement import (
     MeasurementContext,
     is_metric,
     length_in_metres,
-    rows_of,
+    matrix_to_world,
     world_points,
 )
-from vomstudio.project.records import Logged, get_feature
-from vomstudio.project.registration_errors import model_of
+from vomstudio.project.records import LoggedFeature, get_feature
+from vomstudio.project.registration_errors import get_model
 
 DimensionKind = Literal["distance", "polyline", "area", "thickness"]
 
@@ -72,7 +72,7 @@ GROUP = KindGroup("dimensions", _("Measurements"), "ruler")
 
 
 @dataclass(frozen=True)
-class Dimension(Logged):
+class Dimension(LoggedFeature):
     """Measured dimension. A thickness is perpendicular to the plane of feature `plane_id`.
 
     `resolution` is that of the model around the points in file units, or None if unknown.
@@ -125,7 +125,7 @@ def _measure(context: MeasurementContext, feature: Dimension) -> Measurement:
             figures |= thickness
     figures |= registration_errors(figures, model, step)
     if feature.kind == "distance" and step is not None:
-        resolution_m = length_in_metres(feature.resolution, rows_of(model))
+        resolution_m = length_in_metres(feature.resolution, matrix_to_world(model))
         figures |= direction_of(step, model) | point_errors(figures, resolution_m)
     return Measurement(
         points,
@@ -153,13 +153,13 @@ def _thickness(
         if not feature.plane_id:
             return {}, Finding("thickness.no-plane")
         return {}, Finding("thickness.plane-lost")
-    offset_across = float(step @ plane.normal)
-    figures = {"thickness_m": abs(offset_across)}
-    tilt = deviation95(plane, step - offset_across * plane.normal, joint=False)
+    normal_offset = float(step @ plane.normal)
+    figures = {"thickness_m": abs(normal_offset)}
+    tilt = deviation95(plane, step - normal_offset * plane.normal, is_joint=False)
     if tilt is not None:
         roughness = t95(plane.degrees_of_freedom) * float(np.sqrt(2.0)) * plane.roughness
         figures["thickness_error95_m"] = float(np.hypot(tilt, roughness))
-    plane_model = model_of(context.records, get_feature(context.records, feature.plane_id))
+    plane_model = get_model(context.records, get_feature(context.records, feature.plane_id))
     registration_error = thickness_error(
         step, plane.normal, context.model(feature.model_id), plane_model
     )
@@ -183,7 +183,7 @@ def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     return Sketch(line, midpoint(line) if len(line) > 1 else centre(subject.measured))
 
 
-WHAT = replace(
+MEASURED_QUANTITY = replace(
     of.KIND,
     title=_("Kind"),
     explanation=_("Measured quantity"),
@@ -210,8 +210,8 @@ FIGURES = (
         _("95 % error of the distance due to resolution and registration"),
         short="dist_error",
     ),
-    replace(of.TREND, value=figure_of("trend_deg")),
-    replace(of.PLUNGE, value=figure_of("plunge_deg")),
+    replace(of.TREND, value=figure_value("trend_deg")),
+    replace(of.PLUNGE, value=figure_value("plunge_deg")),
     length_figure("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
     length_figure(
         "horizontal_registration95_m",
@@ -279,7 +279,11 @@ KIND = Kind(
     dependencies=plane_dependencies,
     tool="measure",
     layer=GisLayer(
-        "dimensions", "line", line_of, (of.ID, of.NAME, WHAT, *FIGURES, NOTES), sparse=True
+        "dimensions",
+        "line",
+        get_line,
+        (of.ID, of.NAME, MEASURED_QUANTITY, *FIGURES, NOTES),
+        sparse=True,
     ),
     group=GROUP,
     color="#ffffff",

@@ -9,17 +9,17 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import cause_of
+from vomstudio.core.findings import cause_finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import (
-    MovedVectors,
     RotationErrors,
+    VectorsWithDerivatives,
+    differentiate_vectors,
     intersect_planes,
-    move_vectors,
+    line_confidence_region,
     principal_axis,
     region,
-    region_of_line,
 )
 from vomstudio.geology.intersections import (
     UncertainPlane,
@@ -40,7 +40,7 @@ from vomstudio.project.kind import (
     Sketch,
     is_picked_plane,
     midpoint,
-    planes_among,
+    select_plane_features,
 )
 from vomstudio.project.measurement import (
     Measurement,
@@ -49,12 +49,12 @@ from vomstudio.project.measurement import (
     empty_measurement,
     plane_with_error,
 )
-from vomstudio.project.records import Feature, Group, Typed
-from vomstudio.project.registration_errors import model_of, rotation_errors_of
+from vomstudio.project.records import Feature, Group, TypedFeature
+from vomstudio.project.registration_errors import get_model, get_rotation_errors
 
 
 @dataclass(frozen=True)
-class Intersection(Typed):
+class Intersection(TypedFeature):
     """Intersection line of the (mean) planes of two groups."""
 
     id: str
@@ -74,11 +74,11 @@ def members(records: Records, group: Group) -> list[Feature]:
     is compared and not pooled.
     """
     if group.feature_id:
-        return planes_among(records, [group.feature_id])
+        return select_plane_features(records, [group.feature_id])
     return [
         record
         for record in records.values()
-        if isinstance(record, Typed)
+        if isinstance(record, TypedFeature)
         and record.type_id == group.type_id
         and (not group.set_name or record.set_name == group.set_name)
         and is_picked_plane(record)
@@ -111,8 +111,8 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     planes_with_orientation = [
         plane for group in groups for plane in group if context.known[plane.id].plane is not None
     ]
-    rotation_errors = rotation_errors_of(
-        model_of(context.records, plane) for plane in planes_with_orientation
+    rotation_errors = get_rotation_errors(
+        get_model(context.records, plane) for plane in planes_with_orientation
     )
     start = 0
     try:
@@ -124,7 +124,7 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
                 # The error of a mean is computed from the scatter; computing the errors of its
                 # planes would take too long.
                 planes = [
-                    UncertainPlane(_normal_of(measurement), None) for measurement in planar_group
+                    UncertainPlane(_fit_normal(measurement), None) for measurement in planar_group
                 ]
             usable_planes = [plane for plane in planes if plane is not None]
             means.append(mean_plane(usable_planes))
@@ -134,13 +134,13 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
             moved_means.append(_registered_mean(usable_planes, rotation_errors.of(rows)))
         intersection = intersection_line(*means)
     except GeometryError as error:
-        return empty_measurement(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
+        return empty_measurement(np.zeros((0, 3)), None, cause_finding(error), kind="intersection")
     covariance = (
         intersect_planes(*moved_means).covariance()[0] if rotation_errors.has_known_errors else None
     )
     direction = intersection.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg
-    total_region = region_of_line(
+    total_region = line_confidence_region(
         direction,
         covariance,
         intersection.max_confidence95_deg,
@@ -172,16 +172,18 @@ def _measure(context: MeasurementContext, feature: Intersection) -> Measurement:
     )
 
 
-def _registered_mean(planes: list[UncertainPlane], rotation_errors: RotationErrors) -> MovedVectors:
+def _registered_mean(
+    planes: list[UncertainPlane], rotation_errors: RotationErrors
+) -> VectorsWithDerivatives:
     """Return the mean of a group's planes with the rotations of their registrations."""
     normals = np.array([plane.normal for plane in planes])
-    moved_normals = move_vectors(normals, rotation_errors)
+    moved_normals = differentiate_vectors(normals, rotation_errors)
     if len(planes) == 1:
         return moved_normals
     return principal_axis(moved_normals, *orientation_tensor(normals), 0)
 
 
-def _normal_of(measurement: Measurement) -> FloatArray:
+def _fit_normal(measurement: Measurement) -> FloatArray:
     if measurement.fit is not None:
         return measurement.fit.normal
     assert measurement.plane is not None
@@ -249,13 +251,13 @@ KIND = Kind(
     icon="vector-intersection",
     measure=measure,
     figures=(
-        *of.NAMED,
+        *of.NAME_FIGURES,
         *of.LINE,
         *of.PLACE,
         of.ANGLE,
         *of.CONFIDENCE,
         of.REGISTRATION_ERROR,
-        of.TOTAL,
+        of.TOTAL_ERROR,
         *of.VERDICT,
         of.FRAME,
         of.NOTES,

@@ -21,7 +21,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject
-from vomstudio.project.kind import GisLayer, Kind, KindGroup, Lookup, Sketch, line_of, midpoint
+from vomstudio.project.kind import GisLayer, Kind, KindGroup, Lookup, Sketch, get_line, midpoint
 from vomstudio.project.measurement import (
     Measurement,
     MeasurementContext,
@@ -30,29 +30,29 @@ from vomstudio.project.measurement import (
     is_metric,
     world_points,
 )
-from vomstudio.project.records import Feature, Picked, get_feature
+from vomstudio.project.records import Feature, PickedFeature, get_feature
 
 ClickedKind = Literal["level", "plumb", "azimuth", "length"]
 ReadKind = Literal["plane", "lineation"]
 KnownKind = Literal["level", "plumb", "azimuth", "length", "plane", "lineation"]
-CLICKED: tuple[tuple[ClickedKind, str], ...] = (
+CLICKED_KINDS: tuple[tuple[ClickedKind, str], ...] = (
     ("level", _("Level line")),
     ("plumb", _("Plumb line")),
     ("azimuth", _("Line of known azimuth")),
     ("length", _("Known length")),
 )
 """Kinds defined by clicking the two ends."""
-READ: tuple[tuple[ReadKind, str], ...] = (
+READ_KINDS: tuple[tuple[ReadKind, str], ...] = (
     ("plane", _("Plane by compass")),
     ("lineation", _("Line by compass")),
 )
 """Features of the project that were measured with a compass."""
-KINDS: tuple[tuple[KnownKind, str], ...] = (*CLICKED, *READ)
+KINDS: tuple[tuple[KnownKind, str], ...] = (*CLICKED_KINDS, *READ_KINDS)
 GROUP = KindGroup("known_lines", _("Known lines and planes"), "spirit-level")
 
 
 @dataclass(frozen=True)
-class KnownLine(Picked):
+class KnownLine(PickedFeature):
     """Known line or plane.
 
     Attributes
@@ -180,7 +180,7 @@ def format_reading(line: KnownLine, notation: str = "dipdir/dip") -> str:
     digits = max(_digits(line.value), _digits(line.inclination_deg))
     if line.kind == "plane":
         return format_plane(
-            Plane(line.value, line.inclination_deg), notation, digits, omits_hand_rule=True
+            Plane(line.value, line.inclination_deg), notation, digits, omit_hand_rule=True
         )
     return format_line(Line(line.value, line.inclination_deg), digits)
 
@@ -233,7 +233,7 @@ KIND = Kind(
     dependency_ids=lambda line: (line.feature_id,) if line.feature_id else (),
     dependencies=dependencies,
     tool="known_line",
-    layer=GisLayer("known_lines", "line", line_of, (of.ID, of.NAME, WHAT, of.NOTES), sparse=True),
+    layer=GisLayer("known_lines", "line", get_line, (of.ID, of.NAME, WHAT, of.NOTES), sparse=True),
     group=GROUP,
     color="#cc79a7",
     prefix=lambda line: "known",

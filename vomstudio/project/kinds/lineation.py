@@ -9,15 +9,15 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import cause_of
+from vomstudio.core.findings import cause_finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology import orientation
 from vomstudio.geology.common_rotation_errors import (
-    move_vectors,
+    differentiate_vectors,
+    line_confidence_region,
     project_line,
     region,
-    region_of_line,
 )
 from vomstudio.geology.intersections import UncertainPlane, deviation95
 from vomstudio.geology.notation import format_error_deg
@@ -37,7 +37,7 @@ from vomstudio.project.kind import (
     NetAppearance,
     Sketch,
     centre,
-    line_of,
+    get_line,
     midpoint,
     plane_dependencies,
     plane_ids,
@@ -48,16 +48,16 @@ from vomstudio.project.measurement import (
     empty_measurement,
     is_metric,
     length_in_metres,
-    rows_of,
+    matrix_to_world,
     world_points,
 )
-from vomstudio.project.records import Picked, Repeatable, Typed, get_feature
-from vomstudio.project.registration_errors import model_of, rotation_errors_of
+from vomstudio.project.records import PickedFeature, RepeatableFeature, TypedFeature, get_feature
+from vomstudio.project.registration_errors import get_model, get_rotation_errors
 from vomstudio.project.slip_figures import SLIP
 
 
 @dataclass(frozen=True)
-class Lineation(Picked, Repeatable, Typed):
+class Lineation(PickedFeature, RepeatableFeature, TypedFeature):
     """Lineation with two or more vertices.
 
     Attributes
@@ -100,7 +100,7 @@ def measure(context: MeasurementContext, lines: Sequence[Lineation]) -> list[Mea
 def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
     model = context.model(feature.model_id)
     points = world_points(feature, model)
-    resolution = length_in_metres(feature.resolution, rows_of(model))
+    resolution = length_in_metres(feature.resolution, matrix_to_world(model))
     metric = is_metric(model)
     base = context.plane(feature.plane_id)
     is_plane_missing = bool(feature.plane_id) and base is None
@@ -112,17 +112,17 @@ def _measure(context: MeasurementContext, feature: Lineation) -> Measurement:
         axis = None
         if base is not None and plane is not None:
             off_plane_deg = orientation.angle_line_plane(line, plane)
-            rake = orientation.rake_of(line, plane)
+            rake = orientation.compute_rake(line, plane)
             line = orientation.line_from_rake(plane, rake)
             slip = slip_rake(plane, rake, feature.slip)
             largest, error_deg, axis = _projected_error(line.vector(), fit, base)
     except GeometryError as error:
         return empty_measurement(
-            points, resolution, cause_of(error), kind="lineation", metric=metric
+            points, resolution, cause_finding(error), kind="lineation", metric=metric
         )
     covariance = _registration_covariance(context, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
-    total_region = region_of_line(line.vector(), covariance, largest, error_deg, axis)
+    total_region = line_confidence_region(line.vector(), covariance, largest, error_deg, axis)
     verdict = judge_line(
         fit,
         confidence95_deg=None if total_region is None else total_region.largest_deg,
@@ -166,14 +166,14 @@ def _registration_covariance(
     Returns None if neither is known.
     """
     plane = None if base is None else get_feature(context.records, feature.plane_id)
-    rotation_errors = rotation_errors_of(
-        [context.model(feature.model_id), model_of(context.records, plane)]
+    rotation_errors = get_rotation_errors(
+        [context.model(feature.model_id), get_model(context.records, plane)]
     )
     if not rotation_errors.of([0] if base is None else [0, 1]).has_known_errors:
         return None
-    line = move_vectors(direction, rotation_errors.of([0]))
+    line = differentiate_vectors(direction, rotation_errors.of([0]))
     if base is not None:
-        line = project_line(line, move_vectors(base.normal, rotation_errors.of([1])))
+        line = project_line(line, differentiate_vectors(base.normal, rotation_errors.of([1])))
     return np.asarray(line.covariance()[0])
 
 
@@ -219,8 +219,8 @@ def _add_arrowhead(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> Floa
         ends = ends[::-1]
     size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
     cross_axis = np.cross(plane.normal(), slip)
-    wings = [ends[-1] + size * (0.5 * sign * cross_axis - slip) for sign in (1.0, -1.0)]
-    return np.vstack([ends, wings[0], ends[-1], wings[1]])
+    barb_ends = [ends[-1] + size * (0.5 * sign * cross_axis - slip) for sign in (1.0, -1.0)]
+    return np.vstack([ends, barb_ends[0], ends[-1], barb_ends[1]])
 
 
 def remarks(subject: Subject) -> list[str]:
@@ -254,17 +254,17 @@ KIND = Kind(
     icon="arrow-top-right",
     measure=measure,
     figures=(
-        *of.NAMED,
+        *of.NAME_FIGURES,
         *of.LINE,
         *SLIP,
         *of.PLACE,
         *of.SIZE,
         *of.CONFIDENCE,
         of.REGISTRATION_ERROR,
-        of.TOTAL,
+        of.TOTAL_ERROR,
         *of.VERDICT,
         of.METHOD,
-        *of.ON_A_MODEL,
+        *of.MODEL_FIGURES,
         of.NOTES,
     ),
     attributes=(
@@ -296,9 +296,9 @@ KIND = Kind(
     layer=GisLayer(
         "lineations",
         "line",
-        line_of,
+        get_line,
         (
-            *of.NAMED,
+            *of.NAME_FIGURES,
             N_VERTICES,
             of.TREND,
             of.PLUNGE,

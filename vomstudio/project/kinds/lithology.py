@@ -11,7 +11,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
-from vomstudio.geology.beds.lithologies import LITHOLOGIES, color_of_rock
+from vomstudio.geology.beds.lithologies import LITHOLOGIES, lithology_color
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.geometry.matrices import Point
@@ -33,17 +33,17 @@ from vomstudio.project.measurement import (
     Measurement,
     MeasurementContext,
     is_metric,
-    rows_of,
+    matrix_to_world,
     world_lines,
 )
-from vomstudio.project.records import Model, Picked, Repeatable
+from vomstudio.project.records import Model, PickedFeature, RepeatableFeature
 
 GROUP = KindGroup("lithologies", _("Lithologies"), "layers")
 CHOICES = (("", _("unknown")), *((word, word) for word in LITHOLOGIES))
 
 
 @dataclass(frozen=True)
-class Lithology(Picked, Repeatable):
+class Lithology(PickedFeature, RepeatableFeature):
     """Outlined area of one lithology.
 
     Attributes
@@ -83,7 +83,7 @@ def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Mea
         problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
     else:
         if feature.area is not None:
-            figures["area_m2"] = feature.area * transform.scale_factor(rows_of(model)) ** 2
+            figures["area_m2"] = feature.area * transform.scale_factor(matrix_to_world(model)) ** 2
         figures["perimeter_m"] = path_length(np.vstack([points, points[:1]]))
         figures["outline_m2"] = ring_area(points)
         figures |= registration_errors(figures, model, None)
@@ -172,7 +172,7 @@ KIND = Kind(
     title=_("Lithology"),
     icon="layers",
     measure=measure,
-    figures=(of.ID, of.NAME, LITHOLOGY, *of.PLACE, *FIGURES, *of.ON_A_MODEL, of.NOTES),
+    figures=(of.ID, of.NAME, LITHOLOGY, *of.PLACE, *FIGURES, *of.MODEL_FIGURES, of.NOTES),
     attributes=(
         kind.NAME,
         Attribute("lithology", _("Lithology"), "word", CHOICES),
@@ -192,7 +192,7 @@ KIND = Kind(
     ),
     group=GROUP,
     color="#c2a36b",
-    tint=lambda lithology: color_of_rock(lithology.lithology),
+    tint=lambda lithology: lithology_color(lithology.lithology),
     prefix=lambda lithology: "lithology",
     listed=True,
     filled=True,

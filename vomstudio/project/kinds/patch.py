@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
-from vomstudio.core.findings import cause_of
+from vomstudio.core.findings import cause_finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
@@ -28,14 +28,19 @@ from vomstudio.project.measurement import (
     fit_fields,
     is_metric,
     length_in_metres,
+    matrix_to_world,
     note_earlier_rule,
-    rows_of,
 )
-from vomstudio.project.records import Painted, Repeatable, Surrounded, Typed
+from vomstudio.project.records import (
+    PaintedFeature,
+    RepeatableFeature,
+    SurroundedFeature,
+    TypedFeature,
+)
 
 
 @dataclass(frozen=True)
-class Patch(Painted, Surrounded, Repeatable, Typed):
+class Patch(PaintedFeature, SurroundedFeature, RepeatableFeature, TypedFeature):
     """Patch of the outcrop face.
 
     Attributes
@@ -93,7 +98,7 @@ def measure(context: MeasurementContext, patches: Sequence[Patch]) -> list[Measu
 
 def _measure(context: MeasurementContext, patch: Patch) -> Measurement:
     model = context.model(patch.model_id)
-    rows = rows_of(model)
+    rows = matrix_to_world(model)
     scale = transform.scale_factor(rows)
     linear_rows = rows[:3, :3]
     midpoint = transform.apply(rows, [patch.mean])
@@ -102,7 +107,7 @@ def _measure(context: MeasurementContext, patch: Patch) -> Measurement:
         "area_m2": None if patch.area is None else patch.area * scale**2,
         "metric": is_metric(model),
         "kind": "patch",
-        "judged_as": "patch",
+        "verdict_kind": "patch",
         "bend_deg": patch.bend_deg,
     }
     try:
@@ -113,7 +118,7 @@ def _measure(context: MeasurementContext, patch: Patch) -> Measurement:
             patch.n_effective,
         )
     except GeometryError as error:
-        return Measurement(midpoint, resolution, None, None, None, cause_of(error), **fields)
+        return Measurement(midpoint, resolution, None, None, None, cause_finding(error), **fields)
     tilt = fields["registration_error_deg"] = ToWorld.from_model(model).tilt_deg(fit.normal)
     verdict = judge(
         fit,
@@ -133,7 +138,7 @@ def _measure(context: MeasurementContext, patch: Patch) -> Measurement:
 
 
 def _to_world(points: Sequence[Point], subject: Subject) -> FloatArray:
-    return transform.apply(rows_of(subject.model), points)
+    return transform.apply(matrix_to_world(subject.model), points)
 
 
 def outline(subject: Subject) -> FloatArray | None:
@@ -171,14 +176,14 @@ KIND = Kind(
     icon="texture-box",
     measure=measure,
     figures=(
-        *of.NAMED,
+        *of.NAME_FIGURES,
         *of.PLANE,
         of.OVERTURNED,
         *of.PLACE,
-        *of.FITTED,
+        *of.FIT_FIGURES,
         of.AREA,
         *of.VERDICT,
-        *of.ON_A_MODEL,
+        *of.MODEL_FIGURES,
         of.NOTES,
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
@@ -193,11 +198,11 @@ KIND = Kind(
         "ring",
         outline,
         (
-            *of.NAMED,
+            *of.NAME_FIGURES,
             N_ELEMENTS,
             of.DIP_DIRECTION,
             of.DIP,
-            of.TOTAL,
+            of.TOTAL_ERROR,
             of.MAX_CONFIDENCE,
             of.QUALITY,
             of.NOTES,

@@ -20,11 +20,11 @@ from vomstudio.project import kind
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind, Lookup, NetAppearance, Sketch, centre
 from vomstudio.project.measurement import Measurement, MeasurementContext, NearestPick
-from vomstudio.project.records import Typed
+from vomstudio.project.records import TypedFeature
 
 
 @dataclass(frozen=True)
-class Reading(Typed):
+class Reading(TypedFeature):
     """Compass reading.
 
     Attributes
@@ -162,7 +162,7 @@ KIND = Kind(
     icon="compass-outline",
     measure=measure,
     figures=(
-        *of.NAMED,
+        *of.NAME_FIGURES,
         of.STATION,
         *of.PLANE,
         of.TREND,
@@ -171,7 +171,7 @@ KIND = Kind(
         *of.PLACE,
         replace(of.METHOD, value=lambda subject: "compass"),
         of.FRAME,
-        of.TO_PICK,
+        of.ANGLE_TO_PICK,
         *of.VERDICT,
         of.NOTES,
     ),

@@ -16,7 +16,7 @@ from vomstudio.project import kind
 from vomstudio.project.figures import Subject, text_figure
 from vomstudio.project.kind import Attribute, GisLayer, Kind, KindGroup, Lookup, Sketch
 from vomstudio.project.measurement import Measurement, MeasurementContext, is_metric, world_lines
-from vomstudio.project.records import Feature, Picked
+from vomstudio.project.records import Feature, PickedFeature
 
 StationKind = Literal["station", "sample"]
 STATION_KINDS: tuple[tuple[StationKind, str], ...] = (
@@ -30,7 +30,7 @@ GROUP = KindGroup("stations", _("Stations and samples"), "map-marker")
 
 
 @dataclass(frozen=True)
-class Station(Picked):
+class Station(PickedFeature):
     """Station or sample.
 
     Attributes
@@ -150,7 +150,7 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
     return list(merged_stations.values())
 
 
-def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
+def get_readings(station: Station, records: Mapping[str, Any]) -> list[Feature]:
     """Return the readings that were taken at a station, by its number or name.
 
     Parameters
@@ -169,7 +169,7 @@ def readings_of(station: Station, records: Mapping[str, Any]) -> list[Feature]:
 
 def about(subject: Subject) -> list[str]:
     """Describe what belongs to a station."""
-    readings = readings_of(subject.feature, subject.records)
+    readings = get_readings(subject.feature, subject.records)
     if not readings:
         return []
     return [
@@ -200,7 +200,7 @@ PHOTO = text_figure(
     lambda subject: subject.feature.photo or None,
     words=("photo",),
 )
-WHAT = replace(
+STATION_KIND = replace(
     of.KIND,
     title=_("Kind"),
     explanation=_("Station or sample"),
@@ -217,7 +217,7 @@ KIND = Kind(
     title=_("Station"),
     icon="map-marker",
     measure=measure,
-    figures=(of.ID, of.NAME, NUMBER, *of.PLACE, PHOTO, *of.ON_A_MODEL, of.NOTES),
+    figures=(of.ID, of.NAME, NUMBER, *of.PLACE, PHOTO, *of.MODEL_FIGURES, of.NOTES),
     attributes=(
         kind.NAME,
         Attribute("what", _("Kind"), "choice", STATION_KINDS),
@@ -234,7 +234,7 @@ KIND = Kind(
         "stations",
         "point",
         position_in_world,
-        (of.ID, of.NAME, WHAT, NUMBER, PHOTO, of.MODEL, of.NOTES),
+        (of.ID, of.NAME, STATION_KIND, NUMBER, PHOTO, of.MODEL, of.NOTES),
     ),
     group=GROUP,
     color="#ffffff",

@@ -31,7 +31,7 @@ from vomstudio.project.kind import (
     NetAppearance,
     Sketch,
     centre,
-    line_of,
+    get_line,
 )
 from vomstudio.project.measurement import (
     Measurement,
@@ -41,7 +41,13 @@ from vomstudio.project.measurement import (
     note_earlier_rule,
     world_lines,
 )
-from vomstudio.project.records import SURROUNDINGS_RULE, Logged, Repeatable, Surrounded, Typed
+from vomstudio.project.records import (
+    SURROUNDINGS_RULE,
+    LoggedFeature,
+    RepeatableFeature,
+    SurroundedFeature,
+    TypedFeature,
+)
 
 METHODS = (
     ("pca", to_translate("moment of inertia (PCA)")),
@@ -54,7 +60,7 @@ MAX_LENGTH_TO_EXTENT = 4.0
 
 
 @dataclass(frozen=True)
-class Trace(Logged, Surrounded, Repeatable, Typed):
+class Trace(LoggedFeature, SurroundedFeature, RepeatableFeature, TypedFeature):
     """Trace of a plane on the outcrop.
 
     Attributes
@@ -108,21 +114,21 @@ def measure(context: MeasurementContext, traces: Sequence[Trace]) -> list[Measur
     planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
     frames = [to_world[id(model)] for model in models]
     faces = _faces(traces, frames)
-    tilts = _tilts([fit for fit, _ in fits], frames)
+    tilts = _tilts_deg([fit for fit, _ in fits], frames)
     result = []
     lengths = path_lengths(points)
     inputs = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
     for trace, frame, face, trace_points, (fit, problem), tilt, length in inputs:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
-        doubtful_parts = (
+        remaining_plane = (
             fit_remaining_plane(trace_points, trace.doubtful)
             if trace.doubtful and fit is not None
             else None
         )
         stretch = (
             None
-            if doubtful_parts is None or fit is None
-            else doubtful_parts.error95_deg(fit, resolution, face)
+            if remaining_plane is None or fit is None
+            else remaining_plane.error95_deg(fit, resolution, face)
         )
         verdict = (
             None
@@ -134,7 +140,7 @@ def measure(context: MeasurementContext, traces: Sequence[Trace]) -> list[Measur
                     outcrop_normal=face,
                     thresholds=context.thresholds,
                     registration_deg=tilt,
-                    surface_findings=() if doubtful_parts is None else doubtful_parts.findings(),
+                    surface_findings=() if remaining_plane is None else remaining_plane.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,
@@ -183,7 +189,7 @@ def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArra
     return faces
 
 
-def _tilts(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> list[float | None]:
+def _tilts_deg(fits: Sequence[FittedPlane | None], frames: Sequence[ToWorld]) -> list[float | None]:
     """Return the 95 % tilt of each plane due to its registration, in degrees."""
     tilts: list[float | None] = [None] * len(fits)
     rows_by_frame: dict[int, list[int]] = {}
@@ -240,13 +246,13 @@ KIND = Kind(
     icon="vector-polyline",
     measure=measure,
     figures=(
-        *of.NAMED,
+        *of.NAME_FIGURES,
         *of.PLANE,
         of.OVERTURNED,
         *of.PLACE,
-        *of.FITTED,
+        *of.FIT_FIGURES,
         *of.VERDICT,
-        *of.ON_A_MODEL,
+        *of.MODEL_FIGURES,
         of.NOTES,
     ),
     attributes=(
@@ -268,13 +274,13 @@ KIND = Kind(
     layer=GisLayer(
         "traces",
         "line",
-        line_of,
+        get_line,
         (
-            *of.NAMED,
+            *of.NAME_FIGURES,
             N_VERTICES,
             of.DIP_DIRECTION,
             of.DIP,
-            of.TOTAL,
+            of.TOTAL_ERROR,
             of.MAX_CONFIDENCE,
             of.QUALITY,
             NOTES,

@@ -30,7 +30,7 @@ class Feature:
     # Every kind is a dataclass, as required by `dataclasses.replace`.
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
-    def but(self, **changes: Any) -> Self:
+    def replace_fields(self, **changes: Any) -> Self:
         """Return a copy of the feature with some fields replaced."""
         if not changes.keys() <= self.__dataclass_fields__.keys():
             return replace(self, **changes)
@@ -43,7 +43,7 @@ class Feature:
         return feature
 
 
-class Typed(Feature):
+class TypedFeature(Feature):
     """Feature with one of the project's feature types, optionally in a set.
 
     `domain` is the part of the structure that contains the feature, regardless of its type (hanging
@@ -55,14 +55,14 @@ class Typed(Feature):
     domain: str
 
 
-class OnAModel(Feature):
+class ModelFeature(Feature):
     """Feature whose coordinates are in the file frame of a model."""
 
     model_id: str
     model_hash: str
 
 
-class Repeatable(OnAModel):
+class RepeatableFeature(ModelFeature):
     """Feature that may be picked a second time without the first pick being visible.
 
     `repeat_of` is the ID of the feature that it repeats, or None if it is not a repeat.
@@ -73,7 +73,7 @@ class Repeatable(OnAModel):
     interpreter: str | None
 
 
-class Surrounded(OnAModel):
+class SurroundedFeature(ModelFeature):
     """Feature whose plane is judged using the surrounding surface.
 
     `resolution` is the resolution of the model there in file units, or None if unknown. `rule` is
@@ -84,13 +84,13 @@ class Surrounded(OnAModel):
     rule: int
 
 
-class Picked(OnAModel):
+class PickedFeature(ModelFeature):
     """Feature defined by clicks. `vertices` are in order, in the file frame of the model."""
 
     vertices: tuple[Point, ...]
 
 
-class Logged(Picked):
+class LoggedFeature(PickedFeature):
     """Line that may have a log of beds.
 
     `beds` contains (boundary at which the bed begins, lithology, notes). A boundary is the ID of
@@ -100,7 +100,7 @@ class Logged(Picked):
     beds: tuple[tuple[str, str, str], ...]
 
 
-class Painted(OnAModel):
+class PaintedFeature(ModelFeature):
     """Part of the surface of a model.
 
     Attributes

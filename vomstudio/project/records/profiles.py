@@ -29,7 +29,7 @@ class VerdictProfile:
         return self.limits.profile
 
 
-def limits_of(records: Mapping[str, Any], default: Thresholds) -> Thresholds:
+def get_limits(records: Mapping[str, Any], default: Thresholds) -> Thresholds:
     """Return the thresholds of the project's profile, or `default` if it has none."""
     profile = records.get(PROFILE_ID)
     return profile.limits if isinstance(profile, VerdictProfile) else default

@@ -14,14 +14,14 @@ from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.version import __version__
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.tables.orientation_table import csv_cell
 from vomstudio.project.tables.project_layers import subjects_by_kind
 from vomstudio.project.tables.project_table import ProjectTable
 
-_FORMS = {"point": "POINT Z", "line": "LINESTRING Z", "ring": "POLYGON Z"}
+_WKT_TYPES = {"point": "POINT Z", "line": "LINESTRING Z", "ring": "POLYGON Z"}
 WKT = "wkt"
 
 
@@ -32,7 +32,7 @@ def listed_tables(
     features = [
         record
         for record in records.values()
-        if isinstance(record, Feature) and kind_of(record).listed
+        if isinstance(record, Feature) and get_kind(record).listed
     ]
     subjects = subjects_by_kind(records, features, measurements)
     return {
@@ -68,4 +68,4 @@ def _wkt(geometry_type: str, points: FloatArray) -> str:
     coordinates = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
     if geometry_type == "ring":
         coordinates = f"({coordinates})"
-    return f'"{_FORMS[geometry_type]} ({coordinates})"'
+    return f'"{_WKT_TYPES[geometry_type]} ({coordinates})"'

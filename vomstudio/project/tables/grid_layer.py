@@ -17,7 +17,7 @@ from vomstudio.geology.coverage.face_coverage import (
 )
 from vomstudio.geometry import transform
 from vomstudio.project.grid_edits import marks_of
-from vomstudio.project.measurement import rows_of
+from vomstudio.project.measurement import matrix_to_world
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
 LAYER = "looked_at"
@@ -49,7 +49,7 @@ def world_cells(
     selected_rows = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
     cell_numbers = np.array(selected_rows, np.int64)
     corners = grid_in_file_frame(grid).corners(cell_numbers).reshape(-1, 3)
-    rows = rows_of(get(records, grid.model_id, Model))
+    rows = matrix_to_world(get(records, grid.model_id, Model))
     return cell_numbers, transform.apply(rows, corners).reshape(-1, 4, 3)
 
 

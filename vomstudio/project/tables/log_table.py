@@ -11,7 +11,7 @@ from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.bed_log import BedLog
-from vomstudio.geology.beds.lithologies import FIELDS
+from vomstudio.geology.beds.lithologies import STRABOSPOT_FIELDS
 from vomstudio.geology.notation import format_attitude, format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import Axes, table_columns
@@ -25,7 +25,7 @@ COLUMNS = (
     "thickness_m",
     "thickness_error95_m",
     "lithology",
-    *FIELDS,
+    *STRABOSPOT_FIELDS,
     "notes",
 )
 
@@ -66,7 +66,7 @@ def write_log(
         error = interval.thickness_m.error95
         texts = [
             interval.lithology,
-            *(interval.strabospot.get(field, "") for field in FIELDS),
+            *(interval.strabospot.get(field, "") for field in STRABOSPOT_FIELDS),
             interval.notes,
         ]
         out.writerow(
@@ -84,7 +84,7 @@ def write_log(
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
 
-def about_log(bed: Plane, error95_deg: float) -> str:
+def describe_log_inputs(bed: Plane, error95_deg: float) -> str:
     """Return the inputs of the thicknesses of a log, for its header."""
     if not error95_deg:
         return tr("bedding {bed}, error unknown", bed=format_plane(bed, decimals=1))

@@ -21,5 +21,5 @@ def azimuth(value: Any, decimals: int = 1) -> str:
     """Return an azimuth with three digits before the decimal point."""
     if value is None:
         return "-"
-    wrapped = round(value, decimals) % 360.0
-    return f"{wrapped:0{4 + decimals if decimals else 3}.{decimals}f}"
+    wrapped_azimuth = round(value, decimals) % 360.0
+    return f"{wrapped_azimuth:0{4 + decimals if decimals else 3}.{decimals}f}"

@@ -22,7 +22,7 @@ from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.version import __version__
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.geometry.units import WORLD_AXES, Axes
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Subject, cache_normal_covariances
 from vomstudio.project.measurement import Measurement, fit_fields
@@ -50,7 +50,7 @@ UNITS = (
 )
 
 
-_PLANE_FIGURES = (*catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
+_PLANE_FIGURES = (*catalogue.PLANE, *catalogue.PLACE, *catalogue.FIT_FIGURES, *catalogue.VERDICT)
 BATCH_ROWS = 256
 """Rows per batch. Small batches stay in the processor cache while their columns are converted,
 which halves the time compared with 50,000 rows at once."""
@@ -67,7 +67,7 @@ def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
     return row
 
 
-def rows_of(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
+def build_rows(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
     """Return `row_of` for subjects with the same figures, five times faster by columns."""
     rows: list[Row] = []
     table_figures = _table_figures(figures := tuple(figures))
@@ -97,7 +97,7 @@ def plane_row(
     registration_error_deg: float | None = None,
     stretch_error_deg: float | None = None,
     plane: Plane | None = None,
-    judged_as: JudgedAs = "trace",
+    verdict_kind: JudgedAs = "trace",
     outcrop_normal: FloatArray | None = None,
     bend_deg: float | None = None,
     **metadata: Any,
@@ -137,7 +137,7 @@ def plane_row(
         fit,
         verdict,
         None,
-        judged_as=judged_as,
+        verdict_kind=verdict_kind,
         bend_deg=bend_deg,
         **fields,
     )
@@ -171,7 +171,7 @@ def plane_rows(
         Measurement(no_points, resolution_m, None, fit, verdict, None, **fit_fields(fit, plane))
         for fit, verdict, plane in zip(fits, verdicts, planes, strict=True)
     )
-    return rows_of([Subject(None, measurement) for measurement in measurements], _PLANE_FIGURES)
+    return build_rows([Subject(None, measurement) for measurement in measurements], _PLANE_FIGURES)
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
@@ -201,7 +201,7 @@ def write_orientation_csv(
     crs: str | None = None,
     north: str | None = None,
     notes: Sequence[str] = (),
-    axes: Axes = WORLD,
+    axes: Axes = WORLD_AXES,
     limits: Thresholds | None = None,
     extra_columns: Sequence[str] = (),
     force: bool = False,
@@ -248,12 +248,12 @@ def write_orientation_csv(
     lines.append(",".join(names))
     remaining_rows = iter(rows)
     while batch := list(islice(remaining_rows, BATCH_ROWS)):
-        columns = map(_csv_column, _columns_of(batch, names))
+        columns = map(_csv_column, _to_columns(batch, names))
         lines += map(",".join, zip(*columns, strict=True))
     write_bytes(path, ("\n".join(lines) + "\n").encode("utf-8", "replace"), force=force)
 
 
-def _columns_of(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iterable[Sequence[Any]]:
+def _to_columns(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Iterable[Sequence[Any]]:
     try:
         return zip(*map(itemgetter(*names), rows), strict=True)
     except KeyError:
@@ -318,13 +318,13 @@ def csv_cell(value: Any) -> str:
     return csv_text(str(value))
 
 
-_QUOTED = re.compile(r'[,"\n\r]')
+_QUOTED_CHARACTERS = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
     """Escape and quote a text as a CSV cell."""
     text = escape_formula(text)
     # A leading # would turn the row into a comment.
-    if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
+    if text[:1] == "#" or _QUOTED_CHARACTERS.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'
     return text

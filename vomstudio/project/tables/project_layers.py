@@ -14,8 +14,8 @@ from vomstudio.core.arrays import AnyArray
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Form, Subject
-from vomstudio.project.kind import GisLayer, Kind, color_of
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kind import GisLayer, Kind, get_color
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Feature, Record
 from vomstudio.project.repeated_features import first_picks
@@ -46,7 +46,7 @@ def subjects_by_kind(
     measurements_by_id = measurements.of(records, [feature.id for feature in features])
     subjects: dict[Kind, list[Subject]] = {}
     for feature in features:
-        subjects.setdefault(kind_of(feature), []).append(
+        subjects.setdefault(get_kind(feature), []).append(
             Subject(feature, measurements_by_id[feature.id], records)
         )
     return subjects
@@ -86,11 +86,11 @@ def _points(layer_name: str, geometry: str, table: ProjectTable) -> Layer:
     positions = [np.array([[row[axis] for axis in "xyz"]], np.float64) for row in rows]
     # The key of the layer is `fid`, so `id` remains the ID of the record.
     columns = {
-        figure.name: _array([row[figure.name] for row in rows], figure.form)
+        figure.name: _to_array([row[figure.name] for row in rows], figure.form)
         for figure in catalogue.ORIENTATION
     }
     for name in table.extra_columns:
-        columns[name] = _array([row.get(name) or "" for row in rows], "text")
+        columns[name] = _to_array([row.get(name) or "" for row in rows], "text")
     return Layer(layer_name, "point", positions, columns)
 
 
@@ -105,20 +105,20 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
             continue
         columns[figure.name] = _column(values, figure)
     shapes = [shape for _, shape in drawn_shapes]
-    colors = [color_of(s.feature, s.records) for s, _ in drawn_shapes]
+    colors = [get_color(s.feature, s.records) for s, _ in drawn_shapes]
     return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
 
 
 def _column(values: list[Any], figure: Figure) -> AnyArray:
     """Convert values to an array, with empty text for missing text and counts as integers."""
     if figure.form == "text":
-        return _array([value or "" for value in values], "text")
+        return _to_array([value or "" for value in values], "text")
     if figure.form == "count":
         return np.array(values, dtype=np.int32)
-    return _array(values, figure.form)
+    return _to_array(values, figure.form)
 
 
-def _array(values: list[Any], kind: Form) -> AnyArray:
+def _to_array(values: list[Any], kind: Form) -> AnyArray:
     if kind == "text":
         return np.array(values, dtype=object)
     if kind == "flag":

@@ -12,29 +12,29 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import DEFAULT_THRESHOLDS, Thresholds
 from vomstudio.geometry.frames import crs_label
-from vomstudio.geometry.units import WORLD, Axes
-from vomstudio.project.catalogue import DOMAIN, IN_WORLD, NO_MODEL, STATION
+from vomstudio.geometry.units import WORLD_AXES, Axes
+from vomstudio.project.catalogue import DOMAIN, GRID_NORTH_TEXT, MISSING_MODEL_TEXT, STATION
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.reading_comparison import nearest_picks
-from vomstudio.project.records import Feature, Model, OnAModel, Record, get, limits_of
+from vomstudio.project.records import Feature, Model, ModelFeature, Record, get, get_limits
 from vomstudio.project.repeated_features import COLUMNS as REPEAT_COLUMNS
 from vomstudio.project.repeated_features import repeat_columns
-from vomstudio.project.tables.orientation_table import Row, rows_of
-from vomstudio.project.tables.registration_comments import registrations_of
+from vomstudio.project.tables.orientation_table import Row, build_rows
+from vomstudio.project.tables.registration_comments import find_registrations
 
 __all__ = [
     "EXTRA_COLUMNS",
-    "IN_WORLD",
-    "NORTH_UNKNOWN",
-    "NO_MODEL",
+    "GRID_NORTH_TEXT",
+    "MISSING_MODEL_TEXT",
+    "UNKNOWN_NORTH_TEXT",
     "ProjectTable",
     "feature_rows",
     "project_table",
 ]
-NORTH_UNKNOWN = to_translate(
+UNKNOWN_NORTH_TEXT = to_translate(
     "unknown: the model is not registered, azimuths are in its local frame"
 )
 
@@ -61,14 +61,14 @@ class ProjectTable:
     """Number of distinct features in the layers, or None if only the rows were written."""
     unit_m: float = 1.0
     """Metres per unit of `crs`; the rows are always in metres."""
-    axes: Axes = WORLD
+    axes: Axes = WORLD_AXES
     """Axes and units of x, y, z and lengths of all rows."""
     limits: Thresholds = DEFAULT_THRESHOLDS
     """Thresholds with which all rows were judged."""
     warnings: tuple[Finding, ...] = ()
     """Findings about an export."""
     registrations: tuple[dict[str, Any], ...] = ()
-    """Result of `registration_comments.registrations_of`."""
+    """Result of `registration_comments.find_registrations`."""
 
     @property
     def extra_columns(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class ProjectTable:
         if not repeats:
             return self
         names = {row["id"]: row["name"] for row in self.rows}
-        repeats_skipped = [
+        skipped_repeats = [
             {
                 "id": row["id"],
                 "name": row["name"],
@@ -90,7 +90,7 @@ class ProjectTable:
             for row in repeats
         ]
         rows = [row for row in self.rows if "repeat_of" not in row]
-        return replace(self, rows=rows, skipped=[*self.skipped, *repeats_skipped])
+        return replace(self, rows=rows, skipped=[*self.skipped, *skipped_repeats])
 
 
 def project_table(
@@ -103,7 +103,7 @@ def project_table(
         record
         for record in records.values()
         if isinstance(record, Feature)
-        and kind_of(record).orientations
+        and get_kind(record).orientations
         and (feature_ids is None or record.id in feature_ids)
     ]
     measurements = measurements or Measurements()
@@ -127,8 +127,8 @@ def project_table(
     )
     crs, north, unit_m = _frame(records, placed_features)
     axes = _axes(records, placed_features)
-    limits = limits_of(records, measurements.default_thresholds)
-    registrations = tuple(registrations_of(records, features))
+    limits = get_limits(records, measurements.default_thresholds)
+    registrations = tuple(find_registrations(records, features))
     return ProjectTable(
         rows,
         skipped_rows,
@@ -150,9 +150,9 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
     kinds: dict[Kind, list[int]] = {}
     for i, subject in enumerate(subjects):
         if subject.measured.plane is not None or subject.measured.line is not None:
-            kinds.setdefault(kind_of(subject.feature), []).append(i)
+            kinds.setdefault(get_kind(subject.feature), []).append(i)
     for kind, indices in kinds.items():
-        kind_rows = rows_of([subjects[i] for i in indices], kind.figures)
+        kind_rows = build_rows([subjects[i] for i in indices], kind.figures)
         for i, row in zip(indices, kind_rows, strict=True):
             notes = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
             row["notes"] = "; ".join(filter(None, notes)) or None
@@ -173,15 +173,15 @@ def _listed_features(
 ) -> list[Feature]:
     """Return the features without an orientation that are interpretations, as in the layers."""
     return [
-        feature for feature in _features_on_models(records, feature_ids) if kind_of(feature).listed
+        feature for feature in _features_on_models(records, feature_ids) if get_kind(feature).listed
     ]
 
 
 def _features_on_models(
-    records: Mapping[str, Record], only: Collection[str] | None
+    records: Mapping[str, Record], feature_ids: Collection[str] | None
 ) -> list[Feature]:
-    features = (record for record in records.values() if isinstance(record, OnAModel))
-    return [feature for feature in features if only is None or feature.id in only]
+    features = (record for record in records.values() if isinstance(record, ModelFeature))
+    return [feature for feature in features if feature_ids is None or feature.id in feature_ids]
 
 
 def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
@@ -189,7 +189,7 @@ def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
     models = [
         get(records, feature.model_id, Model)
         for feature in features
-        if isinstance(feature, OnAModel)
+        if isinstance(feature, ModelFeature)
     ]
     axes = [model.frame.axes for model in models if model is not None]
     return Axes(all(axis.metric for axis in axes), all(axis.north for axis in axes))
@@ -203,16 +203,16 @@ def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str 
     models = [
         get(records, feature.model_id, Model)
         for feature in features
-        if isinstance(feature, OnAModel)
+        if isinstance(feature, ModelFeature)
     ]
     frames = {None if model is None else model.frame for model in models}
     if not models and features:
-        return None, tr(IN_WORLD), 1.0
+        return None, tr(GRID_NORTH_TEXT), 1.0
     if len(frames) != 1:
         return None, tr("see the column frame"), 1.0
     frame = frames.pop()
     if frame is None or not frame.has_north:
-        return None, tr(NORTH_UNKNOWN), 1.0
+        return None, tr(UNKNOWN_NORTH_TEXT), 1.0
     if frame.crs:
         return frame.crs, tr("grid north of {crs}", crs=crs_label(frame.crs)), frame.unit_m
     return None, tr("local frame whose y axis the user declared as north"), 1.0

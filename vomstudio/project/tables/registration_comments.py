@@ -14,11 +14,11 @@ import numpy as np
 
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.text.registration_comments import REGISTRATION_PREFIX
-from vomstudio.project.records import Feature, Model, OnAModel, Record, get
+from vomstudio.project.records import Feature, Model, ModelFeature, Record, get
 from vomstudio.project.registration_errors import bowing_limit_deg
 
 
-def registrations_of(
+def find_registrations(
     records: Mapping[str, Record], features: Iterable[Feature]
 ) -> list[dict[str, Any]]:
     """Return the registrations of the models of features whose error is known.
@@ -29,7 +29,9 @@ def registrations_of(
         models : names of the models; rotation_covariance_deg2 : (3, 3) about east, north and up, in
         degrees squared; bowed_deg : possible difference in dip between the edges, if known.
     """
-    ids = dict.fromkeys(feature.model_id for feature in features if isinstance(feature, OnAModel))
+    ids = dict.fromkeys(
+        feature.model_id for feature in features if isinstance(feature, ModelFeature)
+    )
     models_of_registration: dict[str, tuple[Registration, list[str]]] = {}
     for id_ in ids:
         model = get(records, id_, Model)

@@ -29,8 +29,8 @@ def match(
     reference: FloatArray,
     start: Similarity,
     *,
-    farthest_value: float,
-    nearest_distance: float,
+    max_distance: float,
+    min_distance: float,
     progress: Progress,
 ) -> Similarity:
     """Rotate and translate a model to match a reference.
@@ -42,7 +42,7 @@ def match(
     reference : (m, 3) array
         Points in the World frame, metres.
     start : Similarity
-    farthest_value, nearest_distance : float
+    max_distance, min_distance : float
         Maximum distance of correspondences in the first and in the last step, metres.
     progress : Progress
         Progress indicator, which may raise Cancelled.
@@ -53,19 +53,19 @@ def match(
     origin = np.round(reference.mean(axis=0))
     # No step needs more detail than the last one.
     source, target = (
-        _cloud(points - origin).voxel_down_sample(nearest_distance / _CELLS_PER_DISTANCE)
+        _cloud(points - origin).voxel_down_sample(min_distance / _CELLS_PER_DISTANCE)
         for points in (placed_points, reference)
     )
-    turn: FloatArray = np.eye(4)
-    distances = [farthest_value]
-    while distances[-1] > nearest_distance and len(distances) < _MAX_STEPS:
-        distances.append(max(distances[-1] / 2.0, nearest_distance))
+    transform_matrix: FloatArray = np.eye(4)
+    distances = [max_distance]
+    while distances[-1] > min_distance and len(distances) < _MAX_STEPS:
+        distances.append(max(distances[-1] / 2.0, min_distance))
     progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
     for level, distance in enumerate(distances):
-        turn = _step(source, target, turn, distance)
+        transform_matrix = _step(source, target, transform_matrix, distance)
         progress.step(level + 1)
-    rotation = Rotation.from_matrix(turn[:3, :3]).as_matrix()
-    shift = turn[:3, 3] + origin - rotation @ origin
+    rotation = Rotation.from_matrix(transform_matrix[:3, :3]).as_matrix()
+    shift = transform_matrix[:3, 3] + origin - rotation @ origin
     return Similarity(start.scale, rotation @ start.rotation, rotation @ start.translation + shift)
 
 
@@ -77,30 +77,30 @@ def _cloud(points: FloatArray) -> Any:
     return o3d.t.geometry.PointCloud(o3d.core.Tensor(np.ascontiguousarray(points)))
 
 
-def _step(source: Any, target: Any, rotation: FloatArray, distance: float) -> FloatArray:
+def _step(source: Any, target: Any, transform_matrix: FloatArray, distance: float) -> FloatArray:
     import open3d
 
     o3d: Any = open3d
     icp = o3d.t.pipelines.registration
     cell = distance / _CELLS_PER_DISTANCE
-    thin_source, thin_target = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
-    if min(len(thin_source.point.positions), len(thin_target.point.positions)) < _MIN_POINTS:
-        return rotation
-    thin_target.estimate_normals(max_nn=_NEIGHBOURS)
+    thinned_source, thinned_target = source.voxel_down_sample(cell), target.voxel_down_sample(cell)
+    if min(len(thinned_source.point.positions), len(thinned_target.point.positions)) < _MIN_POINTS:
+        return transform_matrix
+    thinned_target.estimate_normals(max_nn=_NEIGHBOURS)
     kernel = icp.robust_kernel.RobustKernel(
         icp.robust_kernel.RobustKernelMethod.TukeyLoss, distance / 2.0, 1.0
     )
     try:
         result = icp.icp(
-            thin_source,
-            thin_target,
+            thinned_source,
+            thinned_target,
             distance,
-            rotation,
+            transform_matrix,
             icp.TransformationEstimationPointToPlane(kernel),
             icp.ICPConvergenceCriteria(1e-7, 1e-7, _MAX_ITERATIONS),
         )
     except RuntimeError:  # no correspondences, or a plane along which all points slide
-        return rotation
+        return transform_matrix
     matrix = np.asarray(result.transformation.numpy(), np.float64)
     is_valid = np.isfinite(matrix).all() and abs(np.linalg.det(matrix[:3, :3]) - 1.0) < 1e-3
-    return matrix if is_valid else rotation
+    return matrix if is_valid else transform_matrix

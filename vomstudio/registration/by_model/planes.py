@@ -34,17 +34,17 @@ class PlaneMatches:
     ----------
     places : (k, 3) array
         Positions in the World frame.
-    miss : (k,) array
+    residuals : (k,) array
         Distances along the normal, model minus reference, metres.
     normal : (k, 3) array
-    tilt : (k,) array
+    normal_variance : (k,) array
         Variance of the normals in each direction due to the noise of their points, rad².
     """
 
     places: FloatArray
-    miss: FloatArray
+    residuals: FloatArray
     normal: FloatArray
-    tilt: FloatArray
+    normal_variance: FloatArray
 
 
 class ModelPlanes:
@@ -63,11 +63,11 @@ class ModelPlanes:
         # Unlike a single point, a mean lies on the surface.
         centres = grid.planes(thin_points(points, radius / 2.0), radius).mean
         planes = grid.planes(centres, radius)
-        is_plane = _have_planes(planes)
+        is_plane = _are_planar(planes)
         self.count = len(is_plane)
-        self.middle = centres[is_plane]
+        self.centres = centres[is_plane]
         self.mean, self.normal = planes.mean[is_plane], planes.normal[is_plane]
-        self.tilt = _tilt(planes)[is_plane]
+        self.normal_variance = _normal_variances(planes)[is_plane]
 
 
 class ReferencePlanes:
@@ -85,40 +85,43 @@ class ReferencePlanes:
         self.radius = radius
         self._grid = PointGrid(points, radius)
 
-    def match(self, positions: ModelPlanes, fit: Similarity) -> PlaneMatches:
+    def match(self, model_planes: ModelPlanes, fit: Similarity) -> PlaneMatches:
         """Return the positions of a model that lie on the reference after a similarity."""
-        placed_point = fit(positions.mean)
+        placed_points = fit(model_planes.mean)
         # Use the same centres; otherwise the rim of the model would be compared with its interior.
-        planes = self._grid.planes(fit(positions.middle), self.radius)
-        model_normals = positions.normal @ fit.rotation.T
+        planes = self._grid.planes(fit(model_planes.centres), self.radius)
+        model_normals = model_planes.normal @ fit.rotation.T
         signs = np.where(np.einsum("ij,ij->i", model_normals, planes.normal) < 0, -1.0, 1.0)
         mean = model_normals + signs[:, None] * planes.normal
         size = np.linalg.norm(mean, axis=1)
         with np.errstate(invalid="ignore"):
             normal = mean / size[:, None]
-            offset = placed_point - planes.mean
+            offset = placed_points - planes.mean
             misclosures = np.einsum("ij,ij->i", offset, normal)
             squared_offset = np.einsum("ij,ij->i", offset, offset) - misclosures**2
             # The length of the mean of two unit vectors is the cosine of half their angle.
             is_parallel = size / 2.0 > np.sqrt((1.0 + _MIN_NORMAL_COSINE) / 2.0)
             is_match = (
-                _have_planes(planes)
+                _are_planar(planes)
                 & is_parallel
                 & (squared_offset <= (_MAX_OFFSET_RADII * self.radius) ** 2)
             )
         # Variance of the mean of two normals.
-        tilt = (positions.tilt + _tilt(planes)) / 4.0
+        normal_variance = (model_planes.normal_variance + _normal_variances(planes)) / 4.0
         return PlaneMatches(
-            placed_point[is_match], misclosures[is_match], normal[is_match], tilt[is_match]
+            placed_points[is_match],
+            misclosures[is_match],
+            normal[is_match],
+            normal_variance[is_match],
         )
 
 
-def _have_planes(planes: LocalPlanes) -> BoolArray:
+def _are_planar(planes: LocalPlanes) -> BoolArray:
     is_flat = planes.spread[:, 1] > 1e-6 * planes.spread[:, 2]
     return np.asarray((planes.count >= _MIN_POINTS) & is_flat, np.bool_)
 
 
-def _tilt(planes: LocalPlanes) -> FloatArray:
+def _normal_variances(planes: LocalPlanes) -> FloatArray:
     """Return the mean variance (k,) of the normals of planes, rad².
 
     For n points with variances l0 across the plane and l1 and l2 along it, the variances of the

@@ -16,11 +16,11 @@ from vomstudio.registration.by_model.matching import match
 from vomstudio.registration.by_model.planes import RADIUS, ModelPlanes, ReferencePlanes, thin_points
 from vomstudio.registration.by_model.refining import Refinement, refine
 from vomstudio.registration.by_model.subsets import JackknifeError, jackknife_error
-from vomstudio.registration.combined import Combined
 from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.similarity_observation import SimilarityObservation
 
 NAME = "reference"
-FREE = {
+FREE_PARAMETERS = {
     "slide": to_translate("a shift along the surface"),
     "turn": to_translate("a rotation"),
     "scale": to_translate("the scale"),
@@ -39,7 +39,7 @@ _MIN_COMPONENT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class FittedToReference:
+class ModelFit:
     """Fit of a model to a reference.
 
     Attributes
@@ -58,7 +58,7 @@ class FittedToReference:
         Names of the parameters that the surfaces do not determine.
     """
 
-    observation: Combined = field(metadata=HIDDEN_IN_JSON)
+    observation: SimilarityObservation = field(metadata=HIDDEN_IN_JSON)
     places: int
     radius_m: float
     overlap: float
@@ -79,7 +79,7 @@ def fit_to_reference(
     stable: BoolArray | None = None,
     scale_error: float | None = None,
     progress: Progress | None = None,
-) -> FittedToReference:
+) -> ModelFit:
     """Fit a model to a reference by ICP, and refine all parameters with jackknife errors.
 
     Parameters
@@ -113,26 +113,26 @@ def fit_to_reference(
         raise GeometryError(Finding("reference.nothing-stable"))
     radius = RADIUS * max(spacing)
     diagonal = float(np.linalg.norm(np.ptp(reference, axis=0)))
-    farthest = max(_CAPTURE_SHARE * diagonal, radius)
-    _require_near(start(model), reference, farthest)
-    thin_model = thin_points(model, spacing[0] / start.scale, _MAX_MATCHED_POINTS)
+    max_distance = max(_CAPTURE_SHARE * diagonal, radius)
+    _require_near(start(model), reference, max_distance)
+    thinned_model = thin_points(model, spacing[0] / start.scale, _MAX_MATCHED_POINTS)
     fit = match(
-        thin_model,
+        thinned_model,
         target,
         start,
-        farthest_value=farthest,
-        nearest_distance=radius,
+        max_distance=max_distance,
+        min_distance=radius,
         progress=progress,
     )
     target_planes = ReferencePlanes(target, radius)
     for _ in range(2 if include_scale else 1):
         # Repeat with the radius that follows from the estimated scale.
-        positions = ModelPlanes(model, radius / fit.scale)
+        model_planes = ModelPlanes(model, radius / fit.scale)
         refinement = refine(
-            positions, target_planes, fit, include_scale=include_scale, progress=progress
+            model_planes, target_planes, fit, include_scale=include_scale, progress=progress
         )
         fit = refinement.fit
-    matched_share = len(refinement.miss) / max(positions.count, 1)
+    matched_share = len(refinement.residuals) / max(model_planes.count, 1)
     if matched_share < _MIN_OVERLAP:
         raise GeometryError(
             Finding("reference.little-overlap", share_percent=100.0 * matched_share)
@@ -144,8 +144,8 @@ def fit_to_reference(
         scale_row[0, 3] = 1.0 / _FIXED_SCALE_SIGMA
         whitening = np.vstack([whitening, scale_row])
     free_parameters = _free_parameters(refinement, include_scale)
-    return FittedToReference(
-        Combined(
+    return ModelFit(
+        SimilarityObservation(
             [NAME],
             refinement.fit,
             refinement.rotation_centre,
@@ -154,7 +154,7 @@ def fit_to_reference(
             scale_error=0.0 if include_scale else scale_error or 0.0,
             scale_response=refinement.scale_response,
         ),
-        len(refinement.miss),
+        len(refinement.residuals),
         radius,
         matched_share,
         refinement.sigma,
@@ -165,13 +165,13 @@ def fit_to_reference(
     )
 
 
-def _require_near(placed_points: FloatArray, reference: FloatArray, farthest_value: float) -> None:
+def _require_near(placed_points: FloatArray, reference: FloatArray, max_distance: float) -> None:
     from scipy.spatial import cKDTree
 
     step = max(1, len(placed_points) // 5000)
     thinned_reference = reference[:: max(1, len(reference) // 200_000)]
     distance, _ = cKDTree(thinned_reference).query(
-        placed_points[::step], distance_upper_bound=farthest_value
+        placed_points[::step], distance_upper_bound=max_distance
     )
     if np.isfinite(distance).mean() > _MIN_OVERLAP:
         return
@@ -182,21 +182,21 @@ def _require_near(placed_points: FloatArray, reference: FloatArray, farthest_val
 def _free_parameters(refinement: Refinement, include_scale: bool) -> tuple[str, ...]:
     """Return the names of the undetermined parameters."""
     unknowns = 7 if include_scale else 6
-    if refinement.determined.shape[1] >= unknowns:
+    if refinement.determined_axes.shape[1] >= unknowns:
         return ()
     parameter_indices = [0, 1, 2, 4, 5, 6, *([3] if include_scale else [])]
-    axes = np.linalg.svd((refinement.determined.T @ refinement.information)[:, parameter_indices])[
-        2
-    ]
-    null_space = axes[refinement.determined.shape[1] :]
+    axes = np.linalg.svd(
+        (refinement.determined_axes.T @ refinement.information)[:, parameter_indices]
+    )[2]
+    null_space = axes[refinement.determined_axes.shape[1] :]
     components = np.linalg.norm(null_space, axis=0)
     names = []
     if components[3:6].max() > _MIN_COMPONENT:
-        names.append(tr(FREE["slide"]))
+        names.append(tr(FREE_PARAMETERS["slide"]))
     if components[:3].max() > _MIN_COMPONENT:
-        names.append(tr(FREE["turn"]))
+        names.append(tr(FREE_PARAMETERS["turn"]))
     if include_scale and components[6] > _MIN_COMPONENT:
-        names.append(tr(FREE["scale"]))
+        names.append(tr(FREE_PARAMETERS["scale"]))
     return tuple(names)
 
 
@@ -212,6 +212,6 @@ def _findings(
     if matched_share < _PARTIAL_OVERLAP:
         findings.append(Finding("reference.partial", share_percent=100.0 * matched_share))
     # Rounding errors are also correlated.
-    if jackknife.is_alike and refinement.sigma > _ROUNDING * refinement.size:
+    if jackknife.is_correlated and refinement.sigma > _ROUNDING * refinement.size:
         findings.append(Finding("reference.bent", side_m=jackknife.side_m))
     return findings

@@ -18,9 +18,9 @@ from vomstudio.core.words import tr
 from vomstudio.registration.by_model.planes import ModelPlanes, ReferencePlanes
 from vomstudio.registration.similarity import Similarity, jacobians
 
-_TUKEY = 4.685
+_TUKEY_CONSTANT = 4.685
 """Tuning constant with 95 % efficiency for normal errors (Holland & Welsch 1977)."""
-_MAD = 1.4826
+_MAD_TO_SIGMA = 1.4826
 _MAX_ITERATIONS = 40
 _MIN_PLACES = 60
 _MIN_INFORMATION = 1e-8
@@ -50,19 +50,19 @@ class Refinement:
         RMS distance of the used points from `rotation_centre`, metres.
     places : (k, 3) array
         Used points in the World frame.
-    miss : (k,) array
+    residuals : (k,) array
         Residuals of the used points along the normals of the reference, metres.
     design : (k, 7) array
         Derivatives of the residuals by the seven parameters, in units of `size`.
-    pull, slope : (k,) array
+    influence, slope : (k,) array
         First and second derivatives of the robust loss.
     sigma : float
         Robust standard deviation of the residuals.
-    determined : (7, d) array
+    determined_axes : (7, d) array
         Determined directions; see `determined_directions`.
     response : (d, d) array
-        Change of the summed `pull` in the determined directions per shift along them; the identity
-        for noise-free normals of flat surfaces.
+        Change of the summed `influence` in the determined directions per shift along them; the
+        identity for noise-free normals of flat surfaces.
     scale_response : (7,) array or None
         Change of rotation, scale and translation (m) about `rotation_centre` per relative error of
         a fixed scale, or None if the scale was fitted.
@@ -72,12 +72,12 @@ class Refinement:
     rotation_centre: FloatArray
     size: float
     places: FloatArray
-    miss: FloatArray
+    residuals: FloatArray
     design: FloatArray
-    pull: FloatArray
+    influence: FloatArray
     slope: FloatArray
     sigma: float
-    determined: FloatArray
+    determined_axes: FloatArray
     response: FloatArray
     scale_response: FloatArray | None = None
 
@@ -116,20 +116,20 @@ def refine(
     fit = start
     for iteration in range(_MAX_ITERATIONS):
         result = _linearise(model, reference, fit, include_scale)
-        step = _newton(result)
+        step = _newton_step(result)
         fit = _apply_step(fit, step, result.rotation_centre, result.size)
         progress.step(iteration + 1)
         # Stop below a hundredth of the standard error of the mean, in metres at the rim.
-        if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.miss)):
+        if np.abs(step).max() * result.size < 0.01 * result.sigma / np.sqrt(len(result.residuals)):
             break
     result = _linearise(model, reference, fit, include_scale)
     response = _response(model, reference, result, include_scale)
     values, axes = np.linalg.eigh((response + response.T) / 2.0)
-    responding = axes[:, values > _MIN_RESPONSE]
+    responding_axes = axes[:, values > _MIN_RESPONSE]
     result = replace(
         result,
-        determined=result.determined @ responding,
-        response=responding.T @ response @ responding,
+        determined_axes=result.determined_axes @ responding_axes,
+        response=responding_axes.T @ response @ responding_axes,
     )
     if include_scale:
         return result
@@ -141,15 +141,17 @@ def _scale_response(
 ) -> FloatArray:
     """Compute numerically the response (7,) of a fit to a relative error of its fixed scale."""
     step = _TEST_SHIFT_SIGMAS * result.sigma / result.size
-    ends = []
+    gradients = []
     for sign in (1.0, -1.0):
         scaled_step = _apply_step(
             result.fit, sign * step * np.eye(7)[3], result.rotation_centre, result.size
         )
-        shifted = _linearise(model, reference, scaled_step, False, result)
-        ends.append(result.determined.T @ (shifted.design.T @ shifted.pull))
-    pull_change = (ends[0] - ends[1]) / (2.0 * step)
-    change = -result.determined @ np.linalg.solve(result.response, pull_change)
+        shifted_result = _linearise(model, reference, scaled_step, False, result)
+        gradients.append(
+            result.determined_axes.T @ (shifted_result.design.T @ shifted_result.influence)
+        )
+    influence_change = (gradients[0] - gradients[1]) / (2.0 * step)
+    change = -result.determined_axes @ np.linalg.solve(result.response, influence_change)
     change[4:] *= result.size
     change[3] = 1.0
     return np.asarray(change, np.float64)
@@ -159,17 +161,19 @@ def _response(
     model: ModelPlanes, reference: ReferencePlanes, result: Refinement, include_scale: bool
 ) -> FloatArray:
     """Measure `Refinement.response` (d, d) by small shifts of the model."""
-    step = _TEST_SHIFT_SIGMAS * result.sigma * np.sqrt(len(result.miss))
+    step = _TEST_SHIFT_SIGMAS * result.sigma * np.sqrt(len(result.residuals))
     columns = []
-    for direction in result.determined.T:
-        ends = []
+    for direction in result.determined_axes.T:
+        gradients = []
         for sign in (1.0, -1.0):
             fit = _apply_step(
                 result.fit, sign * step * direction, result.rotation_centre, result.size
             )
-            shifted = _linearise(model, reference, fit, include_scale, result)
-            ends.append(result.determined.T @ (shifted.design.T @ shifted.pull))
-        columns.append((ends[0] - ends[1]) / (2.0 * step))
+            shifted_result = _linearise(model, reference, fit, include_scale, result)
+            gradients.append(
+                result.determined_axes.T @ (shifted_result.design.T @ shifted_result.influence)
+            )
+        columns.append((gradients[0] - gradients[1]) / (2.0 * step))
     return np.column_stack(columns) if columns else np.zeros((0, 0))
 
 
@@ -185,16 +189,18 @@ def _linearise(
     If `previous` is given, its centre, size and sigma are used.
     """
     matches = reference.match(model, fit)
-    if len(matches.miss) < _MIN_PLACES:
-        raise GeometryError(Finding("reference.few-places", places=len(matches.miss)))
-    sigma = max(_MAD * float(np.median(np.abs(matches.miss))), _ROUNDING * reference.radius)
+    if len(matches.residuals) < _MIN_PLACES:
+        raise GeometryError(Finding("reference.few-places", places=len(matches.residuals)))
+    sigma = max(
+        _MAD_TO_SIGMA * float(np.median(np.abs(matches.residuals))), _ROUNDING * reference.radius
+    )
     if previous is not None:
         sigma = previous.sigma
     # Points with much larger residuals belong to parts that have changed.
-    is_near = np.abs(matches.miss) < _TUKEY * sigma
+    is_near = np.abs(matches.residuals) < _TUKEY_CONSTANT * sigma
     positions, misclosures, normal = (
         matches.places[is_near],
-        matches.miss[is_near],
+        matches.residuals[is_near],
         matches.normal[is_near],
     )
     centre = positions.mean(axis=0) if previous is None else previous.rotation_centre
@@ -206,11 +212,11 @@ def _linearise(
     if not include_scale:
         full_jacobian[:, :, 3] = 0.0
     design = np.einsum("nx,nxk->nk", normal, full_jacobian)
-    scaled_squares = np.minimum((misclosures / (_TUKEY * sigma)) ** 2, 1.0)
-    pull = misclosures * (1.0 - scaled_squares) ** 2
+    scaled_squares = np.minimum((misclosures / (_TUKEY_CONSTANT * sigma)) ** 2, 1.0)
+    influence = misclosures * (1.0 - scaled_squares) ** 2
     slope = (1.0 - scaled_squares) * (1.0 - 5.0 * scaled_squares)
     # Information that the noise of the normals alone contributes.
-    weight = slope * matches.tilt[is_near]
+    weight = slope * matches.normal_variance[is_near]
     noise = np.einsum("n,nxk,nxl->kl", weight, full_jacobian, full_jacobian, optimize=True)
     noise -= (design * weight[:, None]).T @ design
     information = (design * slope[:, None]).T @ design
@@ -222,7 +228,7 @@ def _linearise(
         positions,
         misclosures,
         design,
-        pull,
+        influence,
         slope,
         sigma,
         directions,
@@ -251,18 +257,18 @@ def determined_directions(information: FloatArray, noise: FloatArray) -> FloatAr
     return np.asarray(scaled_axes @ rotation_of_axes[:, is_signal], np.float64)
 
 
-def _newton(result: Refinement) -> FloatArray:
+def _newton_step(result: Refinement) -> FloatArray:
     """Return the parameter change (7,) in units of the size, zero in free directions.
 
     The change is computed by Fisher scoring: the mean slope replaces the slope of each point, which
     is negative for distant points.
     """
-    design = result.design @ result.determined
+    design = result.design @ result.determined_axes
     if not design.shape[1]:
         return np.zeros(7)
     weight = max(float(result.slope.mean()), 0.2)
-    step = np.linalg.lstsq(weight * design.T @ design, design.T @ result.pull, rcond=1e-12)[0]
-    return -np.asarray(result.determined @ step, np.float64)
+    step = np.linalg.lstsq(weight * design.T @ design, design.T @ result.influence, rcond=1e-12)[0]
+    return -np.asarray(result.determined_axes @ step, np.float64)
 
 
 def _apply_step(fit: Similarity, step: FloatArray, centre: FloatArray, size: float) -> Similarity:

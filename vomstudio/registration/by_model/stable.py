@@ -12,12 +12,14 @@ from vomstudio.core.progress import Progress
 from vomstudio.io.gate.drawn_layers import extract_area, read_raw_areas
 from vomstudio.io.gate.points import ModelFrame
 
-POLYGONS = (".geojson", ".json", ".gpkg", ".shp", ".kml")
-REACH = 3.0
+POLYGON_SUFFIXES = (".geojson", ".json", ".gpkg", ".shp", ".kml")
+MAX_DISTANCE_SPACINGS = 3.0
 """Distance to a mask cloud, in spacings of the mask, within which reference points are stable."""
 
 
-def is_near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
+def find_near_cloud(
+    points: FloatArray, mask: FloatArray, spacing: float
+) -> tuple[BoolArray, float]:
     """Find the points near a mask cloud.
 
     Parameters
@@ -34,11 +36,13 @@ def is_near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple
     distance : float
         Distance that equals REACH spacings.
     """
-    max_distance = REACH * spacing
-    return is_near_positions(points, mask, max_distance), max_distance
+    max_distance = MAX_DISTANCE_SPACINGS * spacing
+    return find_near_positions(points, mask, max_distance), max_distance
 
 
-def is_near_positions(points: FloatArray, positions: FloatArray, max_distance: float) -> BoolArray:
+def find_near_positions(
+    points: FloatArray, positions: FloatArray, max_distance: float
+) -> BoolArray:
     """Find the points near the given positions.
 
     Parameters

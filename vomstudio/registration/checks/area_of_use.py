@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 
 # Tolerated distance beyond the area of use.
-BEYOND_DEG = 1.0
+AREA_TOLERANCE_DEG = 1.0
 
 
 def is_inside_area(world: FloatArray, crs: str | None) -> BoolArray:
@@ -25,15 +25,17 @@ def is_inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     (n,) ndarray of bool
         False without a CRS.
     """
-    distance_beyond = degrees_beyond(crs)
-    if distance_beyond is None:
+    distance_to_area = area_distance_function(crs)
+    if distance_to_area is None:
         return np.zeros(len(world), bool)
     return np.array(
-        [distance_beyond(x, y)[0] <= BEYOND_DEG for x, y in world[:, :2].tolist()], bool
+        [distance_to_area(x, y)[0] <= AREA_TOLERANCE_DEG for x, y in world[:, :2].tolist()], bool
     )
 
 
-def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, float, float]] | None:
+def area_distance_function(
+    crs: str | None,
+) -> Callable[[float, float], tuple[float, float, float]] | None:
     """Return a function for the distance beyond the area of use of a CRS.
 
     Parameters
@@ -54,15 +56,19 @@ def degrees_beyond(crs: str | None) -> Callable[[float, float], tuple[float, flo
     to_degrees = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
     west, south, east, north = area.bounds
 
-    def distance_beyond(x: float, y: float) -> tuple[float, float, float]:
+    def distance_to_area(x: float, y: float) -> tuple[float, float, float]:
         longitude, latitude = to_degrees.transform(x, y)[:2]
         if not np.isfinite([longitude, latitude]).all():
             return np.inf, np.nan, np.nan
         width = (east - west) % 360.0 or 360.0
         degrees_east = (longitude - west) % 360.0
-        degrees_beyond = (
+        longitude_offset_deg = (
             0.0 if degrees_east <= width else min(degrees_east - width, 360.0 - degrees_east)
         )
-        return max(degrees_beyond, south - latitude, latitude - north, 0.0), longitude, latitude
+        return (
+            max(longitude_offset_deg, south - latitude, latitude - north, 0.0),
+            longitude,
+            latitude,
+        )
 
-    return distance_beyond
+    return distance_to_area

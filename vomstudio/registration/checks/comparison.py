@@ -10,7 +10,7 @@ from vomstudio.registration.similarity import fit_similarity
 
 # Share of the squared extent below which squared residuals are rounding errors.
 _ROUNDING = 1e-18
-_UNKNOWNS = 7
+_UNKNOWN_COUNT = 7
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     Misfit or None
         Misfit, or None without redundancy or if the fit fails.
     """
-    degrees_of_freedom = 3 * len(model) - _UNKNOWNS - extra_unknowns
+    degrees_of_freedom = 3 * len(model) - _UNKNOWN_COUNT - extra_unknowns
     if degrees_of_freedom < 1:
         return None
     local_points = world - world.mean(axis=0)

@@ -16,14 +16,14 @@ from vomstudio.registration.similarity import fit_similarity
 # Heights of valid points are seldom all equal, so a low significance suffices.
 _SIGNIFICANCE = 0.01
 # Residuals as a share of the extent, below which other causes are possible.
-_FITS, _NEARLY_FITS = 0.003, 0.002
+_MIN_RESIDUAL_SHARE_FEW_POINTS, _MIN_RESIDUAL_SHARE = 0.003, 0.002
 # Points from which an affine fit of x and y is redundant.
 _MIN_POINTS_AFFINE = 5
 # Placeholders of tables for missing heights.
 _PLACEHOLDERS = (0.0, -9999.0, 9999.0, -99999.0, -32767.0, -32768.0)
 _MIN_P_VALUE = 1e-4
 # Number of unknowns of horizontal coordinates as an affine image of the model.
-_AFFINE_UNKNOWNS = 8
+_AFFINE_UNKNOWN_COUNT = 8
 
 
 def constant_height_findings(model: FloatArray, world: FloatArray) -> list[Finding]:
@@ -59,11 +59,11 @@ def missing_height_findings(
     is_placeholder = np.isin(world[:, 2], _PLACEHOLDERS)
     if not is_placeholder.any() or int((~is_placeholder).sum()) < 3:
         return []
-    misfit, misfit_of_others = (
+    misfit, remaining_misfit = (
         residual_misfit(model, world),
         residual_misfit(model[~is_placeholder], world[~is_placeholder]),
     )
-    if not is_far_better_fit(misfit_of_others, misfit, _MIN_P_VALUE):
+    if not is_far_better_fit(remaining_misfit, misfit, _MIN_P_VALUE):
         return []
     return [
         Finding(
@@ -84,10 +84,10 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
     squares = float(((fit(model) - local_points) ** 2).sum())
     squared_extent = float((local_points**2).sum())
     if n < _MIN_POINTS_AFFINE:
-        return squares > _FITS**2 * squared_extent and (
+        return squares > _MIN_RESIDUAL_SHARE_FEW_POINTS**2 * squared_extent and (
             n < 4 or _is_off_plane(model, fit.scale, squares)
         )
-    if squares <= _NEARLY_FITS**2 * squared_extent:
+    if squares <= _MIN_RESIDUAL_SHARE**2 * squared_extent:
         return False
     from scipy.stats import f
 
@@ -95,10 +95,10 @@ def _contradicts_model(model: FloatArray, world: FloatArray) -> bool:
     design = np.column_stack([model - model.mean(axis=0), np.ones(n)])
     fitted_points = design @ np.linalg.lstsq(design, local_points[:, :2], rcond=None)[0]
     affine_squares = float(((fitted_points - local_points[:, :2]) ** 2).sum())
-    dof = 2 * n - _AFFINE_UNKNOWNS
-    extra_freedom = 3 * n - 7 - dof
-    limit = float(f.isf(_SIGNIFICANCE, extra_freedom, dof))
-    return (squares - affine_squares) / extra_freedom > limit * max(
+    dof = 2 * n - _AFFINE_UNKNOWN_COUNT
+    extra_dof = 3 * n - 7 - dof
+    limit = float(f.isf(_SIGNIFICANCE, extra_dof, dof))
+    return (squares - affine_squares) / extra_dof > limit * max(
         affine_squares, 1e-18 * squared_extent
     ) / dof
 

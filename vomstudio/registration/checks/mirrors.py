@@ -19,10 +19,10 @@ from vomstudio.registration.similarity import fit_robustly
 _SIGNIFICANCE = 0.001
 # Number of points, and residual as a share of the extent, from which outliers are considered.
 _MIN_POINTS_WITH_OUTLIERS, _MIN_RESIDUAL_SHARE = 7, 0.01
-_MIRROR = np.array([1.0, 1.0, -1.0])
-_MAX_TIP_DEG = 90.0
+_MIRROR_FACTORS = np.array([1.0, 1.0, -1.0])
+_MAX_TILT_DEG = 90.0
 # Tilt limit for an unknown up direction; one random frame in 130 is tilted this far.
-_MAX_TIP_UNKNOWN_UP_DEG = 170.0
+_MAX_TILT_UNKNOWN_UP_DEG = 170.0
 
 
 def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
@@ -36,19 +36,22 @@ def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
     -------
     bool
     """
-    mirror_misfit, misfit = residual_misfit(model * _MIRROR, world), residual_misfit(model, world)
+    mirror_misfit, misfit = (
+        residual_misfit(model * _MIRROR_FACTORS, world),
+        residual_misfit(model, world),
+    )
     if mirror_misfit is None or misfit is None:
         return False
     if not is_far_better_fit(mirror_misfit, misfit, _SIGNIFICANCE):
         # An outlier affects both interpretations, so compare them without it.
-        return mirror_misfit.variance < misfit.variance and _most_fit_as_mirror(
+        return mirror_misfit.variance < misfit.variance and _inliers_fit_as_mirror(
             model, world, misfit
         )
     order = find_row_order(model, world)
     return order is None or order.misfit.variance > mirror_misfit.variance
 
 
-def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) -> bool:
+def _inliers_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) -> bool:
     """Return whether all but a few outliers fit as a mirror image."""
     n = len(model)
     squared_extent = float(((world - world.mean(axis=0)) ** 2).sum()) / n
@@ -58,16 +61,17 @@ def _most_fit_as_mirror(model: FloatArray, world: FloatArray, misfit: Misfit) ->
     ):
         return False
     try:
-        _, agree = fit_robustly(model * _MIRROR, world)
+        _, is_inlier = fit_robustly(model * _MIRROR_FACTORS, world)
     except GeometryError:
         return False
-    if agree.all() or int((~agree).sum()) > n // 3:
+    if is_inlier.all() or int((~is_inlier).sum()) > n // 3:
         return False
     # The points were selected for the mirror image, so test at a higher significance.
-    misfit_of_inliers, mirror_misfit = (
-        residual_misfit(positions[agree], world[agree]) for positions in (model, model * _MIRROR)
+    inlier_misfit, mirror_misfit = (
+        residual_misfit(positions[is_inlier], world[is_inlier])
+        for positions in (model, model * _MIRROR_FACTORS)
     )
-    return is_far_better_fit(mirror_misfit, misfit_of_inliers, _SIGNIFICANCE**2)
+    return is_far_better_fit(mirror_misfit, inlier_misfit, _SIGNIFICANCE**2)
 
 
 def mirror_findings(points: Points | None) -> list[Finding]:
@@ -86,7 +90,7 @@ def mirror_findings(points: Points | None) -> list[Finding]:
     return [Finding("control.swapped-columns", labels=(), points=points.name)]
 
 
-def tipping_findings(
+def upside_down_findings(
     rotation: FloatArray, up: FloatArray | None, points: Points | None
 ) -> list[Finding]:
     """Return a finding if a registration rotates the model upside down.
@@ -103,17 +107,17 @@ def tipping_findings(
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)
     tilt = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
     if up is not None:
-        if tilt <= _MAX_TIP_DEG:
+        if tilt <= _MAX_TILT_DEG:
             return []
         return [Finding("registration.upside-down", tip_deg=tilt)]
-    if tilt <= _MAX_TIP_UNKNOWN_UP_DEG or points is None or _exclude_mirror(points):
+    if tilt <= _MAX_TILT_UNKNOWN_UP_DEG or points is None or _is_mirror_excluded(points):
         return []
     return [Finding("registration.upside-down-or-mirror", tip_deg=tilt)]
 
 
-def _exclude_mirror(points: Points) -> bool:
+def _is_mirror_excluded(points: Points) -> bool:
     """Return whether the points fit far better than their mirror image."""
     misfit = residual_misfit(points.model, points.world)
     return is_far_better_fit(
-        misfit, residual_misfit(points.model * _MIRROR, points.world), _SIGNIFICANCE
+        misfit, residual_misfit(points.model * _MIRROR_FACTORS, points.world), _SIGNIFICANCE
     )

@@ -37,7 +37,7 @@ class MixedValues(NamedTuple):
     """
 
     kind: str
-    which: BoolArray
+    mask: BoolArray
     offset_m: float | None
     misfit: Misfit
 
@@ -61,20 +61,20 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
     squared_extent = float(((world - world.mean(axis=0)) ** 2).sum()) / n
     if 3.0 * misfit.variance < _MIN_RESIDUAL_SHARE**2 * squared_extent:
         return None
-    fits = list(_fits_of_triples(model, world))
+    fits = list(_fit_triples(model, world))
     best_mixture: MixedValues | None = None
     for kind, changed_coordinates in (
         ("feet", world * [1.0, 1.0, _FOOT_M]),
         ("exchanged", world[:, [1, 0, 2]]),
         ("offset", None),
     ):
-        division = _best_division(kind, fits, model, world, changed_coordinates)
-        if division is not None and (
-            best_mixture is None or division.misfit.variance < best_mixture.misfit.variance
+        candidate = _best_division(kind, fits, model, world, changed_coordinates)
+        if candidate is not None and (
+            best_mixture is None or candidate.misfit.variance < best_mixture.misfit.variance
         ):
-            best_mixture = division
+            best_mixture = candidate
     # Each division of the points into two groups is one of many tests.
-    tests = 3.0 * 2.0 ** (n - 1)
+    test_count = 3.0 * 2.0 ** (n - 1)
     if (
         best_mixture is None
         or best_mixture.misfit.variance > _MAX_REMAINING_VARIANCE * misfit.variance
@@ -82,7 +82,7 @@ def find_mixed_values(model: FloatArray, world: FloatArray) -> MixedValues | Non
         return None
     return (
         best_mixture
-        if is_far_better_fit(best_mixture.misfit, misfit, _SIGNIFICANCE / tests)
+        if is_far_better_fit(best_mixture.misfit, misfit, _SIGNIFICANCE / test_count)
         else None
     )
 
@@ -163,7 +163,7 @@ def _fit_offset(
     return None if misfit is None else MixedValues("offset", mask, offset, misfit)
 
 
-def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
+def _fit_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
     n = len(model)
     all_triples = itertools.combinations(range(n), 3)
     rng = np.random.default_rng(0)
@@ -198,7 +198,7 @@ def mixed_row_findings(
     mixed_values = find_mixed_values(model, world)
     if mixed_values is None:
         return []
-    mask, offset = mixed_values.which, mixed_values.offset_m
+    mask, offset = mixed_values.mask, mixed_values.offset_m
     if offset is not None and 2 * mask.sum() > len(labels):
         mask, offset = ~mask, -offset
     names = [labels[int(row)] for row in np.flatnonzero(mask)]

@@ -18,7 +18,7 @@ _SEPARATION_FACTOR = 30.0
 _MAX_RESIDUAL_SHARE = 0.05
 _MAX_POINTS = 2000
 # Minimum size of coordinates that cannot be degrees.
-_MIN_METRES = 1000.0
+_MIN_COORDINATE_M = 1000.0
 
 
 def find_larger_group(model: FloatArray, world: FloatArray) -> BoolArray | None:
@@ -68,7 +68,7 @@ def distances_agree(model: FloatArray, world: FloatArray) -> bool:
     return squared_misfit < _MAX_RESIDUAL_SHARE**2 * float((local_points**2).sum())
 
 
-def is_in_degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
+def find_points_in_degrees(model: FloatArray, world: FloatArray) -> BoolArray:
     """Find the points in degrees if the other points are in metres.
 
     Parameters
@@ -85,7 +85,7 @@ def is_in_degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArra
         & (horizontal_magnitudes.min(axis=1) <= 90.0)
         & (horizontal_magnitudes.max(axis=1) > 0.0)
     )
-    is_in_metres = horizontal_magnitudes.max(axis=1) > _MIN_METRES
+    is_in_metres = horizontal_magnitudes.max(axis=1) > _MIN_COORDINATE_M
     is_mixed = is_small.any() and int(is_in_metres.sum()) > 1 and (is_small | is_in_metres).all()
     # A site is less than a degree across, and few sites are less than a metre across.
     is_mixed = is_mixed and float(np.ptp(world[is_small, :2], axis=0).max()) < 1.0
@@ -127,10 +127,10 @@ def select_group_at_model(
 
 def _is_near_model_coordinates(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask of points whose World coordinates are close to those on the model."""
-    max_distance = float(np.linalg.norm(np.ptp(model, axis=0)))
+    diagonal = float(np.linalg.norm(np.ptp(model, axis=0)))
     distances = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
-    is_far = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * max_distance
-    return np.asarray(is_far & (distances < _SEPARATION_FACTOR * max_distance))
+    is_far = np.linalg.norm(model[:, :2], axis=1) > _SEPARATION_FACTOR * diagonal
+    return np.asarray(is_far & (distances < _SEPARATION_FACTOR * diagonal))
 
 
 def separate_group_findings(

@@ -16,10 +16,10 @@ _SIGNIFICANCE = 0.001
 
 
 class RowOrder(NamedTuple):
-    """Row order in which points fit: the points `rows` have the coordinates of `others`."""
+    """Row order that fits: the points `rows` have the coordinates of `coordinate_rows`."""
 
     rows: IndexArray
-    others: IndexArray
+    coordinate_rows: IndexArray
     misfit: Misfit
 
 
@@ -78,12 +78,12 @@ def row_order_findings(
     order, misfit = find_row_order(model, world), residual_misfit(model, world)
     if order is None or misfit is None:
         return []
-    subjects = {
+    values = {
         "after_m": float(np.sqrt(3.0 * order.misfit.variance)),
         "before_m": float(np.sqrt(3.0 * misfit.variance)),
         "first": labels[int(order.rows[0])],
-        "second": labels[int(order.others[0])],
+        "second": labels[int(order.coordinate_rows[0])],
     }
     if is_photo_table:
-        return [Finding("control.other-order", **subjects, photos=True)]
-    return [Finding("control.other-order", **subjects)]
+        return [Finding("control.other-order", **values, photos=True)]
+    return [Finding("control.other-order", **values)]

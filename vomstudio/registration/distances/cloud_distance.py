@@ -21,7 +21,7 @@ _NEIGHBOURS = 10
 _MIN_MEAN_NORMAL = 0.05
 
 
-class CloudSides:
+class OrientedCloud:
     """Cloud with consistent normals, for signed distances.
 
     Parameters
@@ -52,26 +52,28 @@ class CloudSides:
         self._radius = RADIUS * resolution
         self._grid = PointGrid(self._points, self._radius)
         self.source = "file"
-        if has_sides(cloud):
+        if has_point_normals(cloud):
             assert cloud.normals is not None
             self._file_normals: FloatArray | None = np.asarray(cloud.normals[is_finite], np.float64)
-            self._sides = None
+            self._oriented_samples = None
         else:
             self._file_normals = None
-            self._sides = self._find_sides(direction)
+            self._oriented_samples = self._orient_samples(direction)
 
     @property
     def mean_normal(self) -> FloatArray:
         """Return the sum (3,) of the normals of points distributed over the cloud."""
         if self._file_normals is not None:
             return np.asarray(self._file_normals.sum(axis=0), np.float64)
-        assert self._sides is not None
-        return np.asarray(self._sides[1].sum(axis=0), np.float64)
+        assert self._oriented_samples is not None
+        return np.asarray(self._oriented_samples[1].sum(axis=0), np.float64)
 
     @property
     def total(self) -> float:
         """Return the length that the sum of the normals would have if they were parallel."""
-        normals = self._file_normals if self._file_normals is not None else self._sides[1]  # type: ignore[index]
+        normals = (
+            self._file_normals if self._file_normals is not None else self._oriented_samples[1]  # type: ignore[index]
+        )
         return float(np.linalg.norm(normals, axis=1).sum())
 
     def find_counterparts(
@@ -83,35 +85,47 @@ class CloudSides:
         """
         progress = progress or SilentProgress()
         n = len(positions)
-        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        distance, distance_beyond_edge, normal = (
+            np.full(n, np.nan),
+            np.zeros(n),
+            np.full((n, 3), np.nan),
+        )
         for start in range(0, n, _BLOCK_SIZE):
             rows = slice(start, min(start + _BLOCK_SIZE, n))
-            distance[rows], beyond_edge[rows], normal[rows] = self._block(positions[rows])
+            distance[rows], distance_beyond_edge[rows], normal[rows] = self._measure_block(
+                positions[rows]
+            )
             progress.step(rows.stop)
-        return Counterparts(distance, beyond_edge, normal)
+        return Counterparts(distance, distance_beyond_edge, normal)
 
-    def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _measure_block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         n = len(positions)
-        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        distance, distance_beyond_edge, normal = (
+            np.full(n, np.nan),
+            np.zeros(n),
+            np.full((n, 3), np.nan),
+        )
         rows = np.flatnonzero(np.isfinite(positions).all(axis=1))
         _, nearest_rows = self._tree.query(positions[rows] - self._origin, workers=-1)
-        unique_nearest, inverse = np.unique(nearest_rows, return_inverse=True)
-        planes = self._grid.planes(self._points[unique_nearest], self._radius)
+        unique_rows, inverse = np.unique(nearest_rows, return_inverse=True)
+        planes = self._grid.planes(self._points[unique_rows], self._radius)
         # Fewer than three points, or collinear points, have no plane: use the nearest point.
         has_plane = planes.spread[:, 1] > 1e-9 * planes.spread[:, 2]
-        normals = self.orient_normals(self._points[unique_nearest], planes.normal, unique_nearest)
+        normals = self.orient_normals(self._points[unique_rows], planes.normal, unique_rows)
         normals, has_plane, centre = normals[inverse], has_plane[inverse], planes.mean[inverse]
         offset = positions[rows] - self._points[nearest_rows]
         length = np.linalg.norm(offset, axis=1)
         height = np.einsum("ij,ij->i", offset, normals)
-        along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
+        tangential_distance = np.sqrt(np.maximum(length**2 - height**2, 0.0))
         signed_distances = np.einsum("ij,ij->i", positions[rows] - centre, normals)
         distance[rows] = np.where(has_plane, signed_distances, length)
-        beyond_edge[rows] = np.where(
-            has_plane & (along_surface <= _MAX_GAP * self.resolution), 0.0, along_surface
+        distance_beyond_edge[rows] = np.where(
+            has_plane & (tangential_distance <= _MAX_GAP * self.resolution),
+            0.0,
+            tangential_distance,
         )
         normal[rows] = normals
-        return distance, beyond_edge, normal
+        return distance, distance_beyond_edge, normal
 
     def orient_normals(
         self, positions: FloatArray, normals: FloatArray, rows: IntArray | None = None
@@ -123,17 +137,19 @@ class CloudSides:
         if self._file_normals is not None:
             if rows is None:
                 rows = np.asarray(self._tree.query(positions - self._origin, workers=-1)[1])
-            sides = self._file_normals[rows]
+            reference_normals = self._file_normals[rows]
         else:
             from scipy.spatial import cKDTree
 
-            assert self._sides is not None
-            sides = self._sides[1][cKDTree(self._sides[0]).query(positions)[1]]
-        signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
+            assert self._oriented_samples is not None
+            reference_normals = self._oriented_samples[1][
+                cKDTree(self._oriented_samples[0]).query(positions)[1]
+            ]
+        signs = np.where(np.einsum("ij,ij->i", normals, reference_normals) < 0, -1.0, 1.0)
         return np.asarray(normals * signs[:, None], np.float64)
 
     # --- sides of a cloud without normals ---------------------------------------------------------
-    def _find_sides(
+    def _orient_samples(
         self, direction: tuple[FloatArray, FloatArray] | None
     ) -> tuple[FloatArray, FloatArray]:
         """Return some points of the cloud, and their normals, all on the same side."""
@@ -150,7 +166,7 @@ class CloudSides:
         positions, normals = positions[is_valid], planes.normal[is_valid]
         if not len(positions):
             return self._points[:1], np.array([[0.0, 0.0, 1.0]])
-        normals, parts = spread_side(positions, normals)
+        normals, parts = propagate_orientation(positions, normals)
         neighbours = None
         if direction is not None and len(direction[0]):
             neighbours = direction[1][cKDTree(direction[0]).query(positions)[1]]
@@ -160,13 +176,13 @@ class CloudSides:
             if neighbours is not None:
                 side = float(np.einsum("ij,ij->", normals[rows], neighbours[rows]))
             else:
-                side = upper_side(normals[rows].sum(axis=0))
+                side = upward_component(normals[rows].sum(axis=0))
             if side < 0:
                 normals[rows] *= -1.0
         return positions, normals
 
 
-def has_sides(cloud: PointCloud) -> bool:
+def has_point_normals(cloud: PointCloud) -> bool:
     """Return whether every point has a normal; some files contain columns of zeros.
 
     Parameters
@@ -181,7 +197,7 @@ def has_sides(cloud: PointCloud) -> bool:
     return normals is not None and bool((np.abs(normals).max(axis=1, initial=0.0) > 0.5).all())
 
 
-def upper_side(mean: FloatArray) -> float:
+def upward_component(mean: FloatArray) -> float:
     """Return a number whose sign shows whether a vector points up.
 
     A nearly horizontal vector is positive if it points east or, failing that, north.
@@ -202,7 +218,9 @@ def upper_side(mean: FloatArray) -> float:
     return 1.0
 
 
-def spread_side(positions: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
+def propagate_orientation(
+    positions: FloatArray, normals: FloatArray
+) -> tuple[FloatArray, Int32Array]:
     """Orient normals consistently by propagation between neighbours.
 
     The most nearly parallel neighbours are processed first (Hoppe et al. 1992, SIGGRAPH 26, 71).
@@ -236,11 +254,11 @@ def spread_side(positions: FloatArray, normals: FloatArray) -> tuple[FloatArray,
     ).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
     _, parts = connected_components(tree, directed=False)
-    turned_normals = normals.copy()
+    oriented_normals = normals.copy()
     for part in np.unique(parts):
         start = int(np.argmax(parts == part))
         order, predecessors = breadth_first_order(tree, start, directed=False)
         for row in order[1:].tolist():
-            if turned_normals[row] @ turned_normals[predecessors[row]] < 0:
-                turned_normals[row] *= -1.0
-    return turned_normals, np.asarray(parts, np.int32)
+            if oriented_normals[row] @ oriented_normals[predecessors[row]] < 0:
+                oriented_normals[row] *= -1.0
+    return oriented_normals, np.asarray(parts, np.int32)

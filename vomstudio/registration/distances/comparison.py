@@ -18,13 +18,13 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.registration.distances import m3c2
-from vomstudio.registration.distances.cloud_distance import CloudSides, has_sides
-from vomstudio.registration.distances.mesh_distance import MeshSides
+from vomstudio.registration.distances.cloud_distance import OrientedCloud, has_point_normals
+from vomstudio.registration.distances.mesh_distance import OrientedMesh
 from vomstudio.registration.overlap import require_overlap
 from vomstudio.registration.surface_points import Counterparts, points_of, surface_points
 
 # Percentile of the nearest distances that cylinders cover, and margin for inclined normals.
-_REACH_PERCENTILE, _REACH_FACTOR = 99.0, 1.5
+_DISTANCE_PERCENTILE, _DISTANCE_FACTOR = 99.0, 1.5
 # Ratio of the mean normal below which a benchmark has no overall side.
 _MIN_MEAN_NORMAL = 0.2
 _PARTIAL_SHARE = 0.5
@@ -33,7 +33,7 @@ _POINT_SPACING = 0.25
 
 
 @dataclass(frozen=True)
-class Toward:
+class PositiveDirection:
     """Direction, degrees."""
 
     trend_deg: float
@@ -89,7 +89,7 @@ class Comparison(PrintableResult):
     normal_radius_m: float | None
     reach_m: float | None
     registration_error_m: float | None
-    positive_toward: Toward | None
+    positive_toward: PositiveDirection | None
     sides_by: str
     warnings: tuple[Finding, ...]
     distances: FloatArray = field(metadata=HIDDEN_IN_JSON)
@@ -143,17 +143,17 @@ def compare(
             raise GeometryError(Finding("comparison.no-points", name=name))
     require_overlap(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
     progress.stage(tr("Preparing the benchmark"), None)
-    sides, method = _sides(model, benchmark)
+    oriented_benchmark, method = _orient_benchmark(model, benchmark)
     progress.stage(tr("Computing distances"), len(positions))
-    counterparts = sides.find_counterparts(positions, progress)
-    slack = _spacing(model)
+    counterparts = oriented_benchmark.find_counterparts(positions, progress)
+    tolerance = _spacing(model)
     is_beyond = ~np.isfinite(counterparts.distance) | (
-        counterparts.beyond_edge > (slack if method == "winding" else 0.0)
+        counterparts.distance_beyond_edge > (tolerance if method == "winding" else 0.0)
     )
     findings: list[Finding] = []
     distances, lod95, max_distance = np.where(is_beyond, np.nan, counterparts.distance), None, None
     if radius_m is not None:
-        max_distance = _reach(distances, radius_m)
+        max_distance = _cylinder_half_length(distances, radius_m)
         error = registration_error_m or 0.0
         distances, lod95 = _m3c2(
             model,
@@ -180,7 +180,7 @@ def compare(
         normal_radius_m=None if radius_m is None else m3c2.NORMAL_SCALE * radius_m,
         reach_m=max_distance,
         registration_error_m=None if radius_m is None else (registration_error_m or 0.0),
-        positive_toward=_toward(sides),
+        positive_toward=_positive_direction(oriented_benchmark),
         sides_by=method,
         warnings=tuple(findings),
         distances=distances,
@@ -238,10 +238,10 @@ def _bounds(data: Mesh | PointCloud) -> FloatArray:
     return np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
 
 
-def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any, str]:
+def _orient_benchmark(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any, str]:
     """Return the benchmark with its sides, and how they were determined."""
     if isinstance(benchmark, Mesh) and len(benchmark.faces):
-        return MeshSides(benchmark), "winding"
+        return OrientedMesh(benchmark), "winding"
     cloud = benchmark
     if isinstance(cloud, Mesh):
         cloud = PointCloud(cloud.vertices)
@@ -252,12 +252,12 @@ def _sides(model: Mesh | PointCloud, benchmark: Mesh | PointCloud) -> tuple[Any,
             corners.mean(axis=1),
             np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
         )
-    elif isinstance(model, PointCloud) and has_sides(model):
+    elif isinstance(model, PointCloud) and has_point_normals(model):
         assert model.normals is not None
         step = max(1, len(model.points) // 50_000)
         direction = (model.points[::step], np.asarray(model.normals[::step], np.float64))
-    cloud_sides = CloudSides(cloud, _spacing(cloud), direction)
-    return cloud_sides, {"file": "normals", "model": "model", "up": "up"}[cloud_sides.source]
+    oriented_cloud = OrientedCloud(cloud, _spacing(cloud), direction)
+    return oriented_cloud, {"file": "normals", "model": "model", "up": "up"}[oriented_cloud.source]
 
 
 def _spacing(data: Mesh | PointCloud) -> float:
@@ -270,11 +270,11 @@ def _spacing(data: Mesh | PointCloud) -> float:
     return spacing if np.isfinite(spacing) and spacing > 0 else 1e-9
 
 
-def _reach(distances: FloatArray, radius: float) -> float:
+def _cylinder_half_length(distances: FloatArray, radius: float) -> float:
     """Return the half length of cylinders that covers nearly all nearest distances."""
     absolute = np.abs(distances[np.isfinite(distances)])
-    far_distance = float(np.percentile(absolute, _REACH_PERCENTILE)) if len(absolute) else 0.0
-    return max(2.0 * radius, _REACH_FACTOR * far_distance + radius)
+    far_distance = float(np.percentile(absolute, _DISTANCE_PERCENTILE)) if len(absolute) else 0.0
+    return max(2.0 * radius, _DISTANCE_FACTOR * far_distance + radius)
 
 
 def _m3c2(
@@ -296,13 +296,13 @@ def _m3c2(
         if n_added > len(points) / 2:
             findings.append(Finding("comparison.large-faces", name=name))
     rows = np.flatnonzero(~is_beyond)
-    core = np.asarray(positions[rows], np.float64)
-    progress.stage(tr("Computing normals"), len(core))
+    core_points = np.asarray(positions[rows], np.float64)
+    progress.stage(tr("Computing normals"), len(core_points))
     normals = m3c2.normals_at(
-        clouds[0], core, m3c2.NORMAL_SCALE * radius, counterparts.normal[rows], progress
+        clouds[0], core_points, m3c2.NORMAL_SCALE * radius, counterparts.normal[rows], progress
     )
     projection = m3c2.project(
-        core,
+        core_points,
         normals,
         clouds[0],
         clouds[1],
@@ -329,10 +329,12 @@ def _m3c2(
     return distances, lod95
 
 
-def _toward(sides: MeshSides | CloudSides) -> Toward | None:
-    mean = sides.mean_normal
+def _positive_direction(
+    oriented_benchmark: OrientedMesh | OrientedCloud,
+) -> PositiveDirection | None:
+    mean = oriented_benchmark.mean_normal
     size = float(np.linalg.norm(mean))
-    if not size > _MIN_MEAN_NORMAL * sides.total:
+    if not size > _MIN_MEAN_NORMAL * oriented_benchmark.total:
         return None
     line = Line.from_vector(mean, is_directed=True)
-    return Toward(line.trend_deg, line.plunge_deg)
+    return PositiveDirection(line.trend_deg, line.plunge_deg)

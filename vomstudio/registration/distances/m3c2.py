@@ -51,7 +51,7 @@ def normals_at(
     cloud: FloatArray,
     positions: FloatArray,
     radius: float,
-    sides: FloatArray,
+    reference_normals: FloatArray,
     progress: Progress | None = None,
 ) -> FloatArray:
     """Compute unit normals of a cloud.
@@ -62,7 +62,7 @@ def normals_at(
     positions : (n, 3) array
     radius : float
         Radius of the ball of points used to estimate a normal.
-    sides : (n, 3) array
+    reference_normals : (n, 3) array
         Vectors towards whose side the normals are oriented.
     progress : Progress, optional
 
@@ -72,12 +72,12 @@ def normals_at(
         Unit normals, NaN for fewer than three points.
     """
     normals = PointGrid(cloud, radius).planes(positions, radius, progress).normal
-    signs = np.where(np.einsum("ij,ij->i", normals, sides) < 0, -1.0, 1.0)
+    signs = np.where(np.einsum("ij,ij->i", normals, reference_normals) < 0, -1.0, 1.0)
     return np.asarray(normals * signs[:, None], np.float64)
 
 
 def project(
-    core: FloatArray,
+    core_points: FloatArray,
     normals: FloatArray,
     first: FloatArray,
     second: FloatArray,
@@ -91,7 +91,7 @@ def project(
 
     Parameters
     ----------
-    core, normals : (n, 3) array
+    core_points, normals : (n, 3) array
         Core points and unit normals.
     first, second : (k, 3) and (l, 3) array
         Clouds in the same frame and unit.
@@ -107,9 +107,9 @@ def project(
     progress = progress or SilentProgress()
     sums = []
     for title, cloud in ((tr("Model"), first), (tr("Benchmark"), second)):
-        progress.stage(title, len(core))
+        progress.stage(title, len(core_points))
         grid = PointGrid(cloud, radius)
-        sums.append(grid.along(core, normals, radius, max_distance, progress))
+        sums.append(grid.along(core_points, normals, radius, max_distance, progress))
     a, b = sums
     count = np.column_stack([a.count, b.count])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -22,7 +22,7 @@ _BLOCK_SIZE = 100_000
 _EDGE_WEIGHT = 1e-12
 
 
-class MeshSides:
+class OrientedMesh:
     """Mesh with pseudonormals, for signed distances."""
 
     def __init__(self, mesh: Mesh) -> None:
@@ -88,18 +88,28 @@ class MeshSides:
         Each step of `progress`, which may raise Cancelled, is one position.
         """
         n = len(positions)
-        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        distance, distance_beyond_edge, normal = (
+            np.full(n, np.nan),
+            np.zeros(n),
+            np.full((n, 3), np.nan),
+        )
 
         def process_rows(rows: slice) -> None:
-            distance[rows], beyond_edge[rows], normal[rows] = self._block(positions[rows])
+            distance[rows], distance_beyond_edge[rows], normal[rows] = self._measure_block(
+                positions[rows]
+            )
 
         run_in_blocks(process_rows, n, progress or SilentProgress(), _BLOCK_SIZE)
-        return Counterparts(distance, beyond_edge, normal)
+        return Counterparts(distance, distance_beyond_edge, normal)
 
-    def _block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _measure_block(self, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         nearest_faces = self._tree.nearest(positions)
         n = len(positions)
-        distance, beyond_edge, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
+        distance, distance_beyond_edge, normal = (
+            np.full(n, np.nan),
+            np.zeros(n),
+            np.full((n, 3), np.nan),
+        )
         rows = np.flatnonzero(nearest_faces.index >= 0)
         face, weights = nearest_faces.index[rows], nearest_faces.weights[rows]
         corners = self._mesh.vertices[self._mesh.faces[face]]
@@ -108,15 +118,15 @@ class MeshSides:
         pseudonormal, is_border = self._faces[face].copy(), np.zeros(len(rows), bool)
         is_zero = weights <= _EDGE_WEIGHT
         for k in range(3):
-            rows_of_part = np.flatnonzero(is_zero[:, k] & (is_zero.sum(axis=1) == 1))
-            edge = np.searchsorted(self._edge_keys, self._edge_key(face[rows_of_part], k))
-            pseudonormal[rows_of_part], is_border[rows_of_part] = (
+            selected_rows = np.flatnonzero(is_zero[:, k] & (is_zero.sum(axis=1) == 1))
+            edge = np.searchsorted(self._edge_keys, self._edge_key(face[selected_rows], k))
+            pseudonormal[selected_rows], is_border[selected_rows] = (
                 self._edges[edge],
                 self._has_one_face[edge],
             )
-            rows_of_part = np.flatnonzero(~is_zero[:, k] & (is_zero.sum(axis=1) == 2))
-            corner = self._places[face[rows_of_part], k]
-            pseudonormal[rows_of_part], is_border[rows_of_part] = (
+            selected_rows = np.flatnonzero(~is_zero[:, k] & (is_zero.sum(axis=1) == 2))
+            corner = self._places[face[selected_rows], k]
+            pseudonormal[selected_rows], is_border[selected_rows] = (
                 self._corners[corner],
                 self._is_border[corner],
             )
@@ -124,8 +134,8 @@ class MeshSides:
         size = np.linalg.norm(pseudonormal, axis=1, keepdims=True)
         pseudonormal = pseudonormal / np.where(size > 0, size, 1.0)
         height = np.einsum("ij,ij->i", offset, pseudonormal)
-        along_surface = np.sqrt(np.maximum(length**2 - height**2, 0.0))
+        tangential_distance = np.sqrt(np.maximum(length**2 - height**2, 0.0))
         distance[rows] = sign * length
-        beyond_edge[rows] = np.where(is_border, along_surface, 0.0)
+        distance_beyond_edge[rows] = np.where(is_border, tangential_distance, 0.0)
         normal[rows] = pseudonormal
-        return distance, beyond_edge, normal
+        return distance, distance_beyond_edge, normal

@@ -22,7 +22,7 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.similarity import fit_similarity
 
-Marked = tuple[str, str, float, float]
+PhotoMark = tuple[str, str, float, float]
 
 _MIN_SIMILARITY = 0.6
 # Maximum number of photos that are checked; those with most marks are used.
@@ -40,12 +40,12 @@ _LOG_SIZES = np.linspace(-3.0, 3.0, 61)
 _SIZE_TOLERANCE = 0.05
 # Common sizes of copies are preferred if they fit about as well as the best.
 _COMMON_LOG_SIZES = [math.log(times) for times in (0.125, 0.25, 1 / 3, 0.5, 2 / 3, 0.75)]
-_COMMON_LOG_SIZES += [-logarithm for logarithm in _COMMON_LOG_SIZES]
+_COMMON_LOG_SIZES += [-log_size for log_size in _COMMON_LOG_SIZES]
 _COMMON_SIZE_FACTOR = 2.0
 
 
 # --- names ----------------------------------------------------------------------------------------
-def nearest(name: str, known_names: Sequence[str]) -> str | None:
+def most_similar_name(name: str, known_names: Sequence[str]) -> str | None:
     """Return the known name that is most similar to the given name, if any.
 
     Parameters
@@ -59,26 +59,26 @@ def nearest(name: str, known_names: Sequence[str]) -> str | None:
     str or None
     """
     normalised_name = _normalise(name)
-    is_same = [
+    matches = [
         similar_name for similar_name in known_names if _normalise(similar_name) == normalised_name
     ]
-    if len(is_same) == 1:
-        return is_same[0]
-    close = get_close_matches(name, known_names, 1, _MIN_SIMILARITY)
-    return close[0] if close else None
+    if len(matches) == 1:
+        return matches[0]
+    close_matches = get_close_matches(name, known_names, 1, _MIN_SIMILARITY)
+    return close_matches[0] if close_matches else None
 
 
 def _normalise(name: str) -> str:
     """Normalise a name by removing case, spaces, punctuation and leading zeros."""
-    normalized_name = re.sub(r"[\W_]+", "", name.casefold())
-    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), normalized_name)
+    compact_name = re.sub(r"[\W_]+", "", name.casefold())
+    return re.sub(r"0*(\d+)", lambda digits: digits.group(1), compact_name)
 
 
 def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str]:
     """Return the names, each with the most similar known name."""
     hints = []
     for name in names:
-        similar_names = nearest(name, known_names)
+        similar_names = most_similar_name(name, known_names)
         hints.append(
             name if similar_names is None else tr("{name} ({near}?)", name=name, near=similar_names)
         )
@@ -86,7 +86,7 @@ def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str
 
 
 def name_findings(
-    points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
+    points: Sequence[str], marks: Sequence[PhotoMark], views: Mapping[str, View]
 ) -> list[Finding]:
     """Return findings about marks and points that do not match.
 
@@ -105,11 +105,11 @@ def name_findings(
     -------
     list of Finding
     """
-    find = finder(list(views))
+    find = create_photo_finder(list(views))
     unknown_photos = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
     unknown_labels = sorted({label for label, *_ in marks} - set(points))
-    photos_by_label = photos_of(points, marks, views)
-    labels_with_few = [label for label, photos in photos_by_label.items() if len(photos) < 2]
+    photos_by_label = group_photos_by_label(points, marks, views)
+    labels_with_few_marks = [label for label, photos in photos_by_label.items() if len(photos) < 2]
     findings = []
     if unknown_photos:
         findings.append(
@@ -123,13 +123,13 @@ def name_findings(
                 "control.without-coordinates", labels=_suggest_names(unknown_labels, list(points))
             )
         )
-    if labels_with_few:
-        findings.append(Finding("control.few-marks", labels=labels_with_few))
+    if labels_with_few_marks:
+        findings.append(Finding("control.few-marks", labels=labels_with_few_marks))
     return findings
 
 
-def photos_of(
-    points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
+def group_photos_by_label(
+    points: Sequence[str], marks: Sequence[PhotoMark], views: Mapping[str, View]
 ) -> dict[str, set[str]]:
     """Return the photos of the model in which each label is marked.
 
@@ -146,7 +146,7 @@ def photos_of(
     dict
         Names of the photos, by label.
     """
-    find = finder(list(views))
+    find = create_photo_finder(list(views))
     photos_by_label: dict[str, set[str]] = {label: set() for label in points}
     for label, photo, _, _ in marks:
         name = find(photo)
@@ -155,7 +155,7 @@ def photos_of(
     return photos_by_label
 
 
-def finder(names: Sequence[str]) -> Callable[[str], str | None]:
+def create_photo_finder(names: Sequence[str]) -> Callable[[str], str | None]:
     """Return a function that finds the name of a photo.
 
     Parameters
@@ -224,8 +224,8 @@ def _other_conventions() -> Iterator[_PixelConvention]:
     yield _PixelConvention(description, ((1, 0), (0, 1)), (0.5, 0.5))
 
 
-def require_pixels_of_photos(
-    marks: Sequence[Marked], views: Mapping[str, View], world: Mapping[str, Sequence[float]]
+def require_photo_pixels(
+    marks: Sequence[PhotoMark], views: Mapping[str, View], world: Mapping[str, Sequence[float]]
 ) -> None:
     """Check that the marks are given in pixels of the photos.
 
@@ -248,7 +248,7 @@ def require_pixels_of_photos(
     if int(np.maximum(2 * counts - 3, 0).sum()) < _MIN_REDUNDANCY:
         return
     targets = np.array([world.get(label, (math.nan,) * 3) for label in labels], np.float64)
-    ray_px, point_px = _misses(photos, targets, lambda pixels, _: pixels)
+    ray_px, point_px = _median_residuals(photos, targets, lambda pixels, _: pixels)
     if ray_px <= _MAX_RAY_PX and not point_px > _MAX_POINT_PX:
         return
     best_conversion: tuple[float, float, str] | None = None
@@ -257,16 +257,16 @@ def require_pixels_of_photos(
             continue
         # Convert to pixels of the marked copies.
         changed_ray_px, changed_point_px = (
-            mark_misfit / size for mark_misfit in _misses(photos, targets, change)
+            mark_misfit / size for mark_misfit in _median_residuals(photos, targets, change)
         )
-        has_improved = (
+        has_improved_rays = (
             changed_ray_px * _MIN_IMPROVEMENT < ray_px and not changed_point_px * 2.0 > point_px
         )
-        positions = (
+        has_improved_points = (
             changed_ray_px <= max(ray_px, _MAX_RAY_PX)
             and changed_point_px * _MIN_IMPROVEMENT < point_px
         )
-        if (has_improved or positions) and (
+        if (has_improved_rays or has_improved_points) and (
             best_conversion is None
             or changed_ray_px + np.nan_to_num(changed_point_px) < best_conversion[0]
         ):
@@ -287,25 +287,25 @@ def require_pixels_of_photos(
 
 
 def _group_by_photo(
-    marks: Sequence[Marked], views: Mapping[str, View]
+    marks: Sequence[PhotoMark], views: Mapping[str, View]
 ) -> tuple[list[str], list[_PhotoMarks]]:
-    find = finder(list(views))
-    photo_rows: dict[str, int] = {}
+    find = create_photo_finder(list(views))
+    row_by_label: dict[str, int] = {}
     marks_by_photo: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
         name = find(photo)
         if name is not None:
             rows, pixels = marks_by_photo.setdefault(name, ([], []))
-            rows.append(photo_rows.setdefault(label, len(photo_rows)))
+            rows.append(row_by_label.setdefault(label, len(row_by_label)))
             pixels.append((x, y))
-    largest_photos = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[
+    photos_with_most_marks = sorted(marks_by_photo, key=lambda name: -len(marks_by_photo[name][0]))[
         :_MAX_PHOTOS
     ]
-    return list(photo_rows), [
+    return list(row_by_label), [
         _PhotoMarks(
             views[name], np.array(marks_by_photo[name][0]), np.array(marks_by_photo[name][1])
         )
-        for name in largest_photos
+        for name in photos_with_most_marks
     ]
 
 
@@ -319,30 +319,32 @@ def _conversions(
     for convention in _other_conventions():
         yield convention.words, 1.0, convention
 
-    def change(logarithm: float) -> Callable[[FloatArray, View], FloatArray]:
-        return lambda pixels, _: pixels * math.exp(logarithm)
+    def change(log_size: float) -> Callable[[FloatArray, View], FloatArray]:
+        return lambda pixels, _: pixels * math.exp(log_size)
 
-    def miss(logarithm: float) -> float:
-        if _share_inside(photos, change(logarithm)) < _MIN_SHARE_INSIDE:
+    def total_residual(log_size: float) -> float:
+        if _share_inside(photos, change(log_size)) < _MIN_SHARE_INSIDE:
             return math.inf
-        ray_px, point_px = _misses(photos, targets, change(logarithm))
-        return (ray_px + float(np.nan_to_num(point_px))) * math.exp(-logarithm)
+        ray_px, point_px = _median_residuals(photos, targets, change(log_size))
+        return (ray_px + float(np.nan_to_num(point_px))) * math.exp(-log_size)
 
     step = float(_LOG_SIZES[1] - _LOG_SIZES[0])
-    distances = [miss(float(value)) for value in _LOG_SIZES]
+    distances = [total_residual(float(value)) for value in _LOG_SIZES]
     if not np.isfinite(distances).any():
         return
     best_log_size = float(_LOG_SIZES[int(np.argmin(distances))])
     while step > 1e-3:
         step /= 2.0
-        best_log_size = min((best_log_size, best_log_size - step, best_log_size + step), key=miss)
+        best_log_size = min(
+            (best_log_size, best_log_size - step, best_log_size + step), key=total_residual
+        )
     if abs(best_log_size) < _SIZE_TOLERANCE:
         return
-    usual_log_size = min(_COMMON_LOG_SIZES, key=lambda value: abs(value - best_log_size))
-    if abs(usual_log_size - best_log_size) < _SIZE_TOLERANCE and miss(
-        usual_log_size
-    ) <= _COMMON_SIZE_FACTOR * miss(best_log_size):
-        best_log_size = usual_log_size
+    common_log_size = min(_COMMON_LOG_SIZES, key=lambda value: abs(value - best_log_size))
+    if abs(common_log_size - best_log_size) < _SIZE_TOLERANCE and total_residual(
+        common_log_size
+    ) <= _COMMON_SIZE_FACTOR * total_residual(best_log_size):
+        best_log_size = common_log_size
     lens, size = photos[0].view.intrinsics, math.exp(best_log_size)
     text = tr(
         "they were made in copies of {width:.0f} x {height:.0f} pixels instead of {w} x {h}, so"
@@ -363,7 +365,7 @@ def _share_inside(
     return float(np.concatenate(is_inside).mean())
 
 
-def _misses(
+def _median_residuals(
     photos: Sequence[_PhotoMarks],
     targets: FloatArray,
     change: Callable[[FloatArray, View], FloatArray],
@@ -384,19 +386,19 @@ def _misses(
         Median residuals, pixels. The second is NaN if there are too few surveyed points.
     """
     n = len(targets)
-    normal, right, count = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
+    normal, right_hand_sides, count = np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n)
     converted_pixels = [change(photo.pixels, photo.view) for photo in photos]
     for photo, pixels in zip(photos, converted_pixels, strict=True):
         rays = photo.view.rays(pixels)
         projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
         np.add.at(normal, photo.rows, projector)
-        np.add.at(right, photo.rows, projector @ photo.view.centre)
+        np.add.at(right_hand_sides, photo.rows, projector @ photo.view.centre)
         np.add.at(count, photo.rows, 1.0)
     places = np.full((n, 3), np.nan)
     for row in np.flatnonzero(count >= 2):
         if np.isfinite(normal[row]).all() and np.linalg.cond(normal[row]) < 1e8:
-            places[row] = np.linalg.solve(normal[row], right[row])
-    ray_px = _median_miss(photos, converted_pixels, places)
+            places[row] = np.linalg.solve(normal[row], right_hand_sides[row])
+    ray_px = _median_residual(photos, converted_pixels, places)
     known_indices = np.flatnonzero(
         np.isfinite(places).all(axis=1) & np.isfinite(targets).all(axis=1)
     )
@@ -408,15 +410,15 @@ def _misses(
         return ray_px, math.nan
     projected_points = np.full((n, 3), np.nan)
     projected_points[known_indices] = fit.inverse(targets[known_indices])
-    return ray_px, _median_miss(photos, converted_pixels, projected_points)
+    return ray_px, _median_residual(photos, converted_pixels, projected_points)
 
 
-def _median_miss(
-    photos: Sequence[_PhotoMarks], converted_arrays: Sequence[FloatArray], positions: FloatArray
+def _median_residual(
+    photos: Sequence[_PhotoMarks], pixel_arrays: Sequence[FloatArray], positions: FloatArray
 ) -> float:
     """Return the median residual of marks of known points; infinite behind a camera."""
     distances = []
-    for photo, pixels in zip(photos, converted_arrays, strict=True):
+    for photo, pixels in zip(photos, pixel_arrays, strict=True):
         is_known = np.isfinite(positions[photo.rows]).all(axis=1)
         if is_known.any():
             offset = photo.view.project(positions[photo.rows][is_known]) - pixels[is_known]

@@ -20,19 +20,19 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
 
-MIN_MARK_PX = 0.3
+MIN_MARK_ERROR_PX = 0.3
 """One-sigma error of a mark in one direction, below which estimates from marks are not trusted."""
-HAND_MARK_PX = 1.0
+HAND_MARK_ERROR_PX = 1.0
 """Minimum error of a mark set by hand."""
-WARN_MARK_PX = 5.0
+MAX_MARK_SCATTER_PX = 5.0
 """Scatter above which marks or poses should be checked."""
-_LIMIT_SIGMAS = 6.0
+_OUTLIER_SIGMAS = 6.0
 # Share of the photo diagonal; marks that scatter by more do not show the same points.
-_MAX_SHARE = 0.05
+_MAX_SCATTER_SHARE = 0.05
 _MAX_PAIRS = 300
-_ROUNDS = 3
+_MAX_ITERATIONS = 3
 # Medians of the length of a Gaussian vector in the plane, and of a Gaussian number, in sigmas.
-_MEDIAN_LENGTH, _MEDIAN_SIZE = 1.1774, 0.6745
+_MEDIAN_LENGTH, _MEDIAN_ABSOLUTE_VALUE = 1.1774, 0.6745
 
 
 class Marks(NamedTuple):
@@ -69,7 +69,7 @@ def mark_distances(marks: Marks, position: FloatArray) -> FloatArray:
     return np.nan_to_num(np.array(distance, np.float64), nan=np.inf)
 
 
-def robust_place(marks: Marks) -> FloatArray:
+def robust_position(marks: Marks) -> FloatArray:
     """Return the position with the least median distance from the marks of a point.
 
     For two marks, it is the intersection of both rays.
@@ -86,7 +86,7 @@ def robust_place(marks: Marks) -> FloatArray:
     count = len(marks.views)
     if count < 3:
         return triangulate(marks.views, marks.pixels)
-    candidates = _meeting_places(marks)
+    candidates = _ray_intersections(marks)
     if not len(candidates):
         return triangulate(marks.views, marks.pixels)
     distance = np.array(
@@ -96,12 +96,12 @@ def robust_place(marks: Marks) -> FloatArray:
         ]
     )
     distance = np.sort(np.nan_to_num(distance, nan=np.inf), axis=0)
-    best_place = candidates[int(np.argmin(distance[count // 2]))]
-    nearest_marks = np.argsort(mark_distances(marks, best_place), kind="stable")[: count // 2 + 1]
-    return triangulate(*marks.select(nearest_marks))
+    best_position = candidates[int(np.argmin(distance[count // 2]))]
+    nearest_rows = np.argsort(mark_distances(marks, best_position), kind="stable")[: count // 2 + 1]
+    return triangulate(*marks.select(nearest_rows))
 
 
-def _meeting_places(marks: Marks) -> FloatArray:
+def _ray_intersections(marks: Marks) -> FloatArray:
     """Return the positions (m, 3) nearest to the rays of each pair of marks."""
     rays = np.array(
         [view.rays(pixel)[0] for view, pixel in zip(marks.views, marks.pixels, strict=True)]
@@ -113,10 +113,11 @@ def _meeting_places(marks: Marks) -> FloatArray:
     first_rows, second_rows = pairs.T
     projector = np.eye(3) - rays[:, :, None] * rays[:, None, :]
     normal = projector[first_rows] + projector[second_rows]
-    right = np.einsum("nij,nj->ni", projector, centres)
+    right_hand_sides = np.einsum("nij,nj->ni", projector, centres)
     is_usable = np.linalg.cond(normal) < 1e8
     positions = np.linalg.solve(
-        normal[is_usable], (right[first_rows] + right[second_rows])[is_usable][..., None]
+        normal[is_usable],
+        (right_hand_sides[first_rows] + right_hand_sides[second_rows])[is_usable][..., None],
     )
     return np.asarray(positions[..., 0])
 
@@ -139,7 +140,7 @@ def mark_scatter_px(points: Sequence[Marks]) -> float:
 
 def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]:
     """Return the located points, and the distances of their marks from the located positions."""
-    positions = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
+    positions = [(marks, robust_position(marks)) for marks in points if len(marks.views) >= 2]
     return [
         (marks, mark_distances(marks, position))
         for marks, position in positions
@@ -147,20 +148,20 @@ def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]
     ]
 
 
-def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
-    distances = [distance_px for _, distance_px in located_pairs]
+def _scatter_px(marks_with_distances: Sequence[tuple[Marks, FloatArray]]) -> float:
+    distances = [distance_px for _, distance_px in marks_with_distances]
     if not distances:
         return float("nan")
     scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         lengths: list[FloatArray] = []
-        for marks, distance_px in located_pairs:
-            near_marks = np.flatnonzero(distance_px <= _LIMIT_SIGMAS * scatter)
-            if len(near_marks) >= 2 and len(near_marks) < len(distance_px):
-                point = triangulate(*marks.select(near_marks))
+        for marks, distance_px in marks_with_distances:
+            near_rows = np.flatnonzero(distance_px <= _OUTLIER_SIGMAS * scatter)
+            if len(near_rows) >= 2 and len(near_rows) < len(distance_px):
+                point = triangulate(*marks.select(near_rows))
             else:
-                near_marks, point = np.arange(len(distance_px)), triangulate(*marks)
-            lengths.append(_unfitted_share(len(near_marks)) * mark_distances(marks, point))
+                near_rows, point = np.arange(len(distance_px)), triangulate(*marks)
+            lengths.append(_residual_correction(len(near_rows)) * mark_distances(marks, point))
         previous_scatter, scatter = (
             scatter,
             float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH,
@@ -170,11 +171,11 @@ def _scatter_px(located_pairs: Sequence[tuple[Marks, FloatArray]]) -> float:
     return scatter
 
 
-def _unfitted_share(count: int) -> float:
+def _residual_correction(count: int) -> float:
     """Return the ratio of the errors of marks to their distances from a fitted position."""
     if count == 2:
         # One degree of freedom remains, shared by both marks.
-        return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_SIZE
+        return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_ABSOLUTE_VALUE
     return math.sqrt(2 * count / (2 * count - 3))
 
 
@@ -193,21 +194,23 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     GeometryError
         If this applies to all points.
     """
-    located_robust_distances = _robust_distances(points)
-    if not located_robust_distances:
-        return MIN_MARK_PX
-    plausible = [
-        item for item in located_robust_distances if float(np.median(item[1])) <= _max_px(item[0])
+    marks_with_distances = _robust_distances(points)
+    if not marks_with_distances:
+        return MIN_MARK_ERROR_PX
+    plausible_marks = [
+        item
+        for item in marks_with_distances
+        if float(np.median(item[1])) <= _max_scatter_px(item[0])
     ]
-    if not plausible:
-        scatter_px = _scatter_px(located_robust_distances)
+    if not plausible_marks:
+        scatter_px = _scatter_px(marks_with_distances)
         raise GeometryError(Finding("control.marks-scattered", scatter_px=scatter_px))
-    return max(MIN_MARK_PX, _scatter_px(plausible))
+    return max(MIN_MARK_ERROR_PX, _scatter_px(plausible_marks))
 
 
-def _max_px(marks: Marks) -> float:
+def _max_scatter_px(marks: Marks) -> float:
     sizes = [math.hypot(view.intrinsics.width, view.intrinsics.height) for view in marks.views]
-    return _MAX_SHARE * float(np.median(sizes))
+    return _MAX_SCATTER_SHARE * float(np.median(sizes))
 
 
 def mark_scatter_findings(scatter_px: float) -> list[Finding]:
@@ -221,12 +224,12 @@ def mark_scatter_findings(scatter_px: float) -> list[Finding]:
     -------
     list of Finding
     """
-    if scatter_px <= WARN_MARK_PX:
+    if scatter_px <= MAX_MARK_SCATTER_PX:
         return []
     return [Finding("mark-scatter", photos=(), value=scatter_px)]
 
 
-def marks_disagree(labels: Sequence[str]) -> Finding:
+def disagreeing_marks_finding(labels: Sequence[str]) -> Finding:
     """Return the finding for points whose marks do not intersect in one position.
 
     Parameters
@@ -240,7 +243,7 @@ def marks_disagree(labels: Sequence[str]) -> Finding:
     return Finding("control.marks-disagree", labels=list(labels))
 
 
-def agreement_px(mark_px: float) -> float:
+def max_mark_distance_px(mark_px: float) -> float:
     """Return the maximum distance of correct marks from their point.
 
     Parameters
@@ -252,10 +255,10 @@ def agreement_px(mark_px: float) -> float:
     -------
     float
     """
-    return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
+    return _OUTLIER_SIGMAS * max(HAND_MARK_ERROR_PX, mark_px)
 
 
-def place_covariance(marks: Marks, position: FloatArray, mark_px: float) -> FloatArray:
+def position_covariance(marks: Marks, position: FloatArray, mark_px: float) -> FloatArray:
     """Return the covariance (3, 3) of a triangulated point in the frame of the views.
 
     Parameters

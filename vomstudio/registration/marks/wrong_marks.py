@@ -10,12 +10,12 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
-from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
+from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_position
 
 # Minimum number of marks that must agree before others are wrong; two rays nearly always intersect.
-_MIN_AGREEING = 3
+_MIN_CONSISTENT_MARKS = 3
 # Minimum ratio of residuals if one of three marks is left out instead of another.
-_CLEAR = 3.0
+_MIN_RESIDUAL_RATIO = 3.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ class WrongMark:
         )
 
 
-def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[WrongMark]]:
+def find_consistent_marks(
+    label: str, marks: Marks, limit_px: float
+) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict most of its marks.
 
     Two marks that contradict each other are both kept, because only the position of the point shows
@@ -77,14 +79,14 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     wrong : list of WrongMark
     """
     all_rows = np.arange(len(marks.views))
-    if len(all_rows) < 3 or is_meeting(marks, limit_px):
+    if len(all_rows) < 3 or do_rays_intersect(marks, limit_px):
         return all_rows, []
-    point = robust_place(marks)
+    point = robust_position(marks)
     is_near = mark_distances(marks, point) <= limit_px
-    if is_near.sum() >= _MIN_AGREEING:
+    if is_near.sum() >= _MIN_CONSISTENT_MARKS:
         point = triangulate(*marks.select(np.flatnonzero(is_near)))
         is_near = mark_distances(marks, point) <= limit_px
-    if is_near.sum() >= _MIN_AGREEING and 2 * is_near.sum() > len(all_rows):
+    if is_near.sum() >= _MIN_CONSISTENT_MARKS and 2 * is_near.sum() > len(all_rows):
         rows = np.flatnonzero(is_near)
         point = triangulate(*marks.select(rows))
         return rows, [
@@ -97,7 +99,7 @@ def find_agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, 
     ), wrong_marks
 
 
-def find_misplaced(
+def find_misplaced_marks(
     label: str, marks: Marks, position: FloatArray, limit_px: float, outlier_px: float
 ) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict its surveyed position.
@@ -122,7 +124,7 @@ def find_misplaced(
     wrong : list of WrongMark
     """
     is_far = mark_distances(marks, position) > max(limit_px, outlier_px)
-    if not is_far.any() or is_far.all() or is_meeting(marks, limit_px):
+    if not is_far.any() or is_far.all() or do_rays_intersect(marks, limit_px):
         return np.arange(len(is_far)), []
     wrong_marks = [_wrong_mark(label, marks, int(row), position) for row in np.flatnonzero(is_far)]
     return np.flatnonzero(~is_far), wrong_marks
@@ -137,7 +139,7 @@ def _wrong_mark(label: str, marks: Marks, row: int, position: FloatArray) -> Wro
     return WrongMark(label, view.name, (x, y), expected_pixel)
 
 
-def is_meeting(marks: Marks, limit_px: float) -> bool:
+def do_rays_intersect(marks: Marks, limit_px: float) -> bool:
     """Return whether the rays of marks intersect near each mark.
 
     Parameters
@@ -168,7 +170,7 @@ def _find_worst_mark(marks: Marks) -> tuple[int, FloatArray]:
         remaining_scatters.append(float(mark_distances(other_marks, point).max()))
     best_row = int(np.argmin(remaining_scatters))
     second = float(np.partition(remaining_scatters, 1)[1])
-    is_clear = math.isfinite(remaining_scatters[best_row]) and second >= _CLEAR * max(
+    is_clear = math.isfinite(remaining_scatters[best_row]) and second >= _MIN_RESIDUAL_RATIO * max(
         remaining_scatters[best_row], 1.0
     )
     return best_row, positions[best_row] if is_clear else np.full(3, np.nan)

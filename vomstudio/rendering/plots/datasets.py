@@ -76,15 +76,15 @@ def _block(
     import pyvista
 
     used_rows, rows = np.unique(faces, return_inverse=True)
-    used_places = used_rows.astype(np.int64)
+    used_indices = used_rows.astype(np.int64)
     corners: Any = rows.reshape(-1, 3).astype(np.int64)
     data: PolyData = pyvista.PolyData.from_regular_faces(
-        mesh.vertices[used_places] - origin, corners
+        mesh.vertices[used_indices] - origin, corners
     )
-    _add_values(data, mesh.colors, mesh.fields, used_places)
+    _add_values(data, mesh.colors, mesh.fields, used_indices)
     if mesh.uv is not None:
         # VTK requires separate texture coordinates for every corner.
-        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used_places].astype(np.float64))
+        data.active_texture_coordinates = np.nan_to_num(mesh.uv[used_indices].astype(np.float64))
     if material is not None:
         data.add_field_data([material.name], "material")
         if material.texture is not None:

@@ -18,26 +18,26 @@ def make_coloring(sample: PointCloud) -> Callable[[PointCloud, IntegerArray], By
     """
     if sample.colors is not None:
 
-        def own_colors(piece: PointCloud, rows: IntegerArray) -> ByteArray:
+        def stored_colors(piece: PointCloud, rows: IntegerArray) -> ByteArray:
             assert piece.colors is not None
             return np.asarray(piece.colors[rows, :3], np.uint8)
 
-        return own_colors
-    name_of_intensity = ""
+        return stored_colors
+    intensity_field = ""
     for name, field in sample.fields.items():
         if "intensity" in name.lower() and float(np.ptp(field)) > 0:
-            name_of_intensity = name
+            intensity_field = name
 
-    def values_of(piece: PointCloud) -> AnyArray:
-        return piece.fields[name_of_intensity] if name_of_intensity else piece.points[:, 2]
+    def point_values(piece: PointCloud) -> AnyArray:
+        return piece.fields[intensity_field] if intensity_field else piece.points[:, 2]
 
-    values = values_of(sample)
-    sample_values = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
-    low, high = np.nanpercentile(sample_values, [2.0, 98.0])
+    values = point_values(sample)
+    value_sample = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
+    low, high = np.nanpercentile(value_sample, [2.0, 98.0])
     dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
 
     def ramp(piece: PointCloud, rows: IntegerArray) -> ByteArray:
-        values = values_of(piece)[rows]
+        values = point_values(piece)[rows]
         grey = np.clip((values - low) / max(float(high - low), 1e-9), 0.0, 1.0)[:, None]
         return np.asarray(dark + np.nan_to_num(grey) * (light - dark), np.uint8)
 

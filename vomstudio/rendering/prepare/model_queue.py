@@ -38,8 +38,8 @@ NICENESS = 5
 class ModelQueue:
     """Queue for the preparation of models in threads.
 
-    Results returned by `next` belong to the calling thread; only the preparation runs in other
-    threads.
+    Results returned by `next_event` belong to the calling thread; only the preparation runs in
+    other threads.
     """
 
     def __init__(self, notify: Callable[[], None]) -> None:
@@ -53,11 +53,11 @@ class ModelQueue:
 
     def expect(self, model_id: str) -> threading.Event:
         """Register a model for preparation; setting the returned event cancels it."""
-        self.forget(model_id)
+        self.clear_state(model_id)
         stop_event = self._stop_events[model_id] = threading.Event()
         return stop_event
 
-    def forget(self, model_id: str) -> None:
+    def clear_state(self, model_id: str) -> None:
         """Cancel the preparation of a model."""
         stop_event = self._stop_events.pop(model_id, None)
         if stop_event is not None:
@@ -81,10 +81,10 @@ class ModelQueue:
         self._inbox.clear()
 
     @property
-    def waiting(self) -> bool:
+    def is_waiting(self) -> bool:
         return bool(self._inbox)
 
-    def next(self) -> tuple[str, Event] | None:
+    def next_event(self) -> tuple[str, Event] | None:
         """Return the next result with the id of its model, or None if the queue is empty."""
         while self._inbox:
             model_id, stop_event, event = self._inbox.popleft()
@@ -113,7 +113,7 @@ class ModelQueue:
         submit = _submitter(self._streams, stop_event)
 
         def shape() -> None:
-            with self._reporting(emit, "display.not-prepared"):
+            with self._report_errors(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
                     bounds = preparation.finite_bounds(data.vertices, stop_event)
                 elif data.arrangement is not None or isinstance(data, StreamedCloud):
@@ -132,7 +132,7 @@ class ModelQueue:
                     preparation.prepare_cloud(data, origin, stop_event, emit, submit, budget)
 
         def pictures() -> None:
-            with self._reporting(emit, "display.not-prepared"):
+            with self._report_errors(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
                     preparation.prepare_textures(
                         data, texture_limit, stop_event, emit, max_whole_side
@@ -159,7 +159,7 @@ class ModelQueue:
         emit = self._emitter(model_id, self._stop_events[model_id], stop_event)
 
         def work() -> None:
-            with self._reporting(emit, "display.field-not-shown", field=style.name):
+            with self._report_errors(emit, "display.field-not-shown", field=style.name):
                 preparation.prepare_field(data, style, to_world, proxies, parts, stop_event, emit)
 
         self._workers().submit(work)
@@ -181,7 +181,7 @@ class ModelQueue:
         return emit
 
     @contextlib.contextmanager
-    def _reporting(self, emit: Emit, code: str, **values: str) -> Iterator[None]:
+    def _report_errors(self, emit: Emit, code: str, **values: str) -> Iterator[None]:
         """Log and report errors of a thread, which would be lost otherwise."""
         try:
             yield

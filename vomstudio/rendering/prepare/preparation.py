@@ -176,17 +176,17 @@ def vertex_colors(
             ] = True
         used_vertices = np.flatnonzero(is_coloured)
         for part in pieces(len(used_vertices), stop_event):
-            used_part = used_vertices[part]
+            vertex_rows = used_vertices[part]
             if picture is not None and mesh.uv is not None:
-                uv = mesh.uv[used_part]
+                uv = mesh.uv[vertex_rows]
                 is_finite_uv = np.isfinite(uv).all(axis=1)
                 height, width = picture.shape[:2]
                 wrapped_uv = uv[is_finite_uv] - np.floor(uv[is_finite_uv])
                 column = np.minimum((wrapped_uv[:, 0] * width).astype(np.int32), width - 1)
                 line = np.minimum(((1.0 - wrapped_uv[:, 1]) * height).astype(np.int32), height - 1)
-                out[used_part[is_finite_uv]] = picture[line, column]
+                out[vertex_rows[is_finite_uv]] = picture[line, column]
             elif tint is not None:
-                out[used_part] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(
+                out[vertex_rows] = np.round(np.clip(tint, 0.0, 1.0) * np.array(255.0)).astype(
                     np.uint8
                 )
     return out
@@ -289,30 +289,30 @@ def mesh_chunks(
     position = np.empty(len(points), np.int32)
     for part in pieces(len(faces), stop_event, FACES_PER_CHUNK):
         ids = order[part]
-        large_faces = faces[ids]
-        is_used[large_faces.reshape(-1)] = True
+        chunk_faces = faces[ids]
+        is_used[chunk_faces.reshape(-1)] = True
         vertex_ids = np.flatnonzero(is_used)
         is_used[vertex_ids] = False
         position[vertex_ids] = np.arange(len(vertex_ids), dtype=np.int32)
-        reduced_positions = position[large_faces]
-        place_position = points[vertex_ids]
-        corners = place_position[reduced_positions]
+        local_faces = position[chunk_faces]
+        chunk_points = points[vertex_ids]
+        corners = chunk_points[local_faces]
         boxes = spatial_blocks.block_boxes(
             corners.min(axis=1), corners.max(axis=1), spatial_blocks.FACES_PER_BLOCK
         )
         coordinates, density = None, 0.0
         if uv is not None:
             coordinates = np.nan_to_num(np.asarray(uv[vertex_ids], np.float32))
-            density = uv_per_metre(corners, coordinates[reduced_positions])
+            density = uv_per_metre(corners, coordinates[local_faces])
         data = vtk_data.triangles(
-            place_position,
-            reduced_positions,
+            chunk_points,
+            local_faces,
             uv=coordinates,
             colors=None if colors is None else colors[vertex_ids],
         )
         chunk = FaceChunk(
-            place_position,
-            reduced_positions,
+            chunk_points,
+            local_faces,
             (ids + rows.start).astype(np.int32),
             vertex_ids,
             boxes,
@@ -326,8 +326,8 @@ def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
     s, t = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    covered_value = float(np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum())
-    return float(np.sqrt(covered_value / area)) if area > 0.0 else 0.0
+    uv_area = float(np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum())
+    return float(np.sqrt(uv_area / area)) if area > 0.0 else 0.0
 
 
 def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
@@ -373,9 +373,9 @@ def prepare_textures(
         if path not in loaded_textures:
             try:
                 loaded_textures[path] = load_texture(path, limit, max_whole_side)
-                reduced = loaded_textures[path]
-                if reduced is not None and reduced.note is not None:
-                    emit(Problem(reduced.note))
+                loaded_texture = loaded_textures[path]
+                if loaded_texture is not None and loaded_texture.note is not None:
+                    emit(Problem(loaded_texture.note))
             except TextureProblem as error:
                 loaded_textures[path] = None
                 emit(Problem(error.finding))
@@ -450,8 +450,8 @@ def prepare_field(
         return
     _, read = reader(data, style.name, to_world)
 
-    def colored(rows: IntegerArray) -> vtkUnsignedCharArray:
+    def color_rows(rows: IntegerArray) -> vtkUnsignedCharArray:
         check()
         return vtk_data.color_array(scale.colors(read(rows)))
 
-    emit(FieldReady(style, scale, [colored(r) for r in proxies], [colored(r) for r in parts]))
+    emit(FieldReady(style, scale, [color_rows(r) for r in proxies], [color_rows(r) for r in parts]))

@@ -36,12 +36,12 @@ from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
 
-SHOWN_SHARE = 0.5
+MAX_SHOWN_SHARE = 0.5
 """Maximum share of the point budget that is drawn; the remainder caches nodes of earlier views."""
 MAX_SHOWN_POINTS = 3_000_000
 
 
-def view_of(
+def cloud_view(
     eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
 ) -> CloudView:
     """Transform the view of an eye to the file frame of a cloud."""
@@ -81,7 +81,7 @@ class Streamer:
         submit: Submit,
     ) -> None:
         self._nodes, self._origin = nodes, origin
-        self._stopped, self._emit, self._submit = stop_event, emit, submit
+        self._stop_event, self._emit, self._submit = stop_event, emit, submit
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
         self._colors = make_coloring(sample)
         self._view: CloudView | None = None
@@ -101,20 +101,20 @@ class Streamer:
         self._emit(TexturesDone())
         self._emit(LocatorReady([]))
 
-    def needed(self, view: CloudView) -> dict[int, float]:
+    def needed_nodes(self, view: CloudView) -> dict[int, float]:
         """Return the required nodes of a view, most important first, with their spacing.
 
         At this point spacing, a node and the other required nodes together appear as a closed
         surface.
         """
-        max_points = min(int(self._nodes.budget * SHOWN_SHARE), MAX_SHOWN_POINTS)
-        rows = self._nodes.choose(view, max_points)
+        max_points = min(int(self._nodes.budget * MAX_SHOWN_SHARE), MAX_SHOWN_POINTS)
+        rows = self._nodes.select_nodes(view, max_points)
         if self._unreadable_rows:
             rows = rows[[row not in self._unreadable_rows for row in rows.tolist()]]
         return self._nodes.closing_spacings(rows)
 
     def closing(self, rows: list[int]) -> dict[int, float]:
-        """Return the spacing, as `needed` does, for given nodes."""
+        """Return the spacing, as `needed_nodes` does, for given nodes."""
         return self._nodes.closing_spacings(np.array(rows, np.int64))
 
     def look(self, view: CloudView) -> dict[int, float] | None:
@@ -125,7 +125,7 @@ class Streamer:
         if view == self._view:
             return None
         self._view = view
-        needed_nodes = self.needed(view)
+        needed_nodes = self.needed_nodes(view)
         rows = tuple(needed_nodes)
         if rows != self._requested_rows:
             self._requested_rows = rows
@@ -145,11 +145,11 @@ class Streamer:
             while missing_rows:
                 if request_number != self.request_number:
                     return
-                if self._stopped.is_set():
+                if self._stop_event.is_set():
                     raise Stopped
                 points = np.cumsum(self._nodes.counts[missing_rows])
                 count = max(1, int(np.searchsorted(points, self._nodes.batch_points, side="right")))
-                self._make_room(int(points[count - 1]), request_number)
+                self._drop_nodes(int(points[count - 1]), request_number)
                 self._fetch(missing_rows[:count])
                 missing_rows = missing_rows[count:]
             self._emit(ViewDone(request_number))
@@ -179,7 +179,7 @@ class Streamer:
         for row, piece in zip(rows, pieces, strict=True):
             self._hand_over(row, piece)
 
-    def _make_room(self, requested_points: int, request_number: int) -> None:
+    def _drop_nodes(self, requested_points: int, request_number: int) -> None:
         point_count = sum(int(self._nodes.counts[row]) for row in self._fetched_nodes)
         kept_rows = set(self._nodes.first)
         dropped_nodes: dict[int, NodePoints] = {}

@@ -13,7 +13,7 @@ from vomstudio.core.files.untrusted.pictures import convert_to_rgb
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-OVERVIEW_SIDE = 512
+OVERVIEW_SIDE_PIXELS = 512
 MAX_FILE_PIXELS = 1 << 30
 
 
@@ -90,9 +90,9 @@ def overview(path: Path) -> ByteArray | None:
     """Return a small RGB picture for vertex colours, or None if it cannot be read."""
     try:
         with open_picture(path) as picture:
-            picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
+            picture.draft("RGB", (OVERVIEW_SIDE_PIXELS, OVERVIEW_SIDE_PIXELS))
             reduced_picture = convert_to_rgb(picture)
-            factor = max(1, min(reduced_picture.size) // OVERVIEW_SIDE)
+            factor = max(1, min(reduced_picture.size) // OVERVIEW_SIDE_PIXELS)
             return np.asarray(reduced_picture.reduce(factor) if factor > 1 else reduced_picture)
     except (TextureProblem, OSError, ValueError, SyntaxError):
         return None

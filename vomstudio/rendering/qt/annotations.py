@@ -20,7 +20,7 @@ from vomstudio.rendering.qt import painting
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.decluttering import LabelGrid, order_by_importance, place_labels
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.rendering.view.symbols import MIN_DISC_PIXELS, Signs, SymbolSet
+from vomstudio.rendering.view.symbols import MIN_DISC_PIXELS, ScreenSymbols, SymbolSet
 
 Project = Callable[[FloatArray], tuple[FloatArray, BoolArray]]
 
@@ -35,7 +35,7 @@ CAP_LENGTH = 1.2
 MAX_SELECTED_ON_TOP = 12
 MAX_DOUBLE_CASED_STROKES = 1200
 """Number of strokes above which symbols have one casing instead of two."""
-PICK_DISTANCE = 7.0
+PICK_DISTANCE_PIXELS = 7.0
 LABEL_GAP = 7.0
 LINE_POSITIONS = (0.25, 0.75, 0.0, 1.0)
 """Alternative positions of label and symbol along a feature's line if its anchor is hidden."""
@@ -47,7 +47,7 @@ MAX_LABELLED_FEATURES = 30
 """Number of features above which only selected features are labelled by default."""
 MAX_PLACED_IN_MOTION = 500
 """Number of labels above which only those already shown are moved while the camera moves."""
-_ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
+_GET_ID, _GET_EXTENT, _GET_LABEL, _GET_SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class Annotations:
         """Labelled features: "all", "selected", "none", or "auto" (all if there are only a
         few)."""
         self._numbers: dict[tuple[str, float], QPixmap] = {}
-        self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
+        self._dot_pixmaps: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._arrays: _FeatureArrays | None = None
         self._previous_arrays: _FeatureArrays | None = None
         self._corners: dict[str, int] = {}
@@ -139,7 +139,7 @@ class Annotations:
         self._symbol_ages: dict[str, int] = {}
         self._position_by_id: dict[str, int] = {}
         self._strokes: FloatArray = np.zeros((0, 2, 2))
-        self._owners: IntArray = np.zeros(0, np.int64)
+        self._owner_rows: IntArray = np.zeros(0, np.int64)
         self._selected_flags: tuple[_FeatureArrays | None, frozenset[str], BoolArray] = (
             None,
             frozenset(),
@@ -151,9 +151,9 @@ class Annotations:
         if self._arrays is not None and not all(
             self._arrays.replace(id_, drawing) for id_, drawing in changes.items()
         ):
-            self.forget()
+            self.clear_state()
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Discard the cached data after a change of the drawings."""
         self._previous_arrays = self._arrays or self._previous_arrays
         self._arrays = None
@@ -176,9 +176,9 @@ class Annotations:
         t = np.clip(np.einsum("ij,ij->i", point - a, ab) / squared_lengths, 0.0, 1.0)
         distance = np.hypot(*(a + t[:, None] * ab - point).T)
         best_row = int(np.argmin(distance))
-        if distance[best_row] > PICK_DISTANCE:
+        if distance[best_row] > PICK_DISTANCE_PIXELS:
             return None
-        return self._arrays.drawings[int(self._owners[best_row])].id
+        return self._arrays.drawings[int(self._owner_rows[best_row])].id
 
     def paint(
         self,
@@ -212,14 +212,14 @@ class Annotations:
             Whether the camera is moving.
         """
         self.label_boxes = []
-        self._strokes, self._owners = np.zeros((0, 2, 2)), np.zeros(0, np.int64)
+        self._strokes, self._owner_rows = np.zeros((0, 2, 2)), np.zeros(0, np.int64)
         arrays = self._arrays or self._prepare(features)
         self._arrays = arrays
         if not arrays.drawings:
             return
         ratio = painter.device().devicePixelRatioF()
-        is_selected = self._flag_selected(arrays, selected_names)
-        labelled = self._find_labelled(arrays, is_selected, is_moving)
+        is_selected = self._selection_mask(arrays, selected_names)
+        labelled = self._label_mask(arrays, is_selected, is_moving)
         labelled[arrays.symbol_rows] = True
         # Only these are projected, because projecting thousands takes too long for a step of a
         # drag.
@@ -248,22 +248,22 @@ class Annotations:
 
     def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _FeatureArrays:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
-        symbols = list(map(_SYMBOL, drawings))
+        symbols = list(map(_GET_SYMBOL, drawings))
         valid_symbols = list(filter(None, symbols))
         arrays = _FeatureArrays(
             drawings,
-            dict(zip(map(_ID, drawings), count(), strict=False)),
+            dict(zip(map(_GET_ID, drawings), count(), strict=False)),
             np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
-            np.fromiter(map(_EXTENT, drawings), float, len(drawings)),
+            np.fromiter(map(_GET_EXTENT, drawings), float, len(drawings)),
             np.zeros((len(drawings), 2)),
             np.zeros(len(drawings), np.bool_),
-            np.fromiter(map(bool, map(_LABEL, drawings)), np.bool_, len(drawings)),
+            np.fromiter(map(bool, map(_GET_LABEL, drawings)), np.bool_, len(drawings)),
             np.flatnonzero(np.fromiter(map(bool, symbols), np.bool_, len(drawings))),
             SymbolSet(valid_symbols),
             np.array([s.kind == "disc" for s in valid_symbols], np.bool_),
         )
         if self._previous_arrays is not None:
-            _copy_measured(self._previous_arrays, arrays)
+            _copy_sizes(self._previous_arrays, arrays)
         self._previous_arrays = None
         return arrays
 
@@ -277,7 +277,7 @@ class Annotations:
         arrays.sizes[rows] = [self.labels.size(d.label, d.verdict) for d in drawings]
         arrays.is_measured[rows] = True
 
-    def _flag_selected(self, arrays: _FeatureArrays, selected_names: frozenset[str]) -> BoolArray:
+    def _selection_mask(self, arrays: _FeatureArrays, selected_names: frozenset[str]) -> BoolArray:
         """Return which drawings (n,) are selected, computed once per selection."""
         known_arrays, known_names, flags = self._selected_flags
         if known_arrays is not arrays or known_names is not selected_names:
@@ -285,14 +285,14 @@ class Annotations:
             self._selected_flags = arrays, selected_names, flags
         return flags
 
-    def _find_labelled(
+    def _label_mask(
         self, arrays: _FeatureArrays, is_selected: BoolArray, is_moving: bool
     ) -> BoolArray:
         """Return which drawings (n,) may be labelled, wherever they are in the view."""
         if self.label_mode == "none":
             return np.zeros(arrays.count, np.bool_)
         labelled = arrays.labelled.copy()
-        if self._labels_selection_only(arrays):
+        if self._is_selection_only(arrays):
             labelled &= is_selected
         if is_moving and int(labelled.sum()) > MAX_PLACED_IN_MOTION:
             # Placing thousands of labels takes too long for a step of a drag; at rest, all are
@@ -312,15 +312,13 @@ class Annotations:
         """
         last_positions = arrays.numbers(self._position_by_id)[rows]
         # Return to the anchor once the view has come to rest.
-        preferred_last_positions = last_positions if is_moving else np.zeros_like(last_positions)
-        is_kept = is_visible[np.arange(len(rows)), preferred_last_positions] | ~is_visible.any(
-            axis=1
-        )
+        preferred_positions = last_positions if is_moving else np.zeros_like(last_positions)
+        is_kept = is_visible[np.arange(len(rows)), preferred_positions] | ~is_visible.any(axis=1)
         if is_moving:
-            for hidden_frames_by_id in (self._label_ages, self._symbol_ages):
-                hidden_frames = arrays.numbers(hidden_frames_by_id)[rows]
+            for ages in (self._label_ages, self._symbol_ages):
+                hidden_frames = arrays.numbers(ages)[rows]
                 is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
-        index = np.where(is_kept, preferred_last_positions, np.argmax(is_visible, axis=1))
+        index = np.where(is_kept, preferred_positions, np.argmax(is_visible, axis=1))
         self._position_by_id = {
             arrays.drawings[row].id: number
             for row, number in zip(rows.tolist(), index.tolist(), strict=True)
@@ -333,7 +331,7 @@ class Annotations:
         self,
         painter: QPainter,
         arrays: _FeatureArrays,
-        signs: Signs,
+        signs: ScreenSymbols,
         is_visible: BoolArray,
         is_selected: BoolArray,
         grid: LabelGrid,
@@ -348,9 +346,13 @@ class Annotations:
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        is_patient = self._recently_hidden(arrays, is_visible, self._symbol_ages, is_moving)[rows]
+        was_recently_visible = self._recently_visible(
+            arrays, is_visible, self._symbol_ages, is_moving
+        )[rows]
         is_small = extents < MIN_DISC_PIXELS * signs.metres
-        candidates = is_inside & (is_patient | is_selected[rows]) & (~arrays.discs | is_small)
+        candidates = (
+            is_inside & (was_recently_visible | is_selected[rows]) & (~arrays.discs | is_small)
+        )
         was_shown = arrays.flags(self._symbol_ages)[rows]
         order = order_by_importance(is_selected[rows], was_shown, extents, is_moving=is_moving)
         # Includes a margin, because a symbol may be partly outside the image.
@@ -393,7 +395,7 @@ class Annotations:
         dots += discs
         dot_strokes = np.repeat(signs.pixels[dots][:, None], 2, axis=1).reshape(-1, 2, 2)
         self._strokes = np.concatenate([strokes, dot_strokes])
-        self._owners = rows[np.concatenate([owners, np.array(dots, np.int64)])]
+        self._owner_rows = rows[np.concatenate([owners, np.array(dots, np.int64)])]
 
     def _paint_dots(
         self,
@@ -408,13 +410,13 @@ class Annotations:
         for i in dots:
             x, y = pixels[i]
             painter.drawPixmap(
-                QPointF(x - half_width, y - half_width), self._dot(colors[i], width, ratio)
+                QPointF(x - half_width, y - half_width), self._dot_pixmap(colors[i], width, ratio)
             )
 
-    def _dot(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
+    def _dot_pixmap(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
         """Return a dot as a small picture, because Qt draws round points ten times more slowly."""
         key = (color, width, ratio)
-        pixmap = self._dots.get(key)
+        pixmap = self._dot_pixmaps.get(key)
         if pixmap is None:
             pixmap = _blank_pixmap(width + 2.0, width + 2.0, ratio)
             pixmap_painter = QPainter(pixmap)
@@ -423,7 +425,7 @@ class Annotations:
             pixmap_painter.setBrush(painting.to_color(color))
             pixmap_painter.drawEllipse(QRectF(1.0, 1.0, width, width))
             pixmap_painter.end()
-            self._dots[key] = pixmap
+            self._dot_pixmaps[key] = pixmap
         return pixmap
 
     def _paint_strokes(
@@ -469,7 +471,7 @@ class Annotations:
         self,
         painter: QPainter,
         arrays: _FeatureArrays,
-        signs: Signs,
+        signs: ScreenSymbols,
         full_signs: list[int],
         grid: LabelGrid,
     ) -> None:
@@ -501,10 +503,10 @@ class Annotations:
         return pixmap
 
     # --- labels ------------------------------------------------------------------------------
-    def _labels_selection_only(self, arrays: _FeatureArrays) -> bool:
+    def _is_selection_only(self, arrays: _FeatureArrays) -> bool:
         """Return whether only selected features are labelled to avoid hiding the rock."""
-        is_many = int(arrays.labelled.sum()) > MAX_LABELLED_FEATURES
-        return self.label_mode == "selected" or (self.label_mode == "auto" and is_many)
+        has_many_labels = int(arrays.labelled.sum()) > MAX_LABELLED_FEATURES
+        return self.label_mode == "selected" or (self.label_mode == "auto" and has_many_labels)
 
     def _paint_labels(
         self,
@@ -518,10 +520,12 @@ class Annotations:
         is_moving: bool,
         ratio: float,
     ) -> None:
-        is_patient = self._recently_hidden(arrays, is_visible, self._label_ages, is_moving)
+        was_recently_visible = self._recently_visible(
+            arrays, is_visible, self._label_ages, is_moving
+        )
         was_shown = arrays.flags(self._label_ages)
-        candidates = self._find_labelled(arrays, is_selected, is_moving)
-        candidates &= (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
+        candidates = self._label_mask(arrays, is_selected, is_moving)
+        candidates &= (was_recently_visible | is_selected) & np.isfinite(anchors).all(axis=1)
         rows = np.flatnonzero(candidates)
         order = order_by_importance(
             is_selected[rows], was_shown[rows], arrays.extents[rows], is_moving=is_moving
@@ -564,35 +568,35 @@ class Annotations:
         painter.drawPixmap(QPointF(x_left, y_top), picture)
 
     # --- memory ------------------------------------------------------------------------------
-    def _recently_hidden(
+    def _recently_visible(
         self,
         arrays: _FeatureArrays,
         is_visible: BoolArray,
-        shown_positions: dict[str, int],
+        hidden_frames_by_id: dict[str, int],
         is_moving: bool,
     ) -> BoolArray:
         """Return which drawings are visible, or were visible recently if the view is moving."""
-        if not is_moving or not shown_positions:
+        if not is_moving or not hidden_frames_by_id:
             return is_visible
         return is_visible | arrays.flags(
             id_
-            for id_, hidden_frames in shown_positions.items()
+            for id_, hidden_frames in hidden_frames_by_id.items()
             if hidden_frames < MAX_HIDDEN_FRAMES
         )
 
     def _remember(
         self,
-        shown_positions: dict[str, int],
+        hidden_frames_by_id: dict[str, int],
         arrays: _FeatureArrays,
         shown_rows: Iterable[int],
         is_visible: BoolArray,
     ) -> None:
         """Count the frames for which each shown row has been invisible."""
-        previous_positions = dict(shown_positions)
-        shown_positions.clear()
+        previous_positions = dict(hidden_frames_by_id)
+        hidden_frames_by_id.clear()
         for row in shown_rows:
             id_ = arrays.drawings[row].id
-            shown_positions[id_] = 0 if is_visible[row] else previous_positions.get(id_, 0) + 1
+            hidden_frames_by_id[id_] = 0 if is_visible[row] else previous_positions.get(id_, 0) + 1
 
 
 def _flat_pen(color: QColor, width: float) -> QPen:
@@ -601,7 +605,7 @@ def _flat_pen(color: QColor, width: float) -> QPen:
     return pen
 
 
-def _copy_measured(source: _FeatureArrays, target: _FeatureArrays) -> None:
+def _copy_sizes(source: _FeatureArrays, target: _FeatureArrays) -> None:
     """Copy the positions and sizes of the labels of unchanged drawings."""
     source_rows = dict(zip(map(id, source.drawings), count(), strict=False))
     rows = np.fromiter(
@@ -621,8 +625,8 @@ def _label_anchors(drawings: list[FeatureDrawing]) -> FloatArray:
     lines = [np.asarray(d.line, float).reshape(-1, 3) for d in drawings]
     sizes = np.array([len(line) for line in lines], np.int64)
     is_line = sizes >= 2
-    starts, last_vertices = (np.cumsum(sizes) - sizes)[is_line], sizes[is_line] - 1
-    vertices = np.round(np.outer(last_vertices, LINE_POSITIONS)).astype(np.int64)
+    starts, last_indices = (np.cumsum(sizes) - sizes)[is_line], sizes[is_line] - 1
+    vertices = np.round(np.outer(last_indices, LINE_POSITIONS)).astype(np.int64)
     places[is_line, 1:] = np.concatenate(lines)[starts[:, None] + vertices]
     return places
 

@@ -13,7 +13,7 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.clipping import BOX_EDGES, BOX_FACES
-from vomstudio.rendering.view.scalars import MISSING, Scale
+from vomstudio.rendering.view.scalars import MISSING_COLOR, Scale
 
 BAR_WIDTH = 16.0
 MAX_BAR_HEIGHT = 300.0
@@ -39,8 +39,8 @@ class ColorBar:
         self, scale: Scale, captions: Sequence[str], right: float, top: float, bottom: float
     ) -> None:
         self.scale = scale
-        self._bold, self._font = system_font(bold=True), system_font()
-        bold, plain_metrics = QFontMetricsF(self._bold), QFontMetricsF(self._font)
+        self._bold_font, self._font = system_font(bold=True), system_font()
+        bold, plain_metrics = QFontMetricsF(self._bold_font), QFontMetricsF(self._font)
         self._line = plain_metrics.height()
         title = captions[0] + (f" [{scale.unit}]" if scale.unit else "")
         elide_mode = Qt.TextElideMode.ElideRight
@@ -130,7 +130,7 @@ class ColorBar:
         left, y = self.box.left() + PAD, self.box.top() + PAD
         painter.setPen(TEXT)
         for k, text in enumerate(self._captions):
-            font = self._font if k else self._bold
+            font = self._font if k else self._bold_font
             metrics = QFontMetricsF(font)
             painter.setFont(font)
             painter.drawText(QPointF(left, y + metrics.ascent()), text)
@@ -142,7 +142,9 @@ class ColorBar:
         else:
             self._paint_ramp(painter, left, top)
         if self.scale.missing:
-            self._swatch(painter, left, top + self._inner_width + 5.0, MISSING, tr(MISSING_TEXT))
+            self._swatch(
+                painter, left, top + self._inner_width + 5.0, MISSING_COLOR, tr(MISSING_TEXT)
+            )
         painter.restore()
 
     def _swatch(

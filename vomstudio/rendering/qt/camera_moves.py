@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.rendering.qt.viewport_protocol import Pane, Redraws
+from vomstudio.rendering.qt.viewport_protocol import Pane, Redrawable
 from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 
@@ -25,7 +25,7 @@ class CameraMoves(QObject):
         camera: Camera,
         pane: Pane,
         scene_bounds: Callable[[], FloatArray],
-        picture: Redraws,
+        picture: Redrawable,
         parent: QObject,
     ) -> None:
         """Create the moves of a camera.
@@ -43,7 +43,7 @@ class CameraMoves(QObject):
     def moved(self) -> None:
         """Request a drawing in the next paint, and its refinement after a delay."""
         self._fitted_points = None
-        self._picture.stir()
+        self._picture.begin_motion()
         self.changed.emit()
 
     # -- target of the view
@@ -67,7 +67,7 @@ class CameraMoves(QObject):
         self.camera.fit(points_world, self._pane.extent())
         self.moved()
 
-    def resized(self) -> None:
+    def handle_resize(self) -> None:
         """Frame the same points again unless the camera has been moved since."""
         if self._fitted_points is not None:
             self.frame(self._fitted_points)
@@ -81,7 +81,7 @@ class CameraMoves(QObject):
         self.camera.set_pivot(np.asarray(point_world, float))
         self._picture.redraw_once()
 
-    def standard_view(self, name: str) -> None:
+    def set_standard_view(self, name: str) -> None:
         """Look in a named direction, and frame everything visible.
 
         Names refer to the view direction ("north" is the view from the south): north, northeast,

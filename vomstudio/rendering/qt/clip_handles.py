@@ -11,14 +11,14 @@ from PySide6.QtGui import QPainter
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt import bar_painting
 from vomstudio.rendering.qt.annotations import Annotations
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox, along_axis
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
-FACE_PIXELS = 14.0
+FACE_PICK_DISTANCE_PIXELS = 14.0
 
 
 class ClipHandles(QObject):
@@ -41,7 +41,7 @@ class ClipHandles(QObject):
         self,
         camera: Camera,
         pane: Pane,
-        lifetime: SceneLife,
+        lifetime: SceneLifetime,
         picture: ScenePicture,
         annotations: Annotations,
         parent: QObject,
@@ -60,13 +60,13 @@ class ClipHandles(QObject):
             self._pane.update()
         if box != self.box:
             self.box = box
-            self._annotations.forget()
+            self._annotations.clear_state()
 
             def apply() -> None:
                 self._cut()
                 self._picture.redraw()
 
-            self._lifetime.when_started(apply)
+            self._lifetime.call_when_started(apply)
 
     def _cut(self) -> None:
         if self._lifetime.scene is not None:
@@ -113,7 +113,7 @@ class ClipHandles(QObject):
         distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
         distance = np.where(np.isfinite(distance) & np.array(is_usable), distance, np.inf)
         best_row = int(np.argmin(distance))
-        return best_row if distance[best_row] <= FACE_PIXELS else None
+        return best_row if distance[best_row] <= FACE_PICK_DISTANCE_PIXELS else None
 
     def drag_face(self, face: int, x: float, y: float) -> None:
         """Move a face along its axis so that it follows the cursor at a pixel."""
@@ -124,9 +124,9 @@ class ClipHandles(QObject):
         if value is None:
             return
         self.box = self.box.move_face(axis, side, value)
-        self._annotations.forget()
+        self._annotations.clear_state()
         self._cut()
-        self._picture.stir()
+        self._picture.begin_motion()
         self.changed.emit(self.box)
 
     def release_face(self) -> None:
@@ -141,8 +141,8 @@ class ClipHandles(QObject):
             self.hovered = face
             self._pane.update()
 
-    def paint(self, painter: QPainter, held_face: int | None, letters: Sequence[str]) -> None:
+    def paint(self, painter: QPainter, dragged_face: int | None, letters: Sequence[str]) -> None:
         if self.box is not None and self.handles:
             corners, centres, is_usable = self.places()
-            hovered = self.hovered if held_face is None else held_face
+            hovered = self.hovered if dragged_face is None else dragged_face
             bar_painting.draw_clip_box(painter, corners, centres, is_usable, hovered, letters)

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, Q
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.rendering.qt import painting
 
 MARGIN = 16.0
@@ -62,8 +62,8 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_k
     for k, letter in enumerate(letters):
         if not letter:
             continue
-        turned_value = math.radians(90.0 * k)
-        position = pixel_of((math.sin(turned_value), math.cos(turned_value), 0.0), radius + 9.0)
+        azimuth_rad = math.radians(90.0 * k)
+        position = pixel_of((math.sin(azimuth_rad), math.cos(azimuth_rad), 0.0), radius + 9.0)
         # In a horizontal view the letters meet at the needle, and only the first one is drawn.
         if any(
             math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_points
@@ -128,7 +128,7 @@ def draw_scale_bar(
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawPath(bar)
-    text = bar_text(length, is_metric=is_unit_known)
+    text = scale_bar_text(length, is_metric=is_unit_known)
     font = painting.system_font(bold=True)
     painting.outlined_text(
         painter,

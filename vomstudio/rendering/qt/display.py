@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.rendering.prepare.events import FieldReady
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.shown_models import ShownModels
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale
@@ -21,10 +21,10 @@ class ModelAppearance(QObject):
     """Appearance of the models; `captions` contains their names if several show a field."""
 
     field_shown = Signal(str)
-    """Emits the model id when the colour scale of its field is available from `scale_of`."""
+    """Emits the model id when the colour scale of its field is available from `color_scale`."""
 
     def __init__(
-        self, lifetime: SceneLife, picture: ScenePicture, models: ShownModels, parent: QObject
+        self, lifetime: SceneLifetime, picture: ScenePicture, models: ShownModels, parent: QObject
     ) -> None:
         super().__init__(parent)
         self.captions: dict[str, str] = {}
@@ -69,7 +69,7 @@ class ModelAppearance(QObject):
             change(self._lifetime.scene)
             self._picture.replace_canvas()
 
-        self._lifetime.when_started(apply)
+        self._lifetime.call_when_started(apply)
 
     # -- fields
 
@@ -90,7 +90,7 @@ class ModelAppearance(QObject):
             scene.set_field(model_id, None)
             self._picture.replace_canvas()
 
-    def scale_of(self, model_id: str) -> Scale | None:
+    def color_scale(self, model_id: str) -> Scale | None:
         """Return the colour scale of a model's field, or None if the model shows no field."""
         scene = self._lifetime.scene
         model = None if scene is None else scene.models.get(model_id)

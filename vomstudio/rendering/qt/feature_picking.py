@@ -10,7 +10,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
-FEATURE_PIXELS = 7.0
+PICK_DISTANCE_PIXELS = 7.0
 
 
 def feature_at(
@@ -40,19 +40,23 @@ def feature_at(
             t = np.clip(np.nan_to_num(t), 0.0, 1.0)
             distance = np.hypot(*(a + t[:, None] * ab - np.array([x, y])).T)
         distance[(owner[:-1] != owner[1:]) | ~np.isfinite(distance)] = np.inf
-        if len(distance) and distance.min() <= FEATURE_PIXELS:
+        if len(distance) and distance.min() <= PICK_DISTANCE_PIXELS:
             return lines[int(owner[int(np.argmin(distance))])].id
     best_distance, feature_id = np.inf, None
     for d in shown_feature_drawings if include_discs else ():
         if d.disc is None:
             continue
         ring, depth = camera.project(np.asarray(d.disc, float), extent)
-        if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best_distance:
+        if (
+            np.isfinite(ring).all()
+            and is_inside_convex(ring, x, y)
+            and depth.mean() < best_distance
+        ):
             best_distance, feature_id = float(depth.mean()), d.id
     return feature_id
 
 
-def inside_convex(ring: FloatArray, x: float, y: float) -> bool:
+def is_inside_convex(ring: FloatArray, x: float, y: float) -> bool:
     """Return whether a pixel lies inside a convex ring (n, 2) of any orientation."""
     a, b = ring, np.roll(ring, -1, axis=0)
     cross_products = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])

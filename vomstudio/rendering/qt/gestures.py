@@ -27,9 +27,9 @@ from vomstudio.studio.tools.interaction_types import (
     is_click,
 )
 
-HANDLE_PIXELS = 9.0
-HOVER_S = 0.016
-STILL_MS = 150
+HANDLE_PICK_DISTANCE_PIXELS = 9.0
+HOVER_INTERVAL_S = 0.016
+STILL_DELAY_MS = 150
 BRUSH_STEPS = 40
 DEGREES_PER_PIXEL = 0.35
 ZOOM_PER_NOTCH = 0.85
@@ -48,7 +48,7 @@ class GestureView(Pane, Protocol):
 
     def pick(self, x: float, y: float) -> Hit | None: ...
 
-    def world_of(self, hit: Hit) -> FloatArray: ...
+    def world_position(self, hit: Hit) -> FloatArray: ...
 
     def hover(self, x: float, y: float, *, is_free: bool) -> None:
         """Handle the cursor at a pixel; `is_free` means that it is not over a preview vertex."""
@@ -65,7 +65,7 @@ class Moves(Protocol):
     def set_pivot(self, point_world: FloatArray) -> None: ...
 
 
-class Faces(Protocol):
+class ClipFaces(Protocol):
     """Protocol for the handles on the faces of a box."""
 
     def face_at(self, x: float, y: float) -> int | None: ...
@@ -88,16 +88,16 @@ class Gestures(QObject):
         with the wheel.
     cursor : QPointF or None
         Position of the cursor, or None if it is outside the view.
-    hot_handle : int or None
+    hovered_handle : int or None
         Vertex of the preview under the cursor.
-    held_face : int or None
+    dragged_face : int or None
         Face of the clipping box that is being dragged.
     """
 
     pointer = Signal(object)
     """PointerEvent"""
 
-    def __init__(self, view: GestureView, moves: Moves, faces: Faces, parent: QObject) -> None:
+    def __init__(self, view: GestureView, moves: Moves, faces: ClipFaces, parent: QObject) -> None:
         super().__init__(parent)
         self._view, self._moves, self._faces = view, moves, faces
         self._camera = moves.camera
@@ -105,23 +105,23 @@ class Gestures(QObject):
         self.tool_takes_keys = False
         self._turntable = True
         self.cursor: QPointF | None = None
-        self.hot_handle: int | None = None
-        self.held_face: int | None = None
+        self.hovered_handle: int | None = None
+        self.dragged_face: int | None = None
         self._press_position: QPointF | None = None
         self._button = Qt.MouseButton.NoButton
-        self._held_handle: int | None = None
+        self._dragged_handle: int | None = None
         self._last_position = QPointF()
         self._action: str | None = None
         self._action_depth: float | None = None
         self._after_double_click = False
-        self._last_hover = 0.0
+        self._last_hover_time = 0.0
         self._hover_event: PointerEvent | None = None
         self._hover_timer = QTimer(self, singleShot=True)
         self._hover_timer.timeout.connect(self._emit_hover)
         # A tool whose measurements are delayed during a drag updates them when the cursor stops.
         self._rest_timer = QTimer(self)
-        self._rest_timer.setInterval(STILL_MS)
-        self._rest_timer.timeout.connect(self._stand_still)
+        self._rest_timer.setInterval(STILL_DELAY_MS)
+        self._rest_timer.timeout.connect(self._emit_rest)
 
     def set_turntable(self, is_enabled: bool) -> None:
         """Set whether orbiting keeps the z axis upright or is free, as with a trackball."""
@@ -145,7 +145,7 @@ class Gestures(QObject):
         distance = np.hypot(pixels[:, 0] - x, pixels[:, 1] - y)
         distance = np.where(np.isfinite(distance), distance, np.inf)
         best_row = int(np.argmin(distance))
-        return best_row if distance[best_row] <= HANDLE_PIXELS else None
+        return best_row if distance[best_row] <= HANDLE_PICK_DISTANCE_PIXELS else None
 
     def _event(
         self,
@@ -179,28 +179,28 @@ class Gestures(QObject):
         self._action = None
         is_left_button = event.button() == Qt.MouseButton.LeftButton
         has_shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        self._held_handle = (
+        self._dragged_handle = (
             self.handle_at(position.x(), position.y()) if is_left_button and not has_shift else None
         )
-        is_free = is_left_button and not has_shift and self._held_handle is None
-        self.held_face = self._faces.face_at(position.x(), position.y()) if is_free else None
+        is_free = is_left_button and not has_shift and self._dragged_handle is None
+        self.dragged_face = self._faces.face_at(position.x(), position.y()) if is_free else None
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
         """Determine the action of a drag once the cursor has moved far enough."""
         assert self._press_position is not None
-        if self.held_face is not None:
+        if self.dragged_face is not None:
             self._action = "face"
             return
         view = self._view
         has_shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
         button = self._button
         hit = view.pick(self._press_position.x(), self._press_position.y())
-        position = None if hit is None else view.world_of(hit)
-        if self._held_handle is not None:
+        position = None if hit is None else view.world_position(hit)
+        if self._dragged_handle is not None:
             self._action = "handle"
             start = self._event(Pointer.DRAG_START, self._press_position, button, event)
-            self.pointer.emit(replace(start, handle=self._held_handle))
+            self.pointer.emit(replace(start, handle=self._dragged_handle))
         elif button == Qt.MouseButton.MiddleButton or (
             button == Qt.MouseButton.LeftButton and has_shift and not self.tool_takes_keys
         ):
@@ -228,7 +228,7 @@ class Gestures(QObject):
         position = event.position()
         self.cursor = position
         if self._press_position is None:
-            self._hover_later(event)
+            self._schedule_hover(event)
             return
         if self._action is None:
             if is_click(
@@ -240,11 +240,11 @@ class Gestures(QObject):
         dx, dy = position.x() - self._last_position.x(), position.y() - self._last_position.y()
         self._last_position = position
         if self._action == "face":
-            assert self.held_face is not None
-            self._faces.drag_face(self.held_face, position.x(), position.y())
+            assert self.dragged_face is not None
+            self._faces.drag_face(self.dragged_face, position.x(), position.y())
         elif self._action == "handle":
             move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
-            self.pointer.emit(replace(move, handle=self._held_handle))
+            self.pointer.emit(replace(move, handle=self._dragged_handle))
         elif self._action == "tool":
             self._drag_tool(event, position, position - QPointF(dx, dy))
         elif self._action != "none":
@@ -279,7 +279,7 @@ class Gestures(QObject):
             move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
             self.pointer.emit(replace(move, handle=None, more=step < steps))
 
-    def _stand_still(self) -> None:
+    def _emit_rest(self) -> None:
         if self._action != "tool" or self._press_position is None:
             self._rest_timer.stop()
             return
@@ -292,13 +292,13 @@ class Gestures(QObject):
             return
         action, self._action = self._action, None
         press, self._press_position = self._press_position, None
-        face, self.held_face = self.held_face, None
+        face, self.dragged_face = self.dragged_face, None
         if face is not None:
             self._faces.release_face()
             return
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
-            self.pointer.emit(replace(end, handle=self._held_handle))
+            self.pointer.emit(replace(end, handle=self._dragged_handle))
         elif action == "tool":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=None))
@@ -306,7 +306,7 @@ class Gestures(QObject):
             click = self._event(Pointer.CLICK, press, event.button(), event)
             self.pointer.emit(click)
         self._after_double_click = False
-        self._held_handle = None
+        self._dragged_handle = None
 
     def double_click(self, event: QMouseEvent) -> None:
         if self.orbit_button != Qt.MouseButton.LeftButton:
@@ -316,12 +316,12 @@ class Gestures(QObject):
         self._press_position = self._last_position = event.position()
         self._button = event.button()
         self._action = None
-        self._held_handle = None
+        self._dragged_handle = None
         self._after_double_click = True
-        event_made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
-        if event.button() == Qt.MouseButton.LeftButton and event_made.hit is not None:
-            self._moves.set_pivot(self._view.world_of(event_made.hit))
-        self.pointer.emit(event_made)
+        pointer_event = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        if event.button() == Qt.MouseButton.LeftButton and pointer_event.hit is not None:
+            self._moves.set_pivot(self._view.world_position(pointer_event.hit))
+        self.pointer.emit(pointer_event)
 
     def wheel(self, event: QWheelEvent) -> None:
         # Some systems report a horizontal wheel movement while Shift is held.
@@ -341,7 +341,7 @@ class Gestures(QObject):
             return
         hit = view.pick(position.x(), position.y())
         if hit is not None:
-            centre = view.world_of(hit)
+            centre = view.world_position(hit)
         else:
             centre = self._camera.point_at_depth(
                 position.x(), position.y(), view.extent(), self._camera.distance
@@ -352,11 +352,11 @@ class Gestures(QObject):
 
     # -- hovering
 
-    def _hover_later(self, event: QMouseEvent) -> None:
+    def _schedule_hover(self, event: QMouseEvent) -> None:
         self._hover_event = self._event(
             Pointer.MOVE, event.position(), Qt.MouseButton.NoButton, event, hit=False
         )
-        wait = self._last_hover + HOVER_S - time.perf_counter()
+        wait = self._last_hover_time + HOVER_INTERVAL_S - time.perf_counter()
         if wait <= 0.0:
             self._emit_hover()
         elif not self._hover_timer.isActive():
@@ -366,9 +366,9 @@ class Gestures(QObject):
         event, self._hover_event = self._hover_event, None
         if event is None or self._press_position is not None:
             return
-        self._last_hover = time.perf_counter()
-        if event.handle != self.hot_handle:
-            self.hot_handle = event.handle
+        self._last_hover_time = time.perf_counter()
+        if event.handle != self.hovered_handle:
+            self.hovered_handle = event.handle
             self._view.update()
         self._view.hover(event.x, event.y, is_free=event.handle is None)
         self.pointer.emit(replace(event, hit=self._view.pick(event.x, event.y)))

@@ -118,9 +118,9 @@ class Overlays:
             scales = [
                 (replace(s, unit=tr("units")) if s.unit == "m" else s, id_) for s, id_ in scales
             ]
-        is_several = len(scales) > 1
-        captioned = [
-            (scale, (scale.title, self._captions.get(model_id, "") if is_several else ""))
+        has_several_scales = len(scales) > 1
+        captioned_scales = [
+            (scale, (scale.title, self._captions.get(model_id, "") if has_several_scales else ""))
             for scale, model_id in scales
         ]
-        return bar_painting.lay_out_bars(captioned, *size, covered_rect=self.covered)
+        return bar_painting.lay_out_bars(captioned_scales, *size, covered_rect=self.covered)

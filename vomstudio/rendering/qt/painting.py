@@ -52,7 +52,7 @@ def to_color(rgb: tuple[float, float, float], alpha: float = 1.0) -> QColor:
     return QColor.fromRgbF(r, g, b, alpha)
 
 
-_letters: dict[tuple[str, str, float], QImage] = {}
+_text_images: dict[tuple[str, str, float], QImage] = {}
 
 
 def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font: QFont) -> None:
@@ -65,10 +65,10 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
     metrics = QFontMetricsF(font)
     rim_width = 2.0
     key = (text, font.key(), ratio)
-    image = _letters.get(key)
+    image = _text_images.get(key)
     if image is None:
-        if len(_letters) > 200:
-            _letters.clear()
+        if len(_text_images) > 200:
+            _text_images.clear()
         width = math.ceil((metrics.horizontalAdvance(text) + 2.0 * rim_width) * ratio)
         height = math.ceil((metrics.height() + 2.0 * rim_width) * ratio)
         image = QImage(width, height, QImage.Format.Format_ARGB32_Premultiplied)
@@ -83,7 +83,7 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
         image_painter.strokePath(path, pen)
         image_painter.fillPath(path, TEXT)
         image_painter.end()
-        _letters[key] = image
+        _text_images[key] = image
     # Integer device pixels keep the letters sharp.
     x_left = round((x - rim_width) * ratio) / ratio
     top = round((baseline - metrics.ascent() - rim_width) * ratio) / ratio
@@ -110,7 +110,7 @@ class LabelCache:
         self._sizes.clear()
         self._font = self._metrics = None
 
-    def _ready(self) -> QFontMetricsF:
+    def _load_font(self) -> QFontMetricsF:
         if self._metrics is None:
             self._font = system_font()
             self._metrics = QFontMetricsF(self._font)
@@ -119,7 +119,7 @@ class LabelCache:
     def size(self, text: str, verdict: str | None = None) -> tuple[float, float]:
         key = (text, bool(verdict))
         if key not in self._sizes:
-            metrics = self._ready()
+            metrics = self._load_font()
             width = math.ceil(metrics.horizontalAdvance(text)) + 19.0
             self._sizes[key] = (
                 width + (_MARK_SIZE + 4.0 if verdict else 0.0),
@@ -143,7 +143,7 @@ class LabelCache:
             return pixmap
         if len(self._pictures) > 4000:
             self._pictures.clear()
-        metrics = self._ready()
+        metrics = self._load_font()
         width, height = self.size(text, verdict)
         out = QPixmap(math.ceil(width * ratio), math.ceil(height * ratio))
         out.setDevicePixelRatio(ratio)
@@ -183,10 +183,10 @@ def draw_runs(
     """Draw a line through pixels (n, 2), with a halo where visible and faint where hidden."""
     if len(pixels) < 2:
         return
-    is_seen_run = is_visible[:-1] & is_visible[1:]
-    edges = np.flatnonzero(np.diff(is_seen_run.astype(np.int8)))
+    is_visible_segment = is_visible[:-1] & is_visible[1:]
+    edges = np.flatnonzero(np.diff(is_visible_segment.astype(np.int8)))
     starts = np.concatenate([[0], edges + 1])
-    ends = np.concatenate([edges + 1, [len(is_seen_run)]])
+    ends = np.concatenate([edges + 1, [len(is_visible_segment)]])
     faint_color = QColor(color)
     faint_color.setAlphaF(0.45)
     shadow_color = QColor(DARK)
@@ -196,7 +196,7 @@ def draw_runs(
             run = pixels[a : b + 1]
             if not np.isfinite(run).all():
                 continue
-            visible = bool(is_seen_run[a])
+            visible = bool(is_visible_segment[a])
             if is_halo and not visible:
                 continue
             tint = shadow_color if is_halo else (color if visible else faint_color)
@@ -209,7 +209,7 @@ def draw_runs(
             painter.drawPolyline(polyline(run))
 
 
-def draw_rubber(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
+def draw_rubber_band(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
     """Draw the dashed band from the last vertex to the cursor."""
     for tint, width in ((DARK, 3.6), (color, 1.8)):
         pen = QPen(tint, width)
@@ -249,12 +249,12 @@ def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, is_remov
 def draw_outline(painter: QPainter, outline: Outline, color: QColor) -> None:
     """Draw an unfinished shape, dashed if it removes elements."""
     ring = QPolygonF([QPointF(x, y) for x, y in outline.pixels])
-    fill = QColor(TEXT if outline.takes_away else color)
+    fill = QColor(TEXT if outline.is_subtracting else color)
     fill.setAlphaF(0.12)
     painter.setBrush(fill)
-    for tint, width in ((DARK, 3.4), (TEXT if outline.takes_away else color.lighter(130), 1.6)):
+    for tint, width in ((DARK, 3.4), (TEXT if outline.is_subtracting else color.lighter(130), 1.6)):
         pen = QPen(tint, width)
-        if outline.takes_away and tint is not DARK:
+        if outline.is_subtracting and tint is not DARK:
             pen.setDashPattern([4.0, 3.0])
         painter.setPen(pen)
         if outline.closed:
@@ -271,11 +271,11 @@ def draw_handle(
     color: QColor,
     *,
     is_visible: bool,
-    is_hot: bool,
+    is_hovered: bool,
     is_marked: bool = False,
 ) -> None:
     """Draw a vertex, which is larger under the cursor and has a second ring if marked."""
-    radius = 6.5 if is_hot else 4.6
+    radius = 6.5 if is_hovered else 4.6
     fill = QColor(color)
     if not is_visible:
         fill.setAlphaF(0.35)

@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QRect
 from PySide6.QtGui import QPainter
 
-from vomstudio.geometry.frusta import Frustum, frustum_at
+from vomstudio.geometry.frusta import Frustum, find_frustum_at_pixel
 from vomstudio.rendering.qt import painting
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
@@ -19,7 +19,7 @@ from vomstudio.rendering.view.camera import Camera
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
-CAMERA_PIXELS = 9.0
+PICK_DISTANCE_PIXELS = 9.0
 
 
 class PhotoCameras:
@@ -36,7 +36,7 @@ class PhotoCameras:
     """
 
     def __init__(
-        self, camera: Camera, pane: Pane, lifetime: SceneLife, picture: ScenePicture
+        self, camera: Camera, pane: Pane, lifetime: SceneLifetime, picture: ScenePicture
     ) -> None:
         self.frusta: tuple[Frustum, ...] = ()
         self.selection: frozenset[str] = frozenset()
@@ -81,7 +81,7 @@ class PhotoCameras:
         tips, _ = self._camera.project(np.stack([f.tip for f in self.frusta]), extent)
         bases = np.concatenate([f.corners for f in self.frusta])
         corners = self._camera.project(bases, extent)[0].reshape(-1, 4, 2)
-        frustum = frustum_at(tips, corners, x, y, CAMERA_PIXELS)
+        frustum = find_frustum_at_pixel(tips, corners, x, y, PICK_DISTANCE_PIXELS)
         return None if frustum is None else self.frusta[frustum].name
 
     def hover(self, x: float, y: float) -> None:

@@ -58,7 +58,7 @@ class PlotterPicture(QObject):
 
     # -- requests
 
-    def stir(self) -> None:
+    def begin_motion(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
         self.is_moving, self._is_dirty = True, True
         if self._scene is not None:
@@ -69,7 +69,7 @@ class PlotterPicture(QObject):
     def redraw(self) -> None:
         """Draw again because the models have changed."""
         self._is_dirty = True
-        self._rest_soon()
+        self._schedule_rest()
         self._request_paint()
 
     def redraw_once(self) -> None:
@@ -82,7 +82,7 @@ class PlotterPicture(QObject):
         self._are_features_dirty = True
         self._request_paint()
 
-    def _rest_soon(self) -> None:
+    def _schedule_rest(self) -> None:
         if not self._rest_timer.isActive():
             self._rest_timer.start(REFRESH_DELAY_MS)
 
@@ -121,13 +121,13 @@ class PlotterPicture(QObject):
         elif self._is_dirty:
             self._is_dirty = self._are_features_dirty = False
             picture.draw(is_moving=self.is_moving)
-            if picture.layering:
+            if picture.is_layering:
                 self._request_paint()
                 return
             self._finish(scene)
             if picture.has_more_nodes:
                 self.redraw_once()
-        elif picture.layering:
+        elif picture.is_layering:
             if picture.draw_band():
                 self._finish(scene)
             else:
@@ -135,7 +135,7 @@ class PlotterPicture(QObject):
         elif self._are_features_dirty:
             self._are_features_dirty = False
             picture.draw_features()
-            if picture.layering:
+            if picture.is_layering:
                 self._request_paint()
             else:
                 self._finish(scene)
@@ -146,4 +146,4 @@ class PlotterPicture(QObject):
         self._present()
         self.picture_completed.emit()
         if not scene.picture.is_complete:
-            self._rest_soon()
+            self._schedule_rest()

@@ -61,7 +61,7 @@ class PreviewPainter:
         if covered is not None and not covered.isEmpty():
             self._widget = covered.x(), covered.y(), covered.width(), covered.height()
 
-    def paint(self, preview: Preview, cursor: QPointF | None, hot_handle: int | None) -> None:
+    def paint(self, preview: Preview, cursor: QPointF | None, hovered_handle: int | None) -> None:
         painter = self._painter
         width, height = self._extent
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -77,14 +77,16 @@ class PreviewPainter:
         for part in preview.doubtful:
             pixels, _ = self._camera.project(part, (width, height))
             if np.isfinite(pixels).all():
-                painting.draw_rubber(painter, pixels, QColor(painting.VERDICT_COLORS["doubtful"]))
+                painting.draw_rubber_band(
+                    painter, pixels, QColor(painting.VERDICT_COLORS["doubtful"])
+                )
         if preview.rubber is not None and len(line):
             band = np.stack([line[-1], np.asarray(preview.rubber, float)])
             if preview.ahead is not None:
                 band = np.asarray(preview.ahead, float)
             pixels, _ = self._camera.project(band, (width, height))
             if np.isfinite(pixels).all():
-                painting.draw_rubber(painter, pixels, color)
+                painting.draw_rubber_band(painter, pixels, color)
         if len(line):
             pixels, is_visible = self._project(line)
             for i, (x, y) in enumerate(pixels):
@@ -95,7 +97,7 @@ class PreviewPainter:
                         y,
                         color,
                         is_visible=bool(is_visible[i]),
-                        is_hot=i == hot_handle,
+                        is_hovered=i == hovered_handle,
                         is_marked=i == preview.marked,
                     )
         self._paint_pending(preview, color)
@@ -105,7 +107,7 @@ class PreviewPainter:
         if preview.brush is not None:
             clearance = self._paint_brush(preview.brush, color)
         if cursor is None or not (preview.reading or preview.verdict):
-            self._place.forget()
+            self._place.clear_state()
             return
         clearance = min(clearance, 0.2 * width)
         pixels, _ = self._camera.project(line, (width, height))
@@ -148,7 +150,7 @@ class PreviewPainter:
         """
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)
-        painting.draw_brush(self._painter, ring, color, is_removing=brush.removes)
+        painting.draw_brush(self._painter, ring, color, is_removing=brush.is_removing)
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, line: FloatArray, color: QColor, width: float) -> None:

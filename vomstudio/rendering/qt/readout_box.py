@@ -15,7 +15,7 @@ from vomstudio.rendering.qt.painting import (
 )
 
 GAP = 7.0
-_SIDE, _TOP = 10.0, 6.0
+_SIDE_PADDING, _TOP_PADDING = 10.0, 6.0
 
 
 class ReadoutBox:
@@ -47,7 +47,7 @@ class ReadoutBox:
             )
         other_lines = zip(self._metrics[1:], self._lines[1:], strict=True)
         width = max([header_width] + [m.horizontalAdvance(text) for m, text in other_lines])
-        return width + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
+        return width + 2 * _SIDE_PADDING, sum(m.height() for m in self._metrics) + 2 * _TOP_PADDING
 
     def paint(self, painter: QPainter, box: QRectF) -> None:
         painter.save()
@@ -61,13 +61,13 @@ class ReadoutBox:
         other_lines = zip(self._metrics[1:], self._fonts[1:], self._lines[1:], strict=True)
         for metrics, font, text in other_lines:
             painter.setFont(font)
-            painter.drawText(QPointF(box.left() + _SIDE, line + metrics.ascent()), text)
+            painter.drawText(QPointF(box.left() + _SIDE_PADDING, line + metrics.ascent()), text)
             line += metrics.height()
         painter.restore()
 
     def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
         """Paint the shape, attitude and word of the verdict. Return the end of the line."""
-        x, line = box.left() + _SIDE, box.top() + _TOP
+        x, line = box.left() + _SIDE_PADDING, box.top() + _TOP_PADDING
         first_metrics, icon = self._metrics[0], self._icon_width()
         if self._verdict:
             top = line + (first_metrics.height() - icon) / 2.0

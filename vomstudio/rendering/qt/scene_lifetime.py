@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
 
-_IMPORT_S = 60.0
+_MAX_IMPORT_S = 60.0
 
 
-class SceneLife(QObject):
+class SceneLifetime(QObject):
     """Creation and release of the scene.
 
     Attributes
@@ -44,7 +44,7 @@ class SceneLife(QObject):
         self.scene: Scene | None = None
         self.is_closed = False
         self._camera, self._fill_scene = camera, fill_scene
-        self._waiting: list[Callable[[], None]] = []
+        self._pending_jobs: list[Callable[[], None]] = []
         self._has_begun = False
         self._background = Background(poster(self), "vtk import", threads=1)
 
@@ -64,7 +64,7 @@ class SceneLife(QObject):
         scene = Scene(self._camera)
         self._fill_scene(scene)
         self.scene = scene
-        waiting, self._waiting = self._waiting, []
+        waiting, self._pending_jobs = self._pending_jobs, []
         for job in waiting:
             job()
         self.started.emit()
@@ -73,18 +73,18 @@ class SceneLife(QObject):
         """Return the World box corners (n, 3) of the visible contents; see `Scene.everything`."""
         return np.zeros((0, 3)) if self.scene is None else self.scene.all_corners()
 
-    def when_started(self, job: Callable[[], None]) -> None:
+    def call_when_started(self, job: Callable[[], None]) -> None:
         """Run a job now if the scene exists, or else when it has been created."""
         if self.scene is not None:
             job()
         else:
-            self._waiting.append(job)
+            self._pending_jobs.append(job)
 
     def stop(self) -> None:
         """Prevent the creation of the scene."""
         self.is_closed = True
-        self._background.stop(wait_s=_IMPORT_S)
-        self._waiting.clear()
+        self._background.stop(wait_s=_MAX_IMPORT_S)
+        self._pending_jobs.clear()
 
     def close(self) -> None:
         """Release VTK."""

@@ -16,7 +16,7 @@ from PySide6.QtGui import QImage, QOpenGLContext
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.arrays import ByteArray
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
@@ -46,7 +46,7 @@ class ScenePicture(QObject):
     outdated = Signal()
     """Emitted when the overlays must be laid out again."""
 
-    def __init__(self, view: QWidget, lifetime: SceneLife) -> None:
+    def __init__(self, view: QWidget, lifetime: SceneLifetime) -> None:
         super().__init__(view)
         self.image: QImage | None = None
         self.is_moving = False
@@ -55,7 +55,7 @@ class ScenePicture(QObject):
         self._is_dirty = True
         self._are_features_dirty = False
         self._is_first_done = False
-        self._warming: Iterator[None] = iter(())
+        self._warm_up_steps: Iterator[None] = iter(())
         self._rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest_timer.timeout.connect(self._come_to_rest)
         self._refine_timer = QTimer(self, singleShot=True, interval=0)
@@ -75,7 +75,7 @@ class ScenePicture(QObject):
 
     # -- requests
 
-    def stir(self) -> None:
+    def begin_motion(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
         self.is_moving = True
         self._is_dirty = True
@@ -90,7 +90,7 @@ class ScenePicture(QObject):
         self.content_changed.emit()
         self._is_dirty = True
         self._refine_timer.stop()
-        self._rest_soon()
+        self._schedule_rest()
         self._view.update()
 
     def redraw_once(self) -> None:
@@ -127,7 +127,7 @@ class ScenePicture(QObject):
         self.content_changed.emit()
         if is_first:
             self.redraw_once()
-        self._rest_soon()
+        self._schedule_rest()
 
     def schedule_rest(self) -> None:
         """Schedule the refinement because the camera has stopped."""
@@ -161,9 +161,9 @@ class ScenePicture(QObject):
         self._rest_timer.stop()
         self._refine_timer.stop()
         # Break the reference to the scene.
-        self._warming = iter(())
+        self._warm_up_steps = iter(())
 
-    def _rest_soon(self) -> None:
+    def _schedule_rest(self) -> None:
         if not self._rest_timer.isActive():
             self._rest_timer.start(REFRESH_DELAY_MS)
 
@@ -179,7 +179,7 @@ class ScenePicture(QObject):
         if self._is_dirty and not picture.refining:
             self._is_dirty = self._are_features_dirty = False
             picture.draw(is_moving=self.is_moving)
-            if picture.layering:
+            if picture.is_layering:
                 self._refine_timer.start()
                 if self.image is not None:
                     return
@@ -188,19 +188,19 @@ class ScenePicture(QObject):
             if picture.has_more_nodes:
                 self._is_dirty = True
                 QTimer.singleShot(0, self._view.update)
-            if not picture.is_complete and not picture.layering:
-                self._rest_soon()
+            if not picture.is_complete and not picture.is_layering:
+                self._schedule_rest()
         elif self._are_features_dirty:
             self._are_features_dirty = False
             picture.draw_features()
-            if picture.layering:
+            if picture.is_layering:
                 self._refine_timer.start()
                 if not picture.shows_simple_emphasis:
                     return
             self._copy_pixels(scene)
-            if not picture.is_complete and not picture.refining and not picture.layering:
-                self._rest_soon()
-        elif picture.layering and not self._refine_timer.isActive():
+            if not picture.is_complete and not picture.refining and not picture.is_layering:
+                self._schedule_rest()
+        elif picture.is_layering and not self._refine_timer.isActive():
             # The view has been hidden in the meantime.
             self._refine_timer.start()
 
@@ -210,15 +210,15 @@ class ScenePicture(QObject):
         if scene is not None and not self._is_first_done:
             self._is_first_done = True
             self.first_frame.emit()
-            self._warming = scene.warm_up()
-            QTimer.singleShot(0, self._warm)
+            self._warm_up_steps = scene.warm_up()
+            QTimer.singleShot(0, self._warm_up_step)
 
-    def _warm(self) -> None:
+    def _warm_up_step(self) -> None:
         scene = self._lifetime.scene
         if scene is not None and not scene.models:
-            for _ in self._warming:
+            for _ in self._warm_up_steps:
                 self._is_dirty = True
-                QTimer.singleShot(0, self._warm)
+                QTimer.singleShot(0, self._warm_up_step)
                 return
             self._view.update()
 
@@ -229,11 +229,11 @@ class ScenePicture(QObject):
         self.is_moving = False
         if scene is None or not self._view.isVisible():
             return
-        if scene.picture.layering and not scene.picture.refining and not self._is_dirty:
+        if scene.picture.is_layering and not scene.picture.refining and not self._is_dirty:
             # The last band schedules the refinement again if anything is left to draw.
             return
         if not self._is_dirty:
-            scene.nodes.look_around()
+            scene.nodes.update_nodes()
         if scene.picture.is_complete and not self._is_dirty:
             # The picture is complete; labels that did not fit during the movement may fit now.
             self.outdated.emit()
@@ -247,7 +247,7 @@ class ScenePicture(QObject):
             if self._is_dirty:
                 self._view.update()
             return
-        if scene.nodes.waits:
+        if scene.nodes.is_waiting:
             self._rest_timer.start(50)
             return
         scene.picture.begin_rest()
@@ -264,7 +264,7 @@ class ScenePicture(QObject):
             if is_finished:
                 self._is_dirty = False
                 self._are_features_dirty = False
-        elif picture.layering and not self._is_dirty and not self._are_features_dirty:
+        elif picture.is_layering and not self._is_dirty and not self._are_features_dirty:
             is_finished = picture.draw_band()
         else:
             # The next paint starts the drawing again.

@@ -34,8 +34,12 @@ if TYPE_CHECKING:
 
 
 def import_plotter() -> None:
-    """Import the libraries of the view, so that it can be shown without a delay."""
-    import vomstudio.rendering.qt.plotter_view  # noqa: F401
+    """Import the slow libraries of the view, so that it can be shown without a long delay.
+
+    The function may run in any thread, and imports nothing that creates Qt classes: if another
+    thread does this while the main thread uses Qt, the program crashes.
+    """
+    import pyvista.plotting  # noqa: F401
 
 
 class SecondView(QWidget):
@@ -60,7 +64,7 @@ class SecondView(QWidget):
         self.setMinimumSize(160, 120)
         self.preview: Preview | None = None
         self._preview_areas: list[tuple[Area, tuple[float, float, float]]] = []
-        self._reading_place = ReadingPosition()
+        self._reading_position = ReadingPosition()
         self._source, self._is_shown = source, is_shown
         self._plotter: PlotterView | None = None
         self._is_creating = False
@@ -74,11 +78,11 @@ class SecondView(QWidget):
         self.overlays = Overlays(self.camera, source.display.captions)
         self.gestures = Gestures(self, self.moves, _NoFaces(), self)
         self.gestures.pointer.connect(self.pointer)
-        self._labels = _Labels(self)
+        self._labels = _LabelOverlay(self)
         # Several changes are adopted together.
         self._follow_timer = QTimer(self, singleShot=True, interval=0)
         self._follow_timer.timeout.connect(self.follow)
-        source.content_changed.connect(self.follow_later)
+        source.content_changed.connect(self.schedule_follow)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(600, 600)
@@ -155,7 +159,7 @@ class SecondView(QWidget):
             self._scene.set_scale(self.devicePixelRatioF())
             self._scene.start(*self._device_size())
             self._scene.resize(*self._device_size())
-            self._adopt()
+            self._adopt_changes()
             self._picture.begin(self._scene, plotter.present)
         self._picture.draw()
 
@@ -184,12 +188,12 @@ class SecondView(QWidget):
         if self._scene is not None:
             self._scene.set_scale(self.devicePixelRatioF())
             self._scene.resize(*self._device_size())
-            self.moves.resized()
-            self._picture.stir()
+            self.moves.handle_resize()
+            self._picture.begin_motion()
 
     # -- contents
 
-    def follow_later(self) -> None:
+    def schedule_follow(self) -> None:
         """Adopt the changes of the viewport after the present event."""
         self._follow_timer.start()
 
@@ -199,11 +203,11 @@ class SecondView(QWidget):
             # The first paint after the start of the viewport adopts all contents.
             self._request_paint()
             return
-        models, features = self._adopt()
+        models, features = self._adopt_changes()
         if models:
             self._picture.redraw()
         if features:
-            self.overlays.annotations.forget()
+            self.overlays.annotations.clear_state()
             self._picture.redraw_features()
         self.gestures.adopt_settings(self._source.gestures)
         notes, source = self.overlays, self._source.overlays
@@ -211,7 +215,7 @@ class SecondView(QWidget):
         notes.annotations.label_mode = source.annotations.label_mode
         self._refresh_labels()
 
-    def _adopt(self) -> tuple[bool, bool]:
+    def _adopt_changes(self) -> tuple[bool, bool]:
         assert self._scene is not None
         return self._scene.follow(self._is_shown), self._scene.follow_features()
 
@@ -228,9 +232,9 @@ class SecondView(QWidget):
         """Return the front-most point of a shown model at a pixel."""
         return None if self._scene is None else self._scene.pick(x, y, self.extent())
 
-    def world_of(self, hit: Hit) -> FloatArray:
+    def world_position(self, hit: Hit) -> FloatArray:
         """Return the position (3,) of a hit in the World frame."""
-        return self._source.world_of(hit)
+        return self._source.world_position(hit)
 
     def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None:
         """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
@@ -264,7 +268,7 @@ class SecondView(QWidget):
         self._labels.update()
 
     def _features(self) -> Mapping[str, FeatureDrawing]:
-        return self._source.features.uncut()
+        return self._source.features.unclipped_drawings()
 
     # -- labels
 
@@ -289,8 +293,8 @@ class SecondView(QWidget):
         )
         if self.preview is not None:
             PreviewPainter(
-                painter, self.camera, self.extent(), self.project, self._reading_place
-            ).paint(self.preview, self.gestures.cursor, self.gestures.hot_handle)
+                painter, self.camera, self.extent(), self.project, self._reading_position
+            ).paint(self.preview, self.gestures.cursor, self.gestures.hovered_handle)
 
 
 class _NoFaces:
@@ -304,7 +308,7 @@ class _NoFaces:
     def release_face(self) -> None: ...
 
 
-class _Labels(QWidget):
+class _LabelOverlay(QWidget):
     """Transparent layer over the plotter, painted without its graphics context."""
 
     def __init__(self, view: SecondView) -> None:

@@ -10,7 +10,7 @@ from PySide6.QtGui import QPainter
 
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.qt.feature_picking import feature_at
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
@@ -35,11 +35,11 @@ class ShownFeatures:
         self,
         camera: Camera,
         pane: Pane,
-        lifetime: SceneLife,
+        lifetime: SceneLifetime,
         picture: ScenePicture,
         annotations: Annotations,
         is_inside: Callable[[FeatureDrawing], bool],
-        cut_callback: Callable[[], bool],
+        has_clip_box: Callable[[], bool],
     ) -> None:
         """Create an empty set of features.
 
@@ -47,7 +47,7 @@ class ShownFeatures:
         ----------
         is_inside : callable
             Returns whether any part of a feature is inside the clipping box.
-        cut_callback : callable
+        has_clip_box : callable
             Returns whether clipping is on.
         """
         self.drawings: dict[str, FeatureDrawing] = {}
@@ -55,7 +55,7 @@ class ShownFeatures:
         self._hovered: tuple[str, float, float] | None = None
         self._camera, self._pane = camera, pane
         self._lifetime, self._picture = lifetime, picture
-        self._annotations, self._inside, self._cut = annotations, is_inside, cut_callback
+        self._annotations, self._inside, self._has_clip_box = annotations, is_inside, has_clip_box
 
     def attach_to(self, scene: Scene) -> None:
         """Pass the drawings to a new scene."""
@@ -70,9 +70,9 @@ class ShownFeatures:
                 self.drawings.pop(key, None)
             else:
                 self.drawings[key] = drawing
-        if self._cut():
+        if self._has_clip_box():
             # A changed feature may be outside the clipping box.
-            self._annotations.forget()
+            self._annotations.clear_state()
         else:
             self._annotations.change(changes)
         if self._lifetime.scene is not None:
@@ -126,8 +126,8 @@ class ShownFeatures:
             candidates, x, y, self._camera, self._pane.extent(), include_discs=include_discs
         )
 
-    def uncut(self) -> Mapping[str, FeatureDrawing]:
+    def unclipped_drawings(self) -> Mapping[str, FeatureDrawing]:
         """Return the drawings that are at least partly inside the clipping box, keyed by id."""
-        if not self._cut():
+        if not self._has_clip_box():
             return self.drawings
         return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

@@ -20,10 +20,10 @@ from vomstudio.rendering.prepare.events import (
 )
 from vomstudio.rendering.prepare.model_queue import ModelQueue
 from vomstudio.rendering.qt.camera_moves import CameraMoves
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 
-TAKE_S = 0.010
+MAX_HANDLING_S = 0.010
 """Maximum time spent on accepting results before the window handles other events, seconds."""
 
 
@@ -50,23 +50,23 @@ class ShownModels(QObject):
     """Emits the model id when its placement has changed."""
     removed = Signal(str)
 
-    _handed = Signal()
+    _events_ready = Signal()
 
     def __init__(
-        self, lifetime: SceneLife, picture: ScenePicture, moves: CameraMoves, parent: QObject
+        self, lifetime: SceneLifetime, picture: ScenePicture, moves: CameraMoves, parent: QObject
     ) -> None:
         super().__init__(parent)
         self.point_budget = POINT_BUDGET
-        self.work = ModelQueue(lambda: self._handed.emit())
+        self.work = ModelQueue(lambda: self._events_ready.emit())
         self._lifetime, self._picture, self._moves = lifetime, picture, moves
         self._stages: dict[str, set[str]] = {}
-        self._framing: set[str] = set()
+        self._models_to_frame: set[str] = set()
         self._hidden: set[str] = set()
         self._elements: dict[str, BoolArray] = {}
         self._transforms: dict[str, FloatArray] = {}
-        self._handed.connect(self._handle_events, Qt.ConnectionType.QueuedConnection)
+        self._events_ready.connect(self._handle_events, Qt.ConnectionType.QueuedConnection)
         picture.drawn.connect(self._report_stages)
-        moves.restored.connect(self._leave_camera)
+        moves.restored.connect(self._cancel_framing)
 
     def close(self) -> None:
         """Stop all workers."""
@@ -95,15 +95,15 @@ class ShownModels(QObject):
         """
         if self._lifetime.is_closed:
             return
-        hidden_element = self._elements.get(model_id)
+        hidden_mask = self._elements.get(model_id)
         self.remove(model_id)
-        if hidden_element is not None:
-            self._elements[model_id] = hidden_element
+        if hidden_mask is not None:
+            self._elements[model_id] = hidden_mask
         stop_event = self.work.expect(model_id)
         self._stages[model_id] = set()
         self._transforms[model_id] = np.array(to_world, np.float64)
         if frame_camera:
-            self._framing.add(model_id)
+            self._models_to_frame.add(model_id)
 
         def begin() -> None:
             scene = self._lifetime.scene
@@ -117,15 +117,15 @@ class ShownModels(QObject):
                     budget=self.point_budget,
                 )
 
-        self._lifetime.when_started(begin)
+        self._lifetime.call_when_started(begin)
 
     def remove(self, model_id: str) -> None:
         """Remove a model; an unknown id is ignored."""
-        self.work.forget(model_id)
+        self.work.clear_state(model_id)
         self._stages.pop(model_id, None)
         self._transforms.pop(model_id, None)
         self.removed.emit(model_id)
-        self._framing.discard(model_id)
+        self._models_to_frame.discard(model_id)
         self._hidden.discard(model_id)
         self._elements.pop(model_id, None)
         scene = self._lifetime.scene
@@ -169,9 +169,9 @@ class ShownModels(QObject):
         """Return the stages of display that a model has reached; see `stage`."""
         return frozenset(self._stages.get(model_id, ()))
 
-    def _leave_camera(self) -> None:
+    def _cancel_framing(self) -> None:
         """Keep a restored view; new models do not move the camera."""
-        self._framing.clear()
+        self._models_to_frame.clear()
 
     # -- results of the workers
 
@@ -180,9 +180,9 @@ class ShownModels(QObject):
         scene = self._lifetime.scene
         if scene is None:
             return
-        deadline = time.perf_counter() + TAKE_S
+        deadline = time.perf_counter() + MAX_HANDLING_S
         is_changed = False
-        while time.perf_counter() < deadline and (prepared_event := self.work.next()):
+        while time.perf_counter() < deadline and (prepared_event := self.work.next_event()):
             model_id, event = prepared_event
             if isinstance(event, Problem):
                 self.problem.emit(event.finding)
@@ -200,8 +200,8 @@ class ShownModels(QObject):
                 self._emit_stage(model_id, "pickable")
             else:
                 is_changed = True
-        if self.work.waiting:
-            self._handed.emit()
+        if self.work.is_waiting:
+            self._events_ready.emit()
         if is_changed:
             self._content_changed()
 
@@ -213,8 +213,8 @@ class ShownModels(QObject):
         scene.set_visible(model_id, model_id not in self._hidden)
         if model_id in self._elements:
             scene.set_hidden(model_id, self._elements[model_id])
-        if model_id in self._framing:
-            self._framing.discard(model_id)
+        if model_id in self._models_to_frame:
+            self._models_to_frame.discard(model_id)
             self._moves.fit(model.corners_world())
             # The camera is at rest, so new content is drawn in its final quality.
             self._picture.is_moving = False

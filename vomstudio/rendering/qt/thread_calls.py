@@ -12,7 +12,7 @@ from shiboken6 import isValid
 from vomstudio.studio.owner_thread import Call, Post
 
 
-class _Courier(QObject):
+class _CallDispatcher(QObject):
     """Passes calls to the thread in which it was created, until the program ends.
 
     A thread must not emit a signal of an object that a window may delete: if Qt deletes the
@@ -23,25 +23,25 @@ class _Courier(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        self._call_requested.connect(self._make, Qt.ConnectionType.QueuedConnection)
-        self._sending, self._is_closed = threading.Lock(), False
+        self._call_requested.connect(self._run_call, Qt.ConnectionType.QueuedConnection)
+        self._lock, self._is_closed = threading.Lock(), False
         # Runs before PySide deletes the Qt objects, as it also does at exit.
         atexit.register(self.close)
 
     def close(self) -> None:
-        with self._sending:
+        with self._lock:
             self._is_closed = True
 
-    def carry(self, call: Call) -> None:
-        with self._sending:
+    def dispatch(self, call: Call) -> None:
+        with self._lock:
             if not self._is_closed:
                 self._call_requested.emit(call)
 
-    def _make(self, call: Call) -> None:
+    def _run_call(self, call: Call) -> None:
         call()
 
 
-_courier = cache(_Courier)
+_get_dispatcher = cache(_CallDispatcher)
 
 
 def poster(owner: QObject) -> Post:
@@ -49,13 +49,13 @@ def poster(owner: QObject) -> Post:
 
     `poster` itself must be called in the GUI thread.
     """
-    return partial(_post, _courier(), owner)
+    return partial(_post, _get_dispatcher(), owner)
 
 
-def _post(courier: _Courier, owner: QObject, call: Call) -> None:
-    courier.carry(partial(_unless_gone, owner, call))
+def _post(dispatcher: _CallDispatcher, owner: QObject, call: Call) -> None:
+    dispatcher.dispatch(partial(_call_if_alive, owner, call))
 
 
-def _unless_gone(owner: QObject, call: Call) -> None:
+def _call_if_alive(owner: QObject, call: Call) -> None:
     if isValid(owner):
         call()

@@ -40,7 +40,7 @@ from vomstudio.rendering.qt.legend_painting import ColorLegend
 from vomstudio.rendering.qt.overlays import Overlays
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.rendering.qt.scene_lifetime import SceneLife
+from vomstudio.rendering.qt.scene_lifetime import SceneLifetime
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.shown_features import ShownFeatures
 from vomstudio.rendering.qt.shown_models import ShownModels
@@ -81,7 +81,7 @@ class Viewport(QWidget):
     """Emits a finding about content that cannot be drawn correctly."""
     field_shown = Signal(str)
     """Emits the model id when the colour scale of its field is available from
-    `display.scale_of`."""
+    `display.color_scale`."""
     content_changed = Signal()
     """Emitted when the models, their appearance or the features have changed."""
     clip_changed = Signal(object)
@@ -98,9 +98,9 @@ class Viewport(QWidget):
         self.camera = camera = Camera()
         self.preview: Preview | None = None
         self._preview_areas: list[tuple[Area, tuple[float, float, float]]] = []
-        self.reading_place = ReadingPosition()
+        self.reading_position = ReadingPosition()
         self._base: QImage | None = None
-        self._lifetime = lifetime = SceneLife(camera, self._fill_scene, self)
+        self._lifetime = lifetime = SceneLifetime(camera, self._fill_scene, self)
         self._picture = picture = ScenePicture(self, lifetime)
         self.moves = CameraMoves(camera, self, lifetime.all_corners, picture, self)
         self.models = ShownModels(lifetime, picture, self.moves, self)
@@ -203,7 +203,7 @@ class Viewport(QWidget):
         """Return the id of the feature whose label, symbol, line or disc is at a pixel."""
         return self.features.at(x, y, include_discs=include_discs)
 
-    def world_of(self, hit: Hit) -> FloatArray:
+    def world_position(self, hit: Hit) -> FloatArray:
         """Return the position (3,) of a hit in the World frame."""
         m = self.models.to_world(hit.model_id)
         return np.asarray(m[:3, :3] @ np.array(hit.position) + m[:3, 3])
@@ -229,7 +229,7 @@ class Viewport(QWidget):
             )
         return pixels, is_inside
 
-    def _project_uncut(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def _project_unclipped(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels, is_visible = self.project(points)
         return pixels, is_visible & self.clip.holds(points)
 
@@ -284,11 +284,11 @@ class Viewport(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
         self._picture.draw_changes()
         if self._base is None:
-            self._base = self._compose()
+            self._base = self._compose_base()
         painter = QPainter(self)
         painter.drawImage(QPointF(0.0, 0.0), self._base)
         letters = (tr("E"), tr("N"), tr("Z")) if self.overlays.is_north_known else ("x", "y", "z")
-        self.clip.paint(painter, self.gestures.held_face, letters)
+        self.clip.paint(painter, self.gestures.dragged_face, letters)
         self.photos.paint(painter, self.rect())
         self.features.paint_hovered(painter)
         if self.preview is not None:
@@ -297,16 +297,16 @@ class Viewport(QWidget):
                 self.camera,
                 self.extent(),
                 self.project,
-                self.reading_place,
+                self.reading_position,
                 self.overlays.covered,
-            ).paint(self.preview, self.gestures.cursor, self.gestures.hot_handle)
+            ).paint(self.preview, self.gestures.cursor, self.gestures.hovered_handle)
         painter.end()
         self._picture.finish_paint()
 
     def _forget_base(self) -> None:
         self._base = None
 
-    def _compose(self) -> QImage:
+    def _compose_base(self) -> QImage:
         """Return the picture with the overlays that change only with the camera."""
         width, height = self.extent()
         image, scene = self._picture.image, self._lifetime.scene
@@ -324,10 +324,10 @@ class Viewport(QWidget):
             self.overlays.paint(
                 painter,
                 (width, height),
-                self.features.uncut(),
+                self.features.unclipped_drawings(),
                 self.features.selected,
                 self.display.scales(),
-                self._project_uncut,
+                self._project_unclipped,
                 is_moving=self._picture.is_moving,
             )
             painter.end()
@@ -335,7 +335,7 @@ class Viewport(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
-        self.moves.resized()
+        self.moves.handle_resize()
         self._picture.rescale()
 
     def changeEvent(self, event: QEvent) -> None:  # noqa: N802 - Qt's name

@@ -17,10 +17,10 @@ class Pane(Protocol):
         """Schedule a paint."""
 
 
-class Redraws(Protocol):
+class Redrawable(Protocol):
     """Picture of the scene that can be drawn again."""
 
-    def stir(self) -> None:
+    def begin_motion(self) -> None:
         """Draw once in the next paint because the camera has moved, and refine after a delay."""
 
     def redraw_once(self) -> None:

@@ -29,7 +29,7 @@ from vomstudio.rendering.scene.gpu_textures import GpuTexture
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
-class Intake:
+class ActorCreator:
     """Creates the actors of a scene, in the thread that draws it."""
 
     def __init__(
@@ -50,20 +50,20 @@ class Intake:
             case MeshChunkReady():
                 self._add_chunk(model, event)
             case NodeReady():
-                self._take_node(model, event)
+                self._add_node(model, event)
             case NodesDropped():
-                self._take_away(model, event)
+                self._remove_nodes(model, event)
             case StreamStarted():
                 model.streamer = event.streamer
-                self._frame.outdate()
+                self._frame.mark_outdated()
             case ViewDone():
-                self._take_view(model, event)
+                self._finish_view(model, event)
             case ChunksDone():
                 model.has_all_chunks = True
             case TextureReady():
                 if event.texture is not None:
                     model.gpu_textures[event.material] = GpuTexture(event.texture)
-                self._frame.outdate()
+                self._frame.mark_outdated()
             case TexturesDone():
                 model.has_all_textures = True
             case LocatorReady():
@@ -73,8 +73,8 @@ class Intake:
         part = self.part(model, event.data)
         part.rows = event.rows
         model.proxies.append(part)
-        self._contents.look.dress(model, part)
-        self._frame.outdate()
+        self._contents.look.style_part(model, part)
+        self._frame.mark_outdated()
 
     def _add_chunk(self, model: ModelScene, event: MeshChunkReady) -> None:
         part = self.part(model, event.data)
@@ -85,33 +85,33 @@ class Intake:
         model.face_chunks.append(event.chunk)
         model.parts.append(part)
         hidden_elements.hide_newest(model)
-        self._contents.look.dress(model, part)
-        self._frame.outdate()
+        self._contents.look.style_part(model, part)
+        self._frame.mark_outdated()
 
-    def _take_node(self, model: ModelScene, event: NodeReady) -> None:
+    def _add_node(self, model: ModelScene, event: NodeReady) -> None:
         part = self.part(model, event.data)
         part.spacing, part.row, part.piece = event.spacing, event.row, event.piece
         part.rows = event.chunk.point_ids
         model.point_chunks.append(event.chunk)
         model.parts.append(part)
         hidden_elements.hide_newest(model)
-        self._contents.look.dress(model, part)
+        self._contents.look.style_part(model, part)
         if model.streamer is not None and part.row not in model.shown_rows:
             return
-        if self._frame.admit(model, part):
-            self._visibility.size_points_of(model, part)
+        if self._frame.add_part(model, part):
+            self._visibility.size_part_points(model, part)
         else:
-            self._frame.outdate()
+            self._frame.mark_outdated()
 
-    def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
+    def _remove_nodes(self, model: ModelScene, event: NodesDropped) -> None:
         dropped_pieces = model.drop(event.pieces)
-        self._frame.dismiss(dropped_pieces)
+        self._frame.remove_parts(dropped_pieces)
         for part in dropped_pieces:
             self.drop(part)
         for row, piece in event.pieces.items():
             event.nodes.release(row, piece)
 
-    def _take_view(self, model: ModelScene, event: ViewDone) -> None:
+    def _finish_view(self, model: ModelScene, event: ViewDone) -> None:
         if (
             model.is_settled
             or model.streamer is None
@@ -119,7 +119,7 @@ class Intake:
         ):
             return
         model.is_settled = True
-        self._frame.outdate()
+        self._frame.mark_outdated()
 
     def part(self, model: ModelScene, data: vtkPolyData) -> Part:
         """Create a hidden actor on the canvas, and return it with its properties."""

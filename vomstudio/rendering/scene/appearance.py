@@ -26,7 +26,7 @@ class Appearance:
         self.point_scale = 1.0
         """Device pixels per logical pixel."""
 
-    def textured(self, model: ModelScene) -> bool:
+    def is_textured(self, model: ModelScene) -> bool:
         return self.mode == "textured" or (self.mode == "field" and model.field is None)
 
     def shows_field(self, model: ModelScene) -> bool:
@@ -38,7 +38,7 @@ class Appearance:
             # Nodes of clouds are coloured when they are shown.
             for part in model.parts:
                 self.untint(part)
-                self.dress(model, part)
+                self.style_part(model, part)
             return
         field = model.field if self.mode == "field" else None
         fields = [] if field is None else [*field.parts, *field.proxies]
@@ -52,18 +52,18 @@ class Appearance:
             values = part.actor.GetMapper().GetInput().GetPointData()
             if fields:
                 if not part.is_tinted:
-                    part.own_scalars = values.GetScalars()
+                    part.point_scalars = values.GetScalars()
                 values.SetScalars(fields[k])
                 part.is_uploaded, part.is_tinted = False, True
             else:
                 self.untint(part)
-            self.dress(model, part)
+            self.style_part(model, part)
 
     @staticmethod
     def untint(part: Part) -> None:
         if part.is_tinted:
-            part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.own_scalars)
-            part.own_scalars = None
+            part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.point_scalars)
+            part.point_scalars = None
             part.is_uploaded, part.is_tinted = False, False
 
     def tint_node(self, model: ModelScene, part: Part) -> bool:
@@ -73,14 +73,14 @@ class Appearance:
             return False
         _, read = reader(part.piece.cloud, field.style.name, model.to_world)
         values = part.actor.GetMapper().GetInput().GetPointData()
-        part.own_scalars = values.GetScalars()
+        part.point_scalars = values.GetScalars()
         values.SetScalars(vtk_data.color_array(field.scale.colors(read(part.piece.rows))))
         part.is_uploaded, part.is_tinted = False, True
         # Keep the point size of the view.
         part.actor.GetMapper().SetScalarVisibility(True)
         return True
 
-    def dress(self, model: ModelScene, part: Part) -> None:
+    def style_part(self, model: ModelScene, part: Part) -> None:
         """Set the appearance of a part for the display mode."""
         actor, mapper, display_property = (
             part.actor,
@@ -98,14 +98,18 @@ class Appearance:
             return
         gpu_texture = model.gpu_textures.get(part.material) if part.has_uv else None
         gpu_textures.remove_textures(actor)
-        textured = gpu_texture is not None and self.textured(model) and gpu_texture.apply_to(actor)
-        if textured:
+        is_textured = (
+            gpu_texture is not None and self.is_textured(model) and gpu_texture.apply_to(actor)
+        )
+        if is_textured:
             display_property.SetColor(1.0, 1.0, 1.0)
         colored = part.is_tinted or (
-            part.has_colors and not textured and self.mode != "plain shaded"
+            part.has_colors and not is_textured and self.mode != "plain shaded"
         )
         mapper.SetScalarVisibility(colored)
-        display_property.SetLighting(self.lit[self.mode if textured or colored else "plain shaded"])
+        display_property.SetLighting(
+            self.lit[self.mode if is_textured or colored else "plain shaded"]
+        )
         if self.mode == "wireframe":
             display_property.SetRepresentationToWireframe()
             display_property.SetLighting(False)

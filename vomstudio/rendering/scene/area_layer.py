@@ -25,17 +25,17 @@ Color = tuple[float, float, float]
 # Returns the metres per device pixel at a point (3,) in the World frame.
 Pixel = Callable[[FloatArray], float]
 
-BINS = 32
+BIN_COUNT = 32
 OPACITY = 0.36
 SELECTED_OPACITY = 0.14
 BORDER_WIDTH = 2.0
 SELECTED_BORDER_WIDTH = 3.0
-MIN_DOT, MAX_DOT = 3.0, 9.0
+MIN_DOT_PIXELS, MAX_DOT_PIXELS = 3.0, 9.0
 WHITE = (1.0, 1.0, 1.0)
 
 # Offsets, in depth-buffer steps, by which an area is drawn in front of its surface. While the
 # camera moves, a large model is drawn as a proxy, which has a rougher surface.
-OVER_SURFACE = -60.0
+SURFACE_OFFSET = -60.0
 PROXY_OFFSET = -600.0
 
 
@@ -65,7 +65,7 @@ class _Piece:
     def set(self, areas: list[tuple[Area, Color, Color]], origin: FloatArray) -> None:
         """Set the areas with their fill and border colours."""
         faces = [(a, a.corners, color) for a, color, _ in areas if a.corners.ndim == 3]
-        dots = [(a, _shuffled(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
+        dots = [(a, _shuffle(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
         edges = [(a, a.border, color) for a, _, color in areas]
         data = _create_points(faces, origin)
         data.SetPolys(vtk_data.uniform_cells(0, data.GetNumberOfPoints() // 3, 3))
@@ -97,7 +97,7 @@ class _Piece:
 
     def _set_dot_spacing(self, spacing: float, scale: float) -> None:
         """Adapt the size and number of the dots to their `spacing` in pixels."""
-        size = min(max(1.3 * spacing, MIN_DOT * scale), MAX_DOT * scale)
+        size = min(max(1.3 * spacing, MIN_DOT_PIXELS * scale), MAX_DOT_PIXELS * scale)
         halvings = max(0, math.floor(2.0 * math.log2(size / spacing) - 1.0))
         layers = max((size / spacing) ** 2 / 2.0**halvings, 1.0)
         self.dots.GetProperty().SetPointSize(size)
@@ -119,9 +119,9 @@ class AreaLayer:
         self._emphasis: vtkRenderer | None = None
         self._origin: FloatArray = np.zeros(3)
         self._drawings: dict[str, FeatureDrawing] = {}
-        self._selected: frozenset[str] = frozenset()
+        self._selected_ids: frozenset[str] = frozenset()
         self._bins: dict[int, _Piece] = {}
-        self._stale: set[int] = set()
+        self._stale_bins: set[int] = set()
         self._selected_piece: _Piece | None = None
         self._is_selection_stale = False
         self._preview_areas: list[tuple[Area, Color]] = []
@@ -132,16 +132,16 @@ class AreaLayer:
     @property
     def is_emphasis_only(self) -> bool:
         """Whether only the emphasis has changed since the last drawing."""
-        return not self._stale
+        return not self._stale_bins
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
         """Add the actors to the renderers; `emphasis` draws selected and live areas."""
         self._renderer, self._emphasis = renderer, emphasis
-        self._all_stale()
+        self._mark_all_stale()
 
     def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
-        self._all_stale()
+        self._mark_all_stale()
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
         """Clip all areas by planes, of which the inner side is drawn."""
@@ -155,8 +155,8 @@ class AreaLayer:
         piece.clip(self._planes)
         return piece
 
-    def _all_stale(self) -> None:
-        self._stale = {_bin(key) for key in self._drawings}
+    def _mark_all_stale(self) -> None:
+        self._stale_bins = {_bin_number(key) for key in self._drawings}
         self._is_selection_stale = self._is_preview_stale = True
 
     def change(self, key: str, drawing: FeatureDrawing | None) -> None:
@@ -168,12 +168,12 @@ class AreaLayer:
             previous_drawing and previous_drawing.color
         ) == (current and current.color):
             return
-        self._stale.add(_bin(key))
-        self._is_selection_stale = self._is_selection_stale or key in self._selected
+        self._stale_bins.add(_bin_number(key))
+        self._is_selection_stale = self._is_selection_stale or key in self._selected_ids
 
     def select(self, ids: frozenset[str]) -> None:
-        self._is_selection_stale = self._is_selection_stale or ids != self._selected
-        self._selected = ids
+        self._is_selection_stale = self._is_selection_stale or ids != self._selected_ids
+        self._selected_ids = ids
 
     def set_preview_areas(self, areas: list[tuple[Area, Color]]) -> None:
         """Show the areas of an unfinished feature with their colours."""
@@ -184,20 +184,22 @@ class AreaLayer:
         renderer, emphasis = self._renderer, self._emphasis
         if renderer is None or emphasis is None:
             return
-        for number in self._stale:
+        for number in self._stale_bins:
             piece = self._bins.get(number)
             if piece is None:
                 piece = self._bins[number] = self._piece(renderer, OPACITY, BORDER_WIDTH)
-            drawings = [d for key, d in self._drawings.items() if _bin(key) == number]
+            drawings = [d for key, d in self._drawings.items() if _bin_number(key) == number]
             piece.set([(d.area, d.color, d.color) for d in drawings if d.area], self._origin)
-        self._stale.clear()
+        self._stale_bins.clear()
         if self._is_selection_stale:
             self._is_selection_stale = False
             if self._selected_piece is None:
                 self._selected_piece = self._piece(
                     emphasis, SELECTED_OPACITY, SELECTED_BORDER_WIDTH
                 )
-            selected_drawings = [d for key, d in self._drawings.items() if key in self._selected]
+            selected_drawings = [
+                d for key, d in self._drawings.items() if key in self._selected_ids
+            ]
             self._selected_piece.set(
                 [(d.area, d.color, WHITE) for d in selected_drawings if d.area], self._origin
             )
@@ -208,7 +210,7 @@ class AreaLayer:
             self._live_piece.set(
                 [(*live_drawing, WHITE) for live_drawing in self._preview_areas], self._origin
             )
-        offset = PROXY_OFFSET if is_moving else OVER_SURFACE
+        offset = PROXY_OFFSET if is_moving else SURFACE_OFFSET
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:
                 piece.offset_from_surface(offset, self.scale, pixel)
@@ -224,11 +226,11 @@ def area_box(area: Area) -> FloatArray:
     return np.asarray(np.array(box, np.float64) + area.origin)
 
 
-def _bin(key: str) -> int:
-    return zlib.crc32(key.encode()) % BINS
+def _bin_number(key: str) -> int:
+    return zlib.crc32(key.encode()) % BIN_COUNT
 
 
-def _shuffled(points: Float32Array) -> Float32Array:
+def _shuffle(points: Float32Array) -> Float32Array:
     return points[np.random.default_rng(0).permutation(len(points))]
 
 

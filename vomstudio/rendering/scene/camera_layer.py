@@ -12,15 +12,15 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.frusta import Frustum
 from vomstudio.rendering.prepare import vtk_data
 
-COLOR = (0.34, 0.71, 0.91)
-CHOSEN_COLOR = (0.90, 0.62, 0.0)
+CAMERA_COLOR = (0.34, 0.71, 0.91)
+SELECTED_COLOR = (0.90, 0.62, 0.0)
 # Vermilion, for photos that are weakly connected to the others.
 WEAK_COLOR = (0.84, 0.37, 0.0)
-DARK = (0.08, 0.08, 0.09)
+DARK_COLOR = (0.08, 0.08, 0.09)
 LINE_WIDTH = 1.6
 HALO_WIDTH = 3.6
 FACE_OPACITY = 0.16
-CHOSEN_OPACITY = 0.42
+SELECTED_OPACITY = 0.42
 
 
 class CameraLayer:
@@ -50,10 +50,12 @@ class CameraLayer:
             # Does not write depth, because hidden points of the rock are determined from the
             # depth.
             actor.ForceTranslucentOn()
-            colors = {"o": DARK, "+": CHOSEN_COLOR, "!": WEAK_COLOR}
-            display_property.SetColor(*colors.get(name[-1], COLOR))
+            colors = {"o": DARK_COLOR, "+": SELECTED_COLOR, "!": WEAK_COLOR}
+            display_property.SetColor(*colors.get(name[-1], CAMERA_COLOR))
             if name.startswith("faces"):
-                display_property.SetOpacity(CHOSEN_OPACITY if name.endswith("+") else FACE_OPACITY)
+                display_property.SetOpacity(
+                    SELECTED_OPACITY if name.endswith("+") else FACE_OPACITY
+                )
             actor.VisibilityOff()
             self._actors[name] = actor
             renderer.AddActor(actor)
@@ -87,7 +89,7 @@ class CameraLayer:
         if not self._is_stale or not self._actors:
             return
         self._is_stale = False
-        emphasised = [f for f in self.frusta if f.name in self.selection]
+        selected_cameras = [f for f in self.frusta if f.name in self.selection]
         others = [f for f in self.frusta if f.name not in self.selection]
         plain_cameras = [f for f in others if not f.is_weak]
         weak_cameras = [f for f in others if f.is_weak]
@@ -100,11 +102,11 @@ class CameraLayer:
         for name, group in (
             ("faces", plain_cameras),
             ("faces!", weak_cameras),
-            ("faces+", emphasised),
+            ("faces+", selected_cameras),
             ("halo", list(self.frusta)),
             ("lines", plain_cameras),
             ("lines!", weak_cameras),
-            ("lines+", emphasised),
+            ("lines+", selected_cameras),
         ):
             actor = self._actors[name]
             make = self._faces if name.startswith("faces") else self._lines

@@ -24,7 +24,7 @@ class SceneVisibility:
     def apply(self, camera: Camera | None = None) -> Eye:
         """Apply the scene's camera, or the given one, to the canvas."""
         camera = self.camera if camera is None else camera
-        corners = np.concatenate([self._contents.corners(), self._contents.corners_over()])
+        corners = np.concatenate([self._contents.corners(), self._contents.overlay_corners()])
         self.eye = eye = camera.eye(corners)
         self._canvas.look(eye, camera.distance, camera.view_angle_deg)
         field_order.push_back_others(self._contents.visible(), self._contents.look, eye)
@@ -42,9 +42,9 @@ class SceneVisibility:
         """Set the point sizes of all clouds in view."""
         for model, part in self.parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
-                self.size_points_of(model, part)
+                self.size_part_points(model, part)
 
-    def size_points_of(self, model: ModelScene, part: Part) -> None:
+    def size_part_points(self, model: ModelScene, part: Part) -> None:
         assert self.eye is not None
         style, height = self._contents.look, self._canvas.size[1]
         visible_parts.size_points(model, part, self.eye, self.camera, height, style)

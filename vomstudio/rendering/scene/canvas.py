@@ -77,8 +77,8 @@ class Canvas:
         self._widget_window = window
         self._window: vtkOpenGLRenderWindow | None = None
         self._buffers: Buffers | None = None
-        self._before_layer: Callable[[], None] | None = None
-        self._before_emphasis: Callable[[], None] | None = None
+        self._layer_callback: Callable[[], None] | None = None
+        self._emphasis_callback: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
         self._depths = vtkFloatArray()
         self._depth: Float32Array | None = None
@@ -111,7 +111,7 @@ class Canvas:
             renderer.SetLayer(number)
             renderer.PreserveDepthBufferOn()
             renderer.PreserveColorBufferOn()
-        self.layer.AddObserver(vtkCommand.StartEvent, self._layer_starts)
+        self.layer.AddObserver(vtkCommand.StartEvent, self._begin_layer)
         self.emphasis.AddObserver(vtkCommand.StartEvent, self._begin_emphasis)
         for renderer in (surface, self.layer, self.emphasis):
             renderer.SetAutomaticLightCreation(0)
@@ -227,23 +227,23 @@ class Canvas:
         draws_surface: bool,
         draws_layer: bool,
         draws_emphasis: bool,
-        before_layer: Callable[[], None] | None = None,
-        before_emphasis: Callable[[], None] | None = None,
+        layer_callback: Callable[[], None] | None = None,
+        emphasis_callback: Callable[[], None] | None = None,
     ) -> None:
         """Draw the requested layers.
 
-        `before_layer` and `before_emphasis` are called before layers 1 and 2, and may call
+        `layer_callback` and `emphasis_callback` are called before layers 1 and 2, and may call
         `confine`.
         """
         self.surface.SetDraw(draws_surface)
         self.surface.SetErase(clears_canvas)
         self.layer.SetDraw(draws_layer)
         self.emphasis.SetDraw(draws_emphasis)
-        self._before_layer, self._before_emphasis = before_layer, before_emphasis
+        self._layer_callback, self._emphasis_callback = layer_callback, emphasis_callback
         if draws_layer:
             self._depth = None
         self.window.Render()
-        self._before_layer = self._before_emphasis = None
+        self._layer_callback = self._emphasis_callback = None
         self.confine(None)
         self.frames += 1
 
@@ -258,24 +258,24 @@ class Canvas:
         """Wait until the graphics card has drawn everything."""
         self.window.WaitForCompletion()
 
-    def _layer_starts(self, *_: object) -> None:
-        if self._before_layer is not None:
-            self._before_layer()
+    def _begin_layer(self, *_: object) -> None:
+        if self._layer_callback is not None:
+            self._layer_callback()
 
     def _begin_emphasis(self, *_: object) -> None:
-        if self._before_emphasis is not None:
-            self._before_emphasis()
+        if self._emphasis_callback is not None:
+            self._emphasis_callback()
 
     # -- saved layers
 
-    def keep_surface(self) -> None:
+    def save_surface(self) -> None:
         self.buffers.save("surface")
         self.is_surface_saved = True
 
     def restore_surface(self, region: PixelRegion | None = None) -> None:
         self.buffers.restore("surface", region)
 
-    def keep_features(self, region: PixelRegion | None = None) -> None:
+    def save_features(self, region: PixelRegion | None = None) -> None:
         """Save the picture with features, or only the part that was redrawn."""
         self.buffers.save("features", region)
         self.are_features_saved = True

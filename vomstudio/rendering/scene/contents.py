@@ -35,6 +35,6 @@ class Contents:
         corners = [model.corners_world(is_closed=is_closed) for model in self.visible()]
         return np.concatenate([np.zeros((0, 3)), *corners])
 
-    def corners_over(self) -> FloatArray:
+    def overlay_corners(self) -> FloatArray:
         """Return box corners (n, 3) of the features and cameras in the World frame."""
         return np.concatenate([self.features.corners(), self.cameras.corners()])

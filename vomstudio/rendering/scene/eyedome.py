@@ -19,14 +19,14 @@ from vtkmodules.vtkRenderingOpenGL2 import (
 )
 
 STRENGTH = 200.0
-REACH_PIXELS = 1.4
-BANDS = 6
+SHADING_RADIUS_PIXELS = 1.4
+BAND_COUNT = 6
 
 GL_SCISSOR_TEST = 0x0C11
 GL_ALWAYS = 0x0207
 GL_LEQUAL = 0x0203
 
-VERTEX = """//VTK::System::Dec
+VERTEX_SHADER = """//VTK::System::Dec
 in vec4 ndCoordIn;
 in vec2 texCoordIn;
 out vec2 place;
@@ -36,7 +36,7 @@ void main() {
 }
 """
 
-FRAGMENT = """//VTK::System::Dec
+FRAGMENT_SHADER = """//VTK::System::Dec
 //VTK::Output::Dec
 in vec2 place;
 uniform sampler2D colors;
@@ -110,8 +110,8 @@ class EyeDome:
         """
         window.MakeCurrent()
         if self._quad is None:
-            self._quad = vtkOpenGLQuadHelper(window, VERTEX, FRAGMENT, "")
-        program = window.GetShaderCache().ReadyShaderProgram(VERTEX, FRAGMENT, "")
+            self._quad = vtkOpenGLQuadHelper(window, VERTEX_SHADER, FRAGMENT_SHADER, "")
+        program = window.GetShaderCache().ReadyShaderProgram(VERTEX_SHADER, FRAGMENT_SHADER, "")
         colors = source.GetColorAttachmentAsTextureObject(0)
         depths = source.GetDepthAttachmentAsTextureObject()
         state = window.GetState()
@@ -125,7 +125,7 @@ class EyeDome:
         depths.Activate()
         program.SetUniformi("colors", colors.GetTextureUnit())
         program.SetUniformi("depths", depths.GetTextureUnit())
-        max_distance = REACH_PIXELS * scale
+        max_distance = SHADING_RADIUS_PIXELS * scale
         program.SetUniform2f("pixel", [max_distance / size[0], max_distance / size[1]])
         program.SetUniform2f("range", [near, far])
         program.SetUniformi("parallel", int(is_orthographic))

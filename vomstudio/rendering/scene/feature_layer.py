@@ -20,7 +20,7 @@ LINE_WIDTH = 3.0
 SELECTED_WIDTH = 5.0
 HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
-THIN_ABOVE = 4000
+MIN_THIN_POINTS = 4000
 """Number of line points, of all or of the selected features, above which their halos are omitted
 and their lines simplified while the camera is moving."""
 MOVING_VERTEX_PIXELS = 6.0
@@ -31,14 +31,14 @@ MAX_PARTIAL_CHANGES = 64
 
 DISC_OPACITY = 0.32
 HIDDEN_OPACITY = 0.28
-DARK = (20, 20, 22)
-BRIGHT = (255, 255, 255)
+DARK_COLOR = (20, 20, 22)
+BRIGHT_COLOR = (255, 255, 255)
 
 # Offsets, in depth-buffer steps (1/65536 of its range), by which lines are drawn in front of
 # their surface, and by which their faint copy is drawn in front of everything. The first must
 # exceed the depth change of an inclined surface across half a line width, or the near half of
 # the halo is cut off.
-OVER_SURFACE = -150.0
+SURFACE_OFFSET = -150.0
 HIDDEN_LINE_OFFSET = -65000.0
 
 
@@ -67,7 +67,7 @@ class FeatureLayer:
         self.is_simplified = False
         """Whether this was done in the last drawing."""
         self._is_stale = True
-        self._changed: list[FeatureDrawing] = []
+        self._changed_drawings: list[FeatureDrawing] = []
         self._content: _Content = "none"
         self._emphasis_content: _Content = "none"
         self._is_selection_stale = True
@@ -83,7 +83,9 @@ class FeatureLayer:
         """
         if self._is_stale or not self.areas.is_emphasis_only:
             return None
-        return np.concatenate([np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed)])
+        return np.concatenate(
+            [np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed_drawings)]
+        )
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
         """Add the actors to the renderers; `emphasis` draws the selection over all features."""
@@ -104,12 +106,14 @@ class FeatureLayer:
             # their own points in the test of visibility.
             actor.ForceTranslucentOn()
             is_selected = name.endswith("+")
-            offset = 2.5 * OVER_SURFACE if is_selected else OVER_SURFACE
+            offset = 2.5 * SURFACE_OFFSET if is_selected else SURFACE_OFFSET
             if name == "discs":
                 actor_property.SetOpacity(DISC_OPACITY)
             elif name.startswith("halo"):
                 mapper.ScalarVisibilityOff()
-                actor_property.SetColor(*(v / 255.0 for v in (BRIGHT if is_selected else DARK)))
+                actor_property.SetColor(
+                    *(v / 255.0 for v in (BRIGHT_COLOR if is_selected else DARK_COLOR))
+                )
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset)
             elif name.startswith("line"):
                 mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset - 8.0)
@@ -141,13 +145,15 @@ class FeatureLayer:
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
         for key, drawing in changes.items():
             if not self._is_stale:
-                self._changed += [d for d in (self.drawings.get(key), drawing) if d is not None]
+                self._changed_drawings += [
+                    d for d in (self.drawings.get(key), drawing) if d is not None
+                ]
             if drawing is None:
                 self.drawings.pop(key, None)
             else:
                 self.drawings[key] = drawing
             self.areas.change(key, drawing)
-        self._is_stale = self._is_stale or len(self._changed) > MAX_PARTIAL_CHANGES
+        self._is_stale = self._is_stale or len(self._changed_drawings) > MAX_PARTIAL_CHANGES
         self._is_selection_stale = True
         self._runs.change(changes)
         box = self._runs.box()
@@ -203,14 +209,14 @@ class FeatureLayer:
             return
         content: _Content = "simple" if self.is_thin and self._pixel_sizes is not None else "all"
         if is_needed is not None:
-            self._fill(*self._runs.runs_of_visible(is_needed))
+            self._fill(*self._runs.visible_runs(is_needed))
             self._content = "part"
-        elif self._is_stale or self._changed or self._content != content:
+        elif self._is_stale or self._changed_drawings or self._content != content:
             self._fill(self._runs.lines(), self._runs.discs())
             self._content = content
             self._is_selection_stale = True
         self._is_stale = False
-        self._changed.clear()
+        self._changed_drawings.clear()
         self.refresh_emphasis(pixel)
 
     def refresh_emphasis(
@@ -229,8 +235,8 @@ class FeatureLayer:
             # crossing features always overlap in the same way.
             self._is_selection_stale = False
             self._emphasis_content = content if is_needed is None else "part"
-            lines = self._runs.lines_of_ids(self.selected, is_needed)
-            self._dress("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
+            lines = self._runs.line_runs_by_id(self.selected, is_needed)
+            self._update_lines("+", lines, SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         for name, actor in self._actors.items():
             points = actor.GetMapper().GetInput().GetNumberOfPoints()
             is_omitted = name.startswith(("halo", "hidden")) and self._is_simple(name[-1:])
@@ -240,13 +246,13 @@ class FeatureLayer:
     def _is_simple(self, mark: str) -> bool:
         """Return whether lines are drawn without halos now; `mark` is "+" for the selected."""
         points = self._line_points["+" if mark == "+" else ""]
-        return self.is_thin and points >= THIN_ABOVE
+        return self.is_thin and points >= MIN_THIN_POINTS
 
     def _fill(self, lines: Runs, discs: Runs) -> None:
-        self._dress("", lines, LINE_WIDTH, HALO_EXTRA)
+        self._update_lines("", lines, LINE_WIDTH, HALO_EXTRA)
         vtk_data.show(self._actors["discs"], _poly_data(discs, draws_polygons=True))
 
-    def _dress(self, mark: str, lines: Runs, width: float, halo_width: float) -> None:
+    def _update_lines(self, mark: str, lines: Runs, width: float, halo_width: float) -> None:
         self._line_points[mark] = len(lines.points)
         if self._is_simple(mark) and self._pixel_sizes is not None:
             pixel_sizes = self._pixel_sizes(lines.points + self._origin)

@@ -47,11 +47,11 @@ class Runs:
     @classmethod
     def joined(cls, parts: Iterable[Runs]) -> Runs:
         """Concatenate runs."""
-        all_parts = [Runs.of([], [], np.zeros(3)), *parts]
+        all_runs = [Runs.of([], [], np.zeros(3)), *parts]
         return cls(
-            np.concatenate([part.points for part in all_parts]),
-            np.concatenate([part.sizes for part in all_parts]),
-            np.concatenate([part.colors for part in all_parts]),
+            np.concatenate([part.points for part in all_runs]),
+            np.concatenate([part.sizes for part in all_runs]),
+            np.concatenate([part.colors for part in all_runs]),
         )
 
 
@@ -109,7 +109,7 @@ class FeatureRuns:
     def __init__(self) -> None:
         self._origin: FloatArray = np.zeros(3)
         self._blocks: list[dict[str, FeatureDrawing]] = []
-        self._block_of_feature: dict[str, int] = {}
+        self._block_by_feature: dict[str, int] = {}
         self._built_blocks: dict[int, _Block] = {}
 
     def set_origin(self, origin: FloatArray) -> None:
@@ -120,54 +120,58 @@ class FeatureRuns:
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
         """Add, replace or (None) remove drawings."""
         for key, drawing in changes.items():
-            block_number = self._block_of_feature.get(key)
+            block_number = self._block_by_feature.get(key)
             if block_number is None and drawing is None:
                 continue
             if block_number is None:
                 if not self._blocks or len(self._blocks[-1]) >= BLOCK_SIZE:
                     self._blocks.append({})
-                block_number = self._block_of_feature[key] = len(self._blocks) - 1
+                block_number = self._block_by_feature[key] = len(self._blocks) - 1
             self._built_blocks.pop(block_number, None)
             if drawing is None:
-                del self._blocks[block_number][key], self._block_of_feature[key]
+                del self._blocks[block_number][key], self._block_by_feature[key]
             else:
                 self._blocks[block_number][key] = drawing
-        if not self._block_of_feature:
+        if not self._block_by_feature:
             self._blocks.clear()
             self._built_blocks.clear()
 
     @property
     def points(self) -> int:
         """Total number of points of the visible lines."""
-        return sum(len(block.lines.points) for block in self._all())
+        return sum(len(block.lines.points) for block in self._all_blocks())
 
     def lines(self) -> Runs:
         """Return the lines of the visible features."""
-        return Runs.joined(block.lines for block in self._all())
+        return Runs.joined(block.lines for block in self._all_blocks())
 
     def discs(self) -> Runs:
         """Return the discs of the visible features."""
-        return Runs.joined(block.discs for block in self._all())
+        return Runs.joined(block.discs for block in self._all_blocks())
 
-    def runs_of_visible(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
+    def visible_runs(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
         """Return the lines and discs of the visible features selected by their boxes.
 
         `is_needed` receives World boxes (n, 2, 3), as minimum and maximum corners.
         """
-        selected_drawings = self._select(is_needed)
-        return lines_of(selected_drawings, self._origin), discs_of(selected_drawings, self._origin)
+        selected_drawings = self._select_drawings(is_needed)
+        return line_runs(selected_drawings, self._origin), disc_runs(
+            selected_drawings, self._origin
+        )
 
-    def lines_of_ids(
+    def line_runs_by_id(
         self,
         ids: frozenset[str],
         is_needed: Callable[[FloatArray], BoolArray] | None = None,
     ) -> Runs:
         """Return the lines of the visible features `ids`, by default wherever they are."""
-        drawings = [drawing for drawing in self._select(is_needed) if drawing.id in ids]
-        return lines_of(drawings, self._origin)
+        drawings = [drawing for drawing in self._select_drawings(is_needed) if drawing.id in ids]
+        return line_runs(drawings, self._origin)
 
-    def _select(self, is_needed: Callable[[FloatArray], BoolArray] | None) -> list[FeatureDrawing]:
-        blocks = self._all()
+    def _select_drawings(
+        self, is_needed: Callable[[FloatArray], BoolArray] | None
+    ) -> list[FeatureDrawing]:
+        blocks = self._all_blocks()
         drawings = [drawing for item in blocks for drawing in item.shown]
         if is_needed is None:
             return drawings
@@ -176,25 +180,29 @@ class FeatureRuns:
 
     def box(self) -> FloatArray:
         """Return the bounds (2, 3) of the visible features, or (0, 3) without visible features."""
-        boxes = np.concatenate([np.zeros((0, 3)), *(block.box for block in self._all())])
+        boxes = np.concatenate([np.zeros((0, 3)), *(block.box for block in self._all_blocks())])
         return boxes if not len(boxes) else np.stack([boxes.min(axis=0), boxes.max(axis=0)])
 
-    def _all(self) -> list[_Block]:
+    def _all_blocks(self) -> list[_Block]:
         for number, block in enumerate(self._blocks):
             if number not in self._built_blocks:
                 self._built_blocks[number] = self._make([d for d in block.values() if d.visible])
         return [self._built_blocks[number] for number in range(len(self._blocks))]
 
     def _make(self, drawings: list[FeatureDrawing]) -> _Block:
-        boxes = _boxes_of([spots(drawing) for drawing in drawings])
+        boxes = _bounding_boxes([spots(drawing) for drawing in drawings])
         areas = [area_box(d.area)[None] for d in drawings if d.area is not None]
-        boxes_all = np.concatenate([boxes, *areas])
-        boxes_all = boxes_all[np.isfinite(boxes_all).all(axis=(1, 2))]
+        all_boxes = np.concatenate([boxes, *areas])
+        all_boxes = all_boxes[np.isfinite(all_boxes).all(axis=(1, 2))]
         box = np.zeros((0, 3))
-        if len(boxes_all):
-            box = np.stack([boxes_all[:, 0].min(axis=0), boxes_all[:, 1].max(axis=0)])
+        if len(all_boxes):
+            box = np.stack([all_boxes[:, 0].min(axis=0), all_boxes[:, 1].max(axis=0)])
         return _Block(
-            drawings, lines_of(drawings, self._origin), discs_of(drawings, self._origin), boxes, box
+            drawings,
+            line_runs(drawings, self._origin),
+            disc_runs(drawings, self._origin),
+            boxes,
+            box,
         )
 
 
@@ -206,7 +214,7 @@ def spots(drawing: FeatureDrawing) -> FloatArray:
     return np.concatenate([line, np.asarray(drawing.disc, float)])
 
 
-def _boxes_of(runs: list[FloatArray]) -> FloatArray:
+def _bounding_boxes(runs: list[FloatArray]) -> FloatArray:
     """Return the bounding box (n, 2, 3) of each run, NaN for a run without points."""
     boxes = np.full((len(runs), 2, 3), np.nan)
     sizes = np.array([len(run) for run in runs], np.int64)
@@ -221,7 +229,7 @@ def _boxes_of(runs: list[FloatArray]) -> FloatArray:
     return boxes
 
 
-def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
+def line_runs(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     """Return the lines of all drawings whose line has at least two points.
 
     The outline of a disc that is not filled is one of them.
@@ -233,7 +241,7 @@ def lines_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
-def discs_of(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
+def disc_runs(drawings: list[FeatureDrawing], origin: FloatArray) -> Runs:
     """Return the filled discs of all drawings whose disc has at least three corners."""
     rings = [
         (np.asarray(d.disc, float), d.color)

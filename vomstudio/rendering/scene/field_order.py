@@ -50,8 +50,8 @@ def _shift_m(model: ModelScene) -> float:
     scale = model.field.scale
     extent = float(np.linalg.norm(np.ptp(model.corners_world(), axis=0)))
     is_distance = scale.kind == "diverging" and scale.unit == "m"
-    max_shown = max(abs(scale.low), abs(scale.high)) if is_distance else 0.0
-    return min(max(max_shown, MIN_SHARE * extent), MAX_SHARE * extent)
+    max_value = max(abs(scale.low), abs(scale.high)) if is_distance else 0.0
+    return min(max(max_value, MIN_SHARE * extent), MAX_SHARE * extent)
 
 
 def _offset(model: ModelScene, eye: Eye, shift_m: float) -> float:

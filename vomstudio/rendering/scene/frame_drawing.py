@@ -19,7 +19,7 @@ from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.dirty_region import PixelRegion, find_dirty_region, visible_in_region
-from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
+from vomstudio.rendering.scene.eyedome import BAND_COUNT, EyeDome
 from vomstudio.rendering.scene.feature_layer import (
     HALO_EXTRA,
     LINE_WIDTH,
@@ -82,10 +82,10 @@ class FramePicture:
     def is_complete(self) -> bool:
         """Whether the last picture is complete."""
         is_simplified = self._contents.features.is_simplified
-        return self._frame.is_complete and not self.layering and not is_simplified
+        return self._frame.is_complete and not self.is_layering and not is_simplified
 
     @property
-    def layering(self) -> bool:
+    def is_layering(self) -> bool:
         """Whether features are being drawn band by band."""
         return bool(self._bands or self._emphasis_bands)
 
@@ -127,7 +127,7 @@ class FramePicture:
         self._was_moving = is_moving
         self.abandon()
         self._visibility.apply()
-        self._nodes.look_around(fetches_nodes=not is_moving)
+        self._nodes.update_nodes(fetches_nodes=not is_moving)
         # Set first, because the point size affects the drawing time.
         self._visibility.size_points()
         proxy = self.is_slow
@@ -143,7 +143,7 @@ class FramePicture:
         self._canvas.is_surface_saved = False
         features = self._contents.features
         features.is_thin = is_moving
-        uses_bands = not is_moving and self._wants_bands
+        uses_bands = not is_moving and self._needs_bands
         self._render(
             clears_canvas=True,
             draws_surface=True,
@@ -157,11 +157,11 @@ class FramePicture:
             part.is_uploaded = True
         self.is_proxy_shown = proxy
         if not proxy:
-            self.pace.learn(shown_parts, elapsed_s)
-            self._frame.is_complete = not self._levels.due and not self.domed
+            self.pace.record_frame(shown_parts, elapsed_s)
+            self._frame.is_complete = not self._levels.is_upload_due and not self.is_shaded
         else:
             if not has_new_parts:
-                self.pace.learn_moving(elapsed_s, proxies.MOVING_SETS)
+                self.pace.record_moving_frame(elapsed_s, proxies.MAX_MOVING_SETS)
             if not any(m.parts for m in self._contents.visible()):
                 self._frame.is_complete = True
         if uses_bands:
@@ -192,9 +192,9 @@ class FramePicture:
     def draw_features(self) -> None:
         """Redraw the features over the last picture of the models.
 
-        Afterwards call `draw_band` while `layering` is true, or else `refine`.
+        Afterwards call `draw_band` while `is_layering` is true, or else `refine`.
         """
-        begun_bands = self._bands
+        previous_bands = self._bands
         self._forget_bands()
         canvas, frame, eye = self._canvas, self._frame, self._visibility.eye
         if not canvas.is_surface_saved or eye is None:
@@ -202,12 +202,12 @@ class FramePicture:
                 self.draw(is_moving=False)
             # Otherwise the features will appear in the frame that is being refined.
             return
-        depth = eye.depth(self._contents.corners_over())
+        depth = eye.depth(self._contents.overlay_corners())
         if len(depth) and (depth.min() < eye.near or depth.max() > eye.far):
             # The saved depth has another range, so that these features would be clipped.
             self.draw(is_moving=False)
             return
-        if self.refining and begun_bands:
+        if self.refining and previous_bands:
             self._begin_bands()
             return
         is_refining = self.refining and not frame.is_first
@@ -238,7 +238,7 @@ class FramePicture:
             self._canvas.depth()
         self._was_moving = False
         self._visibility.apply()
-        self._nodes.look_around()
+        self._nodes.update_nodes()
         self._levels.choose()
         self._visibility.size_points()
         self._forget_bands()
@@ -249,13 +249,13 @@ class FramePicture:
         frame, canvas = self._frame, self._canvas
         if frame.pending_parts is None:
             return True
-        if self.layering and frame.pending_parts:
+        if self.is_layering and frame.pending_parts:
             # More parts of the models have arrived, which must be drawn below the features.
             self._forget_bands()
             canvas.restore_surface()
-        if self.layering:
+        if self.is_layering:
             return self.draw_band() and self._end_rest()
-        if self._levels.upload_one():
+        if self._levels.upload_next_piece():
             return False
         if not frame.pending_parts and not frame.is_first and self._shade_band():
             return False
@@ -268,12 +268,12 @@ class FramePicture:
             count = self.pace.next_batch([part for _, part in frame.pending_parts])
         batch = [part for _, part in frame.pending_parts[:count]]
         frame.pending_parts = frame.pending_parts[count:]
-        if frame.is_first and not frame.pending_parts and not self.domed:
+        if frame.is_first and not frame.pending_parts and not self.is_shaded:
             # The features, including copying the surface below them, are a separate step unless
             # the whole frame is drawn quickly.
             is_last = is_last or self.pace.expected(batch) <= BATCH_S
         self._show_parts(batch)
-        uses_bands = is_last and self._wants_bands
+        uses_bands = is_last and self._needs_bands
         self._render(
             clears_canvas=frame.is_first,
             draws_surface=True,
@@ -282,7 +282,7 @@ class FramePicture:
         )
         canvas.wait()
         frame.is_first = False
-        self.pace.learn(batch, time.perf_counter() - start_time)
+        self.pace.record_frame(batch, time.perf_counter() - start_time)
         for part in batch:
             part.is_uploaded = True
         if uses_bands:
@@ -296,20 +296,20 @@ class FramePicture:
         return True
 
     @property
-    def domed(self) -> bool:
+    def is_shaded(self) -> bool:
         """Whether eye-dome lighting is applied to the picture at rest."""
         visible = self._contents.visible()
         return self.eye_dome and any(isinstance(m.data, PointCloud) for m in visible)
 
     def _shade_band(self) -> bool:
         """Shade the next part of the finished surface. Return False if all of it is shaded."""
-        if not self.domed:
+        if not self.is_shaded:
             return False
         canvas, frame, eye = self._canvas, self._frame, self._visibility.eye
         assert eye is not None
         if frame.bands is None:
             canvas.buffers.save("flat")
-            frame.bands = bands(canvas.size[1], BANDS if canvas.is_software else 1)
+            frame.bands = bands(canvas.size[1], BAND_COUNT if canvas.is_software else 1)
         if not frame.bands:
             return False
         self._dome.shade(
@@ -350,21 +350,21 @@ class FramePicture:
             self._contents.cameras.refresh()
         callback: Callable[[], None] | None = canvas.restore_surface
         if draws_surface:
-            callback = canvas.keep_surface if keep_picture else None
+            callback = canvas.save_surface if keep_picture else None
         canvas.render(
             clears_canvas=clears_canvas,
             draws_surface=draws_surface,
             draws_layer=draws_layer,
             draws_emphasis=draws_layer,
-            before_layer=callback,
-            before_emphasis=canvas.keep_features if keep_picture else None,
+            layer_callback=callback,
+            emphasis_callback=canvas.save_features if keep_picture else None,
         )
         if draws_surface and keep_picture and not draws_layer:
-            canvas.keep_surface()
+            canvas.save_surface()
 
     def _render_layer(self, *, keep_picture: bool) -> None:
         """Draw the features over the saved picture of the models, or start to draw in bands."""
-        if keep_picture and self._wants_bands:
+        if keep_picture and self._needs_bands:
             self._canvas.restore_surface()
             self._begin_bands()
         else:
@@ -376,7 +376,7 @@ class FramePicture:
             )
 
     @property
-    def _wants_bands(self) -> bool:
+    def _needs_bands(self) -> bool:
         points = self._contents.features.points
         return (
             self._canvas.is_software and points > BAND_POINTS and self._visibility.eye is not None
@@ -386,7 +386,7 @@ class FramePicture:
         """Save the picture, which contains only the models, as the background of the bands."""
         canvas = self._canvas
         self._contents.cameras.refresh()
-        canvas.keep_features()
+        canvas.save_features()
         count = math.ceil(self._contents.features.points / BAND_POINTS)
         self._bands = bands(canvas.size[1], min(count, MAX_BANDS))
         canvas.are_features_saved = False
@@ -394,13 +394,13 @@ class FramePicture:
     def draw_band(self) -> bool:
         """Draw the features in the next band. Return whether it was the last band."""
         canvas, eye = self._canvas, self._visibility.eye
-        if not self.layering or eye is None:
+        if not self.is_layering or eye is None:
             self._forget_bands()
             return True
-        bands_to_draw = self._bands or self._emphasis_bands
-        first_row, end_row = bands_to_draw.pop(0)
+        pending_bands = self._bands or self._emphasis_bands
+        first_row, end_row = pending_bands.pop(0)
         band = PixelRegion(0, first_row, canvas.size[0] - 1, end_row - 1)
-        if bands_to_draw is self._bands:
+        if pending_bands is self._bands:
             # The selection is drawn over all bands.
             is_last, is_large = not self._bands, self._is_emphasis_large
             self._render_region(band, eye, draws_emphasis=is_last and not is_large)
@@ -410,7 +410,7 @@ class FramePicture:
         else:
             self._render_emphasis_band(band, eye)
         canvas.wait()
-        return not self.layering
+        return not self.is_layering
 
     def _forget_bands(self) -> None:
         self._bands, self._emphasis_bands = [], []
@@ -429,13 +429,13 @@ class FramePicture:
         """Draw the selected features in a part of the picture, over the saved features."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((SELECTED_WIDTH + SELECTED_HALO_EXTRA) * features.scale)
-        wider_spot = region.enlarged(width)
+        wider_region = region.enlarged(width)
         features.refresh_emphasis(
             self._visibility.pixel_at,
-            lambda boxes: visible_in_region(wider_spot, boxes, eye, canvas.size),
+            lambda boxes: visible_in_region(wider_region, boxes, eye, canvas.size),
         )
 
-        def before_emphasis() -> None:
+        def emphasis_callback() -> None:
             canvas.restore_features(region)
             canvas.confine(region)
 
@@ -444,7 +444,7 @@ class FramePicture:
             draws_surface=False,
             draws_layer=False,
             draws_emphasis=True,
-            before_emphasis=before_emphasis,
+            emphasis_callback=emphasis_callback,
         )
 
     def _render_emphasis(self, *, is_simple: bool = False) -> None:
@@ -460,7 +460,7 @@ class FramePicture:
             draws_surface=False,
             draws_layer=False,
             draws_emphasis=True,
-            before_emphasis=self._canvas.restore_features,
+            emphasis_callback=self._canvas.restore_features,
         )
 
     def _render_region(self, region: PixelRegion, eye: Eye, *, draws_emphasis: bool = True) -> None:
@@ -468,31 +468,31 @@ class FramePicture:
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         region = region.enlarged(width).within(canvas.size)
-        wider_spot = region.enlarged(width)
+        wider_region = region.enlarged(width)
         features.refresh(
             self._visibility.pixel_at,
-            lambda boxes: visible_in_region(wider_spot, boxes, eye, canvas.size),
+            lambda boxes: visible_in_region(wider_region, boxes, eye, canvas.size),
         )
 
-        def before_layer() -> None:
+        def layer_callback() -> None:
             canvas.restore_features()
             canvas.restore_surface(region)
             canvas.confine(region)
 
-        def before_emphasis() -> None:
+        def emphasis_callback() -> None:
             canvas.confine(None)
-            canvas.keep_features(region)
+            canvas.save_features(region)
 
         canvas.render(
             clears_canvas=False,
             draws_surface=False,
             draws_layer=True,
             draws_emphasis=draws_emphasis,
-            before_layer=before_layer,
-            before_emphasis=before_emphasis,
+            layer_callback=layer_callback,
+            emphasis_callback=emphasis_callback,
         )
         if not draws_emphasis:
-            before_emphasis()
+            emphasis_callback()
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:

@@ -46,19 +46,19 @@ class FrameProgress:
         self.pending_parts = None
         self.is_complete = False
 
-    def outdate(self) -> None:
+    def mark_outdated(self) -> None:
         """Mark the frame and the last picture as incomplete because content has been added."""
         self.is_complete = False
         self._is_outdated = True
 
-    def admit(self, model: ModelScene, part: Part) -> bool:
+    def add_part(self, model: ModelScene, part: Part) -> bool:
         """Add a part to the frame. Return False if it is too late to add it."""
         if self.pending_parts is None or self.bands is not None:
             return False
         self.pending_parts.append((model, part))
         return True
 
-    def dismiss(self, parts: Iterable[Part]) -> None:
+    def remove_parts(self, parts: Iterable[Part]) -> None:
         """Remove parts that no longer exist."""
         dropped_ids = {id(part) for part in parts}
         if self.pending_parts is not None and dropped_ids:

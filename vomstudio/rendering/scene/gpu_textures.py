@@ -46,12 +46,12 @@ class GpuTexture:
         self.texture = texture
         self.level: int | None = None
         self.target_level = 0
-        self._uploaded: list[vtkTexture] = []
+        self._uploaded_pieces: list[vtkTexture] = []
         self._next_pieces: list[vtkTexture] = []
         self._next_level = -1
 
     @property
-    def too_coarse(self) -> bool:
+    def is_too_coarse(self) -> bool:
         return self.level is None or self.level > self.target_level
 
     def request_level(self, texels_per_pixel: float | None) -> None:
@@ -62,12 +62,12 @@ class GpuTexture:
         texels_per_pixel : float or None
             Texels of the finest level per pixel, or None if the material is not in view.
         """
-        coarsest = len(self.texture.levels) - 1
+        coarsest_level = len(self.texture.levels) - 1
         if texels_per_pixel is not None:
             level = int(np.floor(np.log2(max(texels_per_pixel, 1.0)) + 0.25))
-            self.target_level = min(level, coarsest)
+            self.target_level = min(level, coarsest_level)
         else:
-            self.target_level = coarsest if self.level is None else self.level
+            self.target_level = coarsest_level if self.level is None else self.level
 
     def upload_piece(self, renderer: vtkRenderer, *, has_mipmap: bool) -> bool:
         """Upload a piece of the target level. Return True once the level is complete.
@@ -88,16 +88,16 @@ class GpuTexture:
         self._next_pieces.append(piece)
         if len(self._next_pieces) < len(tiles):
             return False
-        self._release(self._uploaded, window)
-        self._uploaded, self._next_pieces = self._next_pieces, []
+        self._release(self._uploaded_pieces, window)
+        self._uploaded_pieces, self._next_pieces = self._next_pieces, []
         self.level, self._next_level = self._next_level, -1
         return True
 
     def apply_to(self, actor: vtkActor) -> bool:
         """Apply the uploaded texture to an actor. Return False if nothing is uploaded yet."""
-        if not self._uploaded:
+        if not self._uploaded_pieces:
             return False
-        apply_to(actor, self._uploaded)
+        apply_to(actor, self._uploaded_pieces)
         return True
 
     def forget_pieces(self, window: vtkRenderWindow | None) -> None:
@@ -106,7 +106,7 @@ class GpuTexture:
         self._next_level = -1
 
     def release(self, window: vtkRenderWindow | None) -> None:
-        self._release(self._uploaded, window)
+        self._release(self._uploaded_pieces, window)
         self.forget_pieces(window)
         self.level = None
 

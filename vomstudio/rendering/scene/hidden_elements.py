@@ -13,9 +13,9 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 def hide(model: ModelScene, is_hidden: BoolArray | None) -> None:
     """Hide the marked faces or points (n,) of a model; None shows all."""
-    previously_hidden, model.hidden = model.hidden, is_hidden
+    was_hidden, model.hidden = model.hidden, is_hidden
     for number, part in enumerate(model.parts):
-        _dress(model, number, part, previously_hidden)
+        _hide_part(model, number, part, was_hidden)
     if isinstance(model.data, Mesh) and model.proxies:
         _thin_proxies(model, model.data)
 
@@ -23,22 +23,26 @@ def hide(model: ModelScene, is_hidden: BoolArray | None) -> None:
 def hide_newest(model: ModelScene) -> None:
     """Hide elements of the part of a model that was added last."""
     if model.hidden is not None:
-        _dress(model, len(model.parts) - 1, model.parts[-1], None)
+        _hide_part(model, len(model.parts) - 1, model.parts[-1], None)
 
 
-def _dress(model: ModelScene, number: int, part: Part, is_previous: BoolArray | None) -> None:
+def _hide_part(model: ModelScene, number: int, part: Part, was_hidden: BoolArray | None) -> None:
     data = part.actor.GetMapper().GetInput()
     assert isinstance(data, vtkPolyData)
     if isinstance(model.data, Mesh):
         chunk = model.face_chunks[number]
-        if _has_none(chunk.face_ids, is_previous) and _has_none(chunk.face_ids, model.hidden):
+        if _has_no_masked(chunk.face_ids, was_hidden) and _has_no_masked(
+            chunk.face_ids, model.hidden
+        ):
             return
         faces = chunk.faces if model.hidden is None else chunk.faces[~model.hidden[chunk.face_ids]]
         data.SetPolys(vtk_data.triangle_cells(faces))
         part.elements = len(faces)
     else:
         points = model.point_chunks[number]
-        if _has_none(points.point_ids, is_previous) and _has_none(points.point_ids, model.hidden):
+        if _has_no_masked(points.point_ids, was_hidden) and _has_no_masked(
+            points.point_ids, model.hidden
+        ):
             return
         position = points.points
         if model.hidden is not None:
@@ -54,7 +58,7 @@ def _dress(model: ModelScene, number: int, part: Part, is_previous: BoolArray | 
     part.is_uploaded = False
 
 
-def _has_none(ids: IntegerArray, mask: BoolArray | None) -> bool:
+def _has_no_masked(ids: IntegerArray, mask: BoolArray | None) -> bool:
     return mask is None or not mask[ids].any()
 
 

@@ -38,7 +38,7 @@ class Part:
     """Relative cost of drawing an element."""
     rows: IntegerArray = field(default_factory=lambda: np.zeros(0, np.int32))
     """Rows of the drawn vertices or points of the model, in order of drawing."""
-    own_scalars: vtkDataArray | None = None
+    point_scalars: vtkDataArray | None = None
     """Original colours of the part while field colours are shown."""
     is_tinted: bool = False
     """Whether field colours are shown."""
@@ -75,7 +75,7 @@ class ModelScene:
     streamer: NodeStream | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
     """Nodes of a cloud that are required for the view, with their present spacing."""
-    needed: dict[int, float] = field(default_factory=dict)
+    needed_nodes: dict[int, float] = field(default_factory=dict)
     """Nodes required for the last view for which nodes were fetched, with their final spacing."""
     is_settled: bool = True
     """Whether all required nodes are present."""

@@ -26,7 +26,7 @@ class Buffers:
 
     def save(self, name: str, region: PixelRegion | None = None) -> None:
         """Save the picture of the window, or only a part of it."""
-        buffer = self._buffers[name] = self._fitting(name)
+        buffer = self._buffers[name] = self._prepare_buffer(name)
         self._copy_region(self._window.GetRenderFramebuffer(), buffer, region)
 
     def restore(self, name: str, region: PixelRegion | None = None) -> None:
@@ -39,7 +39,7 @@ class Buffers:
         self._buffers.clear()
         self._sizes.clear()
 
-    def _fitting(self, name: str) -> vtkOpenGLFramebufferObject:
+    def _prepare_buffer(self, name: str) -> vtkOpenGLFramebufferObject:
         width, height = self._window.GetSize()
         buffer = self._buffers.get(name)
         if buffer is not None:

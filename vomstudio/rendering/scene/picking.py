@@ -19,7 +19,7 @@ from vomstudio.geometry.boxes import box_range, is_box_hit
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.clipping import ClipBox, PickLimits, limits_for
+from vomstudio.rendering.view.clipping import ClipBox, PickLimits, find_pick_limits
 from vomstudio.rendering.view.spatial_blocks import (
     FaceChunk,
     PointChunk,
@@ -120,7 +120,9 @@ def pick_model(
             # A point inside the box may be near a ray that passes just outside it.
             distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
             max_distance = (radius + spread * distance) * MAX_PICK_DISTANCE_PIXELS
-        limits = limits_for(box, origin, direction, model.to_world, model.origin, max_distance)
+        limits = find_pick_limits(
+            box, origin, direction, model.to_world, model.origin, max_distance
+        )
         if limits is None:
             return None
     if isinstance(model.data, Mesh):
@@ -181,21 +183,23 @@ def _locate(
     Only locators of chunks whose boxes are hit by the ray are used.
     """
     low, high = model.chunk_boxes()
-    enter, leave_distances = box_range(low, high, start, heading)
-    slack = 1e-3 * (leave_distances - enter) + 1e-6
+    enter_distances, leave_distances = box_range(low, high, start, heading)
+    slack = 1e-3 * (leave_distances - enter_distances) + 1e-6
     # The section of the ray inside the chunk is slightly extended, within the permitted depths.
-    first_picks = np.maximum(enter - slack, depth_range[0])
-    lasts = np.minimum(leave_distances + slack, depth_range[1])
-    met_blocks = ((leave_distances >= enter) & (lasts >= first_picks)).nonzero()[0]
+    min_distances = np.maximum(enter_distances - slack, depth_range[0])
+    max_distances = np.minimum(leave_distances + slack, depth_range[1])
+    met_blocks = (
+        (leave_distances >= enter_distances) & (max_distances >= min_distances)
+    ).nonzero()[0]
     best_distance, face = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
     cell: Any = mutable(-1)
     x, pcoords = [0.0] * 3, [0.0] * 3
-    for i in met_blocks[np.argsort(enter[met_blocks])]:
-        if enter[i] > best_distance:
+    for i in met_blocks[np.argsort(enter_distances[met_blocks])]:
+        if enter_distances[i] > best_distance:
             break
-        first_depth, last_depth = float(first_picks[i]), float(lasts[i])
+        first_depth, last_depth = float(min_distances[i]), float(max_distances[i])
         hit = model.locators[i].IntersectWithLine(
             (start + heading * first_depth).tolist(),
             (start + heading * last_depth).tolist(),

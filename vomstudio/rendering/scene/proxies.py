@@ -6,9 +6,9 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
-MOVING_SETS = 6
+MAX_MOVING_SETS = 6
 POINTS_PER_SET = 50_000
-MESH_ELEMENTS = 150_000
+MAX_MESH_ELEMENTS = 150_000
 """Maximum number of mesh faces that are drawn if a mesh has no proxy."""
 
 Entry = tuple[ModelScene, Part]
@@ -17,7 +17,7 @@ Entry = tuple[ModelScene, Part]
 def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
     """Return uploaded chunks of meshes that have no proxy."""
     shown_parts = []
-    budget = MESH_ELEMENTS
+    budget = MAX_MESH_ELEMENTS
     for model in visible:
         if not isinstance(model.data, Mesh) or model.proxies:
             continue
@@ -42,15 +42,15 @@ def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
     nodes.sort(key=lambda entry: -entry[1].spacing)
     remaining_points = sets * POINTS_PER_SET
     shown_parts: list[Entry] = []
-    new_node_count = 0
+    new_point_count = 0
     for model, part in nodes:
         remaining_points -= part.elements
         if shown_parts and remaining_points < 0:
             break
         if not part.is_uploaded:
             # Only a few at a time, because the first drawing uploads them.
-            new_node_count += part.elements
-            if shown_parts and new_node_count > POINTS_PER_SET:
+            new_point_count += part.elements
+            if shown_parts and new_point_count > POINTS_PER_SET:
                 return shown_parts, True
         shown_parts.append((model, part))
     return shown_parts, False

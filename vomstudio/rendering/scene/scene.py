@@ -18,7 +18,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.rendering.prepare.events import Event, FieldReady
 from vomstudio.rendering.scene import hidden_elements, picking
-from vomstudio.rendering.scene.actor_creation import Intake
+from vomstudio.rendering.scene.actor_creation import ActorCreator
 from vomstudio.rendering.scene.appearance import DISPLAY_MODES, Appearance
 from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
@@ -70,7 +70,7 @@ class Scene:
         self.picture = FramePicture(
             self.canvas, self._contents, self._visibility, self.nodes, frame
         )
-        self._intake = Intake(self.canvas, self._contents, self._visibility, frame)
+        self._actor_creator = ActorCreator(self.canvas, self._contents, self._visibility, frame)
 
     # -- life cycle
 
@@ -85,7 +85,7 @@ class Scene:
 
     def warm_up(self) -> Iterator[None]:
         """Compile the shader programs of the driver, one per step."""
-        return warm_up(self.canvas, self._contents, self._visibility, self._intake)
+        return warm_up(self.canvas, self._contents, self._visibility, self._actor_creator)
 
     def close(self) -> None:
         """Release all graphics resources; the scene cannot be started again."""
@@ -136,7 +136,7 @@ class Scene:
         if isinstance(event, FieldReady):
             self.set_field(model_id, event)
         else:
-            self._intake.take(model, event)
+            self._actor_creator.take(model, event)
 
     def remove_model(self, model_id: str) -> None:
         model = self.models.pop(model_id, None)
@@ -144,7 +144,7 @@ class Scene:
             return
         self.picture.abandon()
         for part in model.parts + model.proxies:
-            self._intake.drop(part)
+            self._actor_creator.drop(part)
         window = self.canvas.window if self.canvas.is_open else None
         for gpu_texture in model.gpu_textures.values():
             gpu_texture.release(window)
@@ -197,22 +197,22 @@ class Scene:
                 model
             ):
                 self.look.tint(model)
-        self._redress()
+        self._restyle_parts()
 
     def set_lit(self, mode: str, is_lit: bool) -> None:
         """Set whether a light at the viewer shades the meshes in a display mode."""
         self.look.lit[mode] = is_lit
-        self._redress()
+        self._restyle_parts()
 
     def set_point_size(self, pixels: float | None) -> None:
         """Set the point size in logical pixels; None closes the gaps between points."""
         self.look.point_size = pixels
-        self._redress()
+        self._restyle_parts()
 
-    def _redress(self) -> None:
+    def _restyle_parts(self) -> None:
         for model in self.models.values():
             for part in model.parts + model.proxies:
-                self.look.dress(model, part)
+                self.look.style_part(model, part)
         self.picture.abandon()
 
     def set_eye_dome(self, is_enabled: bool) -> None:

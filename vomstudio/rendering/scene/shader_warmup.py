@@ -11,7 +11,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene import gpu_textures
-from vomstudio.rendering.scene.actor_creation import Intake
+from vomstudio.rendering.scene.actor_creation import ActorCreator
 from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
@@ -20,7 +20,10 @@ from vomstudio.rendering.view.camera import Camera
 
 
 def warm_up(
-    canvas: Canvas, scene_contents: Contents, visibility: SceneVisibility, intake: Intake
+    canvas: Canvas,
+    scene_contents: Contents,
+    visibility: SceneVisibility,
+    actor_creator: ActorCreator,
 ) -> Iterator[None]:
     """Compile one shader program per step.
 
@@ -43,8 +46,8 @@ def warm_up(
         zero = np.zeros(3)
         origin, canvas.origin = canvas.origin, None
         model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
-        part = intake.part(model, data)
-        scene_contents.look.dress(model, part)
+        part = actor_creator.part(model, data)
+        scene_contents.look.style_part(model, part)
         if pictures:
             texture_image = vtk_data.image(np.full((4, 4, 3), 128, np.uint8))
             textures = [vtkTexture() for _ in range(pictures)]
@@ -59,7 +62,7 @@ def warm_up(
             clears_canvas=True, draws_surface=True, draws_layer=False, draws_emphasis=False
         )
         canvas.wait()
-        intake.drop(part)
+        actor_creator.drop(part)
         canvas.origin = origin
         canvas.frames -= 1
         yield

@@ -113,7 +113,7 @@ class SharedScene(Scene):
             return False
         self.look.mode, self.look.lit = style.mode, dict(style.lit)
         self.look.point_size = style.point_size
-        self._redress()
+        self._restyle_parts()
         return True
 
     def _follow_model(self, model: ModelScene) -> bool:
@@ -157,7 +157,7 @@ class SharedScene(Scene):
             parts[:] = [
                 present_parts.pop(id(source))
                 if id(source) in present_parts
-                else self._share(copy, source)
+                else self._share_part(copy, source)
                 for source in sources
             ]
             for part in present_parts.values():
@@ -172,18 +172,18 @@ class SharedScene(Scene):
                     source.elements,
                     False,
                 )
-                self.look.dress(copy, part)
+                self.look.style_part(copy, part)
                 is_changed = True
         return is_changed
 
-    def _share(self, copy: ModelScene, source: Part) -> Part:
+    def _share_part(self, copy: ModelScene, source: Part) -> Part:
         """Create a part that draws the data of another part."""
         data = source.actor.GetMapper().GetInput()
         assert isinstance(data, vtkPolyData)
-        part = self._intake.part(copy, data)
+        part = self._actor_creator.part(copy, data)
         part.source, part.has_colors = source, source.has_colors
         part.material, part.density, part.has_uv = source.material, source.density, source.has_uv
         part.spacing, part.row, part.rows = source.spacing, source.row, source.rows
         part.is_tinted = source.is_tinted
-        self.look.dress(copy, part)
+        self.look.style_part(copy, part)
         return part

@@ -17,10 +17,10 @@ class TextureLevels:
         self._canvas, self._contents, self._visibility = canvas, scene_contents, visibility
 
     @property
-    def due(self) -> bool:
+    def is_upload_due(self) -> bool:
         """Whether a finer texture than the uploaded one is required."""
         return any(
-            gpu_texture.too_coarse
+            gpu_texture.is_too_coarse
             for m in self._textured_models()
             for gpu_texture in m.gpu_textures.values()
         )
@@ -36,7 +36,7 @@ class TextureLevels:
                 else:
                     gpu_texture.target_level = 0
 
-    def upload_one(self) -> bool:
+    def upload_next_piece(self) -> bool:
         """Upload a piece of a texture. Return False if no upload is required."""
         models = self._textured_models()
         if any(
@@ -53,15 +53,15 @@ class TextureLevels:
                 if gpu_texture.upload_piece(
                     self._canvas.surface, has_mipmap=not self._canvas.is_software
                 ):
-                    self._dress(model, material)
+                    self._style_parts(model, material)
                 return True
         return False
 
     def _textured_models(self) -> list[ModelScene]:
         style = self._contents.look
-        return [model for model in self._contents.visible() if style.textured(model)]
+        return [model for model in self._contents.visible() if style.is_textured(model)]
 
-    def _dress(self, model: ModelScene, material: int) -> None:
+    def _style_parts(self, model: ModelScene, material: int) -> None:
         for part in model.parts:
             if part.material == material:
-                self._contents.look.dress(model, part)
+                self._contents.look.style_part(model, part)

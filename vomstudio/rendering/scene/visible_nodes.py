@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from vomstudio.rendering.prepare.streaming import view_of
+from vomstudio.rendering.prepare.streaming import cloud_view
 from vomstudio.rendering.scene.camera_visibility import SceneVisibility
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
@@ -22,7 +22,7 @@ class VisibleNodes:
         self._canvas, self._contents, self._visibility = canvas, scene_contents, visibility
         self._requested_at_s = 0.0
 
-    def look_around(self, *, fetches_nodes: bool = True) -> None:
+    def update_nodes(self, *, fetches_nodes: bool = True) -> None:
         """Determine the required nodes of the view, and fetch those that are missing.
 
         Until they arrive, the points of their parent nodes are enlarged to close the gaps.
@@ -34,13 +34,13 @@ class VisibleNodes:
             streamer = model.streamer
             if streamer is None:
                 continue
-            view = view_of(eye, camera, self._canvas.size, model.to_world, model.from_world)
-            needed_nodes = streamer.look(view) if fetches_nodes else streamer.needed(view)
+            view = cloud_view(eye, camera, self._canvas.size, model.to_world, model.from_world)
+            needed_nodes = streamer.look(view) if fetches_nodes else streamer.needed_nodes(view)
             present_rows = {part.row for part in model.parts}
             if needed_nodes is None:
-                needed_nodes = model.needed
+                needed_nodes = model.needed_nodes
             elif fetches_nodes:
-                model.needed = needed_nodes
+                model.needed_nodes = needed_nodes
                 model.is_settled = present_rows.issuperset(needed_nodes)
                 self._requested_at_s = time.perf_counter()
             model.shown_rows = needed_nodes
@@ -55,6 +55,6 @@ class VisibleNodes:
         return all(model.is_settled for model in self._contents.visible())
 
     @property
-    def waits(self) -> bool:
+    def is_waiting(self) -> bool:
         """Whether enough nodes are about to arrive that drawing a frame should wait for them."""
         return not self.is_settled and time.perf_counter() - self._requested_at_s < MAX_NODE_DELAY_S

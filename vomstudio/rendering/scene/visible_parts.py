@@ -46,7 +46,7 @@ def parts_in_view(
             & (q[:, 2] + radius > eye.near)
         )
         if clip is not None:
-            is_inside &= clip.meets_balls(centre, radius)
+            is_inside &= clip.intersects_balls(centre, radius)
         if model.streamer is not None and not include_all_nodes:
             is_inside &= np.array([part.row in model.shown_rows for part in model.parts])
         for i in np.flatnonzero(is_inside):

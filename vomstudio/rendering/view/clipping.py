@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.boxes import BOX_EDGES, BOX_FACES, ClipBox
 
-__all__ = ["BOX_EDGES", "BOX_FACES", "ClipBox", "PickLimits", "along_axis", "limits_for"]
+__all__ = ["BOX_EDGES", "BOX_FACES", "ClipBox", "PickLimits", "along_axis", "find_pick_limits"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class PickLimits:
     inside: Callable[[FloatArray], BoolArray]
 
 
-def limits_for(
+def find_pick_limits(
     box: ClipBox,
     origin: FloatArray,
     direction: FloatArray,
@@ -39,7 +39,7 @@ def limits_for(
     max_distance: float = 0.0,
 ) -> PickLimits | None:
     """Return the picking limits on a World ray, or None if it misses the box."""
-    depth_range = box.stretch(origin, direction, max_distance)
+    depth_range = box.ray_range(origin, direction, max_distance)
     if depth_range is None:
         return None
     scale = float(np.cbrt(abs(np.linalg.det(to_world[:3, :3])))) or 1.0
@@ -57,12 +57,12 @@ def along_axis(
 
     Returns None if the ray is parallel to the line.
     """
-    distances_along = np.zeros(3)
-    distances_along[axis] = 1.0
-    cos = float(direction @ distances_along)
-    sin2 = 1.0 - cos * cos
-    if sin2 < 1e-3:
+    line_direction = np.zeros(3)
+    line_direction[axis] = 1.0
+    cos = float(direction @ line_direction)
+    sin_squared = 1.0 - cos * cos
+    if sin_squared < 1e-3:
         return None
     gap = passing_point - origin
-    shift = (cos * float(gap @ direction) - float(gap @ distances_along)) / sin2
+    shift = (cos * float(gap @ direction) - float(gap @ line_direction)) / sin_squared
     return float(passing_point[axis] + shift)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
-CELL = 4
+CELL_PIXELS = 4
 """Side length of a cell of the occupancy grid, pixels."""
 POSITIONS = range(6)
 BATCH_SIZE = 256
@@ -21,7 +21,7 @@ class LabelGrid:
 
     def __init__(self, width: float, height: float) -> None:
         self.width, self.height = width, height
-        self._rows = [0] * (int(height) // CELL + 2)
+        self._rows = [0] * (int(height) // CELL_PIXELS + 2)
 
     def block(self, x: float, y: float, width: float, height: float) -> None:
         """Mark a rectangle as occupied."""
@@ -34,10 +34,10 @@ class LabelGrid:
         if x < 0 or y < 0 or x + width > self.width or y + height > self.height:
             return False
         # Same computation as in `_cells`, for a rectangle inside the image.
-        left = int(x) // CELL
-        mask = ((2 << (int(x + width) // CELL - left)) - 1) << left
+        left = int(x) // CELL_PIXELS
+        mask = ((2 << (int(x + width) // CELL_PIXELS - left)) - 1) << left
         rows = self._rows
-        span = range(int(y) // CELL, int(y + height) // CELL + 1)
+        span = range(int(y) // CELL_PIXELS, int(y + height) // CELL_PIXELS + 1)
         for row in span:
             if rows[row] & mask:
                 return False
@@ -59,12 +59,12 @@ class LabelGrid:
         is_rejected = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)
         is_rejected |= ~np.isfinite(boxes).all(axis=1)
         accepted_boxes = np.where(is_rejected[:, None], 0.0, boxes)
-        left, top = (accepted_boxes[:, :2].astype(np.int64) // CELL).T
+        left, top = (accepted_boxes[:, :2].astype(np.int64) // CELL_PIXELS).T
         right, bottom = (
-            (accepted_boxes[:, :2] + accepted_boxes[:, 2:]).astype(np.int64) // CELL + 1
+            (accepted_boxes[:, :2] + accepted_boxes[:, 2:]).astype(np.int64) // CELL_PIXELS + 1
         ).T
         # Number of occupied cells above and to the left of each cell (summed-area table).
-        columns = int(self.width) // CELL + 2
+        columns = int(self.width) // CELL_PIXELS + 2
         sums = np.zeros((len(self._rows) + 1, columns + 1), np.int64)
         size = (columns + 7) // 8
         packed_rows = b"".join(
@@ -80,10 +80,10 @@ class LabelGrid:
 
     def _cell_range(self, x: float, y: float, width: float, height: float) -> tuple[int, int, int]:
         """Return the first row, the end row and the column bits of a rectangle."""
-        left = max(int(x) // CELL, 0)
-        right = max(min(int(x + width), int(self.width)) // CELL + 1, left)
-        first_row = max(int(y) // CELL, 0)
-        last_row = max(min(int(y + height) // CELL + 1, len(self._rows)), first_row)
+        left = max(int(x) // CELL_PIXELS, 0)
+        right = max(min(int(x + width), int(self.width)) // CELL_PIXELS + 1, left)
+        first_row = max(int(y) // CELL_PIXELS, 0)
+        last_row = max(min(int(y + height) // CELL_PIXELS + 1, len(self._rows)), first_row)
         return first_row, last_row, ((1 << (right - left)) - 1) << left
 
 
@@ -130,31 +130,31 @@ def place_labels(
         # more, the fuller the image is.
         part = slice(stop, max(2 * stop, BATCH_SIZE))
         stop = part.stop
-        blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
-        open_indices = np.flatnonzero(~blocked.all(axis=1))
+        is_blocked = grid.collisions(spots[part].reshape(-1, 4)).reshape(-1, len(POSITIONS))
+        open_indices = np.flatnonzero(~is_blocked.all(axis=1))
         candidates_by_anchor = zip(
             rows[part][open_indices].tolist(),
             spots[part][open_indices].tolist(),
-            blocked[open_indices].tolist(),
+            is_blocked[open_indices].tolist(),
             margins[part][open_indices].tolist(),
             strict=True,
         )
         # Uses plain numbers, because accessing single array elements would take longer than the
         # placement.
-        for i, own_spots, blocked_spots, free_spots in candidates_by_anchor:
+        for i, anchor_spots, is_spot_blocked, clearance in candidates_by_anchor:
             last_corner = 0 if corners is None else int(corners[i])
-            if free_spots > 0.0:
-                x0, y0, width, height = own_spots[last_corner]
+            if clearance > 0.0:
+                x0, y0, width, height = anchor_spots[last_corner]
                 if not grid.is_free(
-                    x0 - free_spots,
-                    y0 - free_spots,
-                    width + 2 * free_spots,
-                    height + 2 * free_spots,
+                    x0 - clearance,
+                    y0 - clearance,
+                    width + 2 * clearance,
+                    height + 2 * clearance,
                 ):
                     continue
             for k in (last_corner, *(k for k in POSITIONS if k != last_corner)):
-                if not blocked_spots[k] and grid.take(*own_spots[k]):
-                    placed_labels[i] = (own_spots[k][0], own_spots[k][1])
+                if not is_spot_blocked[k] and grid.take(*anchor_spots[k]):
+                    placed_labels[i] = (anchor_spots[k][0], anchor_spots[k][1])
                     if corners is not None:
                         corners[i] = k
                     break

@@ -27,10 +27,11 @@ class Symbol:
         small to be visible.
     place : (3,) float64
         Position in the World frame.
-    along : (3,) float64
+    long_axis : (3,) float64
         Unit vector along the strike of a plane or along a line; 0 for a dot.
-    across : (3,) float64
-        Unit vector in the plane pointing down the dip, perpendicular to `along`; 0 if undefined.
+    cross_axis : (3,) float64
+        Unit vector in the plane pointing down the dip, perpendicular to `long_axis`; 0 if
+        undefined.
     text : str
         Dip or plunge as text, or "" for no number.
     extent : float
@@ -39,8 +40,8 @@ class Symbol:
 
     kind: SymbolKind
     place: FloatArray
-    along: FloatArray
-    across: FloatArray
+    long_axis: FloatArray
+    cross_axis: FloatArray
     text: str
     extent: float
 

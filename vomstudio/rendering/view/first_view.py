@@ -28,7 +28,7 @@ def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, fl
     to_world : (4, 4) float64
         Matrix from the file frame to the World frame.
     """
-    outward = _mesh_side(data) if isinstance(data, Mesh) else _thin_direction(data.points)
+    outward = _mesh_side(data) if isinstance(data, Mesh) else _thinnest_direction(data.points)
     if outward is None:
         return 0.0, 35.0
     x, y, z = transform.rotate(to_world, [outward])[0]
@@ -51,7 +51,7 @@ def _mesh_side(mesh: Mesh) -> FloatArray | None:
     return np.asarray(total / length)
 
 
-def _thin_direction(points: FloatArray) -> FloatArray | None:
+def _thinnest_direction(points: FloatArray) -> FloatArray | None:
     sample = points[:: max(1, len(points) // MAX_SAMPLE)]
     if len(sample) < 3:
         return None

@@ -10,11 +10,11 @@ SLOW_FRAME_S = 0.050
 BATCH_S = 0.025
 """Target duration of one step of a frame that is drawn incrementally; on a busy machine it takes
 several times as long."""
-MOVING_S = 0.040
+MAX_MOVING_FRAME_S = 0.040
 """Target duration of a frame of a cloud's coarse nodes."""
-FIRST_SETS = 3
+MAX_INITIAL_SETS = 3
 """Maximum number of sets of cloud points in the first picture of a movement."""
-FRESH = 3.0
+UPLOAD_COST_FACTOR = 3.0
 """Cost of the first drawing of a part, which includes its upload, relative to later drawings."""
 STEADY_ELEMENTS = 20_000
 """Number of elements below which the fixed cost of a frame dominates."""
@@ -38,9 +38,15 @@ class Pace:
     def expected(self, parts: Sequence[Drawable]) -> float:
         """Return the expected drawing time of parts, seconds."""
         rate = self._seconds_per_element
-        return sum(p.elements * p.weight * (1.0 if p.is_uploaded else FRESH) for p in parts) * rate
+        return (
+            sum(
+                p.elements * p.weight * (1.0 if p.is_uploaded else UPLOAD_COST_FACTOR)
+                for p in parts
+            )
+            * rate
+        )
 
-    def learn(self, parts: Sequence[Drawable], seconds: float) -> None:
+    def record_frame(self, parts: Sequence[Drawable], seconds: float) -> None:
         """Update the prediction with a measured drawing time, ignoring newly uploaded parts."""
         elements = sum(p.elements * p.weight for p in parts)
         if not elements or not all(p.is_uploaded for p in parts):
@@ -57,15 +63,15 @@ class Pace:
         The number from a close view does not apply, because most points were outside that
         picture.
         """
-        self.moving_sets = min(self.moving_sets, FIRST_SETS)
+        self.moving_sets = min(self.moving_sets, MAX_INITIAL_SETS)
 
-    def learn_moving(self, seconds: float, max_sets: int) -> None:
+    def record_moving_frame(self, seconds: float, max_sets: int) -> None:
         """Update the number of sets, up to `max_sets`, with the time of a moving frame."""
-        if seconds > MOVING_S:
+        if seconds > MAX_MOVING_FRAME_S:
             self.moving_sets = max(
                 1, min(self.moving_sets, max_sets) - (1 if seconds < 0.08 else 2)
             )
-        elif seconds < 0.6 * MOVING_S and self.moving_sets < max_sets:
+        elif seconds < 0.6 * MAX_MOVING_FRAME_S and self.moving_sets < max_sets:
             self.moving_sets += 1
 
     def next_batch(self, pending_drawables: Sequence[Drawable], seconds: float = BATCH_S) -> int:

@@ -17,7 +17,7 @@ Size = tuple[float, float]
 PixelBox = tuple[float, float, float, float]
 """x and y of the upper-left corner, width and height."""
 
-EDGE = 4.0
+EDGE_MARGIN = 4.0
 """Distance between the box and the edge of the view, pixels."""
 LINE_CLEARANCE, NEW_CLEARANCE, RETURN_CLEARANCE = 8.0, 14.0, 40.0
 """Required clearance from lines and vertices in pixels: at the present position, at a new position,
@@ -29,7 +29,7 @@ POSITIONS_AT_CURSOR = 6
 GRID_SIZE = 16
 
 
-def _no_points() -> FloatArray:
+def _empty_points() -> FloatArray:
     return np.zeros((0, 2))
 
 
@@ -55,7 +55,7 @@ class PickedPoints:
     line: FloatArray
     cursor: tuple[float, float]
     rubber: FloatArray | None = None
-    dots: FloatArray = field(default_factory=_no_points)
+    dots: FloatArray = field(default_factory=_empty_points)
     clearance: float = 0.0
     widget: PixelBox | None = None
 
@@ -128,7 +128,7 @@ class ReadingPosition:
             side = self.side
         return number, self._use_side(side, positions[side])
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset the position because no reading is drawn."""
         self.side, self.box = 0, None
 
@@ -137,16 +137,16 @@ class ReadingPosition:
         return box
 
     def _free_side(self, positions: list[PixelBox], picked_points: PickedPoints) -> int | None:
-        onwards = picked_points.ahead()
+        next_segment = picked_points.ahead()
 
         def free(side: int, margin: float, *, include_next: bool = False) -> bool:
             box = positions[side]
             if _covered_length(box, picked_points, margin) > 0.0:
                 return False
-            return not include_next or float(_lengths_in(box, onwards).sum()) == 0.0
+            return not include_next or float(_lengths_inside(box, next_segment).sum()) == 0.0
 
         cursor_positions = range(POSITIONS_AT_CURSOR)
-        is_usual = self.side < len(positions)
+        is_preferred = self.side < len(positions)
         if self.side < POSITIONS_AT_CURSOR:
             if free(self.side, LINE_CLEARANCE, include_next=True):
                 return self.side
@@ -156,7 +156,7 @@ class ReadingPosition:
         for side in cursor_positions:
             if free(side, clearance, include_next=True):
                 return side
-        if is_usual and free(self.side, LINE_CLEARANCE):
+        if is_preferred and free(self.side, LINE_CLEARANCE):
             return self.side
         return next((side for side in range(len(positions)) if free(side, NEW_CLEARANCE)), None)
 
@@ -174,7 +174,7 @@ def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> lis
         y - max(20.0, picked_points.clearance + 12.0) - high,
     )
     centre = x - total_width / 2.0
-    x_max, y_max = width - EDGE - total_width, height - EDGE - high
+    x_max, y_max = width - EDGE_MARGIN - total_width, height - EDGE_MARGIN - high
     mid_x, mid_y = (width - total_width) / 2.0, (height - high) / 2.0
     corners = [
         (x_right, y_below),
@@ -184,25 +184,28 @@ def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> lis
         (centre, below),
         (centre, above),
         # The lower corners come last, because they contain the compass and the scale bar.
-        (EDGE, EDGE),
-        (x_max, EDGE),
-        (mid_x, EDGE),
-        (EDGE, mid_y),
+        (EDGE_MARGIN, EDGE_MARGIN),
+        (x_max, EDGE_MARGIN),
+        (mid_x, EDGE_MARGIN),
+        (EDGE_MARGIN, mid_y),
         (x_max, mid_y),
         (mid_x, y_max),
-        (EDGE, y_max),
+        (EDGE_MARGIN, y_max),
         (x_max, y_max),
     ]
     return [
-        (max(EDGE, min(a, x_max)), max(EDGE, min(b, y_max)), total_width, high) for a, b in corners
+        (max(EDGE_MARGIN, min(a, x_max)), max(EDGE_MARGIN, min(b, y_max)), total_width, high)
+        for a, b in corners
     ]
 
 
 def _grid_boxes(size: Size, view: Size) -> list[PixelBox]:
     """Return a grid of positions over the view, used if all preferred positions are covered."""
     (total_width, high), (width, height) = size, view
-    columns = np.linspace(EDGE, max(width - EDGE - total_width, EDGE), GRID_SIZE)
-    rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), GRID_SIZE)
+    columns = np.linspace(
+        EDGE_MARGIN, max(width - EDGE_MARGIN - total_width, EDGE_MARGIN), GRID_SIZE
+    )
+    rows = np.linspace(EDGE_MARGIN, max(height - EDGE_MARGIN - high, EDGE_MARGIN), GRID_SIZE)
     return [(float(x), float(y), total_width, high) for y in rows for x in columns]
 
 
@@ -214,7 +217,7 @@ def _covered_length(box: PixelBox, picked_points: PickedPoints, margin: float) -
     """
     x, y, box_width, high = box
     widened_box = (x - margin, y - margin, box_width + 2 * margin, high + 2 * margin)
-    cost = float(_lengths_in(widened_box, picked_points.segments()).sum())
+    cost = float(_lengths_inside(widened_box, picked_points.segments()).sum())
     points = picked_points.points()
     cost += VERTEX_COST * int(_is_inside(widened_box, points, 0.0).sum())
     max_distance = max(CURSOR_CLEARANCE, picked_points.clearance)
@@ -238,7 +241,7 @@ def _is_inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
     return np.asarray(((points > low) & (points < top)).all(axis=1))
 
 
-def _lengths_in(box: PixelBox, segments: FloatArray) -> FloatArray:
+def _lengths_inside(box: PixelBox, segments: FloatArray) -> FloatArray:
     """Return the length (s,) of each segment inside a box (Liang and Barsky 1984)."""
     x, y, box_width, high = box
     start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]

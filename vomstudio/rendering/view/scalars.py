@@ -20,36 +20,36 @@ from vomstudio.core.arrays import AnyArray, ByteArray, FloatArray, IntArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import (
+    DEFAULT_PERCENTILES,
     ELEVATION,
     PALETTES,
-    PERCENTILES,
     FieldStyle,
-    Kind,
+    PaletteKind,
     field_names,
 )
 from vomstudio.geometry.mesh import Mesh
 
 __all__ = [
+    "DEFAULT_PERCENTILES",
     "ELEVATION",
-    "MISSING",
+    "MISSING_COLOR",
     "PALETTES",
-    "PERCENTILES",
     "Category",
     "FieldStyle",
-    "Kind",
+    "PaletteKind",
     "Scale",
+    "colormap_table",
     "field_names",
     "field_title",
     "field_unit",
     "make_scale",
-    "map_table",
     "reader",
 ]
 
-MISSING = (128, 128, 128)
+MISSING_COLOR = (128, 128, 128)
 """Colour of missing values."""
 
-SAMPLE = 200_000
+MAX_SAMPLE_VALUES = 200_000
 PIECE_SIZE = 1 << 19
 MAX_CATEGORIES = 12
 MAX_LABEL_CODES = 65_535
@@ -151,7 +151,7 @@ class Scale:
 
     title: str
     unit: str
-    kind: Kind
+    kind: PaletteKind
     low: float
     high: float
     table: ByteArray
@@ -181,7 +181,7 @@ class Scale:
             )
         out = self.table[code_rows]
         if not is_valid.all():
-            out[~is_valid] = MISSING
+            out[~is_valid] = MISSING_COLOR
         return out
 
     def ticks(self, maximum: int = 6) -> list[tuple[float, str]]:
@@ -289,7 +289,7 @@ def make_scale(
             highest = max(highest, float(values.max()))
     title, unit = field_title(style.name), field_unit(style.name)
     if lowest_number > highest:
-        table = np.array([MISSING], np.uint8)
+        table = np.array([MISSING_COLOR], np.uint8)
         return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
     codes = _codes(data, style.name, lowest_number, highest, check)
     if codes is not None:
@@ -308,27 +308,27 @@ def make_scale(
             has_missing,
         )
     kind = _kind(style.name, lowest_number, highest)
-    rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
+    rows = np.unique(np.linspace(0, count - 1, min(count, MAX_SAMPLE_VALUES)).astype(np.int64))
     sample = np.asarray(field_numbers(rows), np.float64)
     sample = sample[np.isfinite(sample)]
     low, high = _range(kind, style, sample if len(sample) else np.array([lowest_number, highest]))
     palette = style.palette or PALETTES[kind][0]
     if kind == "cyclic":
-        return Scale(title, unit, kind, low, high, map_table(palette), missing=has_missing)
+        return Scale(title, unit, kind, low, high, colormap_table(palette), missing=has_missing)
     return Scale(
         title,
         unit,
         kind,
         low,
         high,
-        map_table(palette),
+        colormap_table(palette),
         has_lower_values=lowest_number < low,
         has_higher_values=highest > high,
         missing=has_missing,
     )
 
 
-def _kind(name: str, lowest_number: float, highest_value: float) -> Kind:
+def _kind(name: str, lowest_number: float, highest_value: float) -> PaletteKind:
     plain_name = _plain_name(name)
     if (
         any(word in plain_name for word in AZIMUTH_NAMES)
@@ -342,7 +342,7 @@ def _kind(name: str, lowest_number: float, highest_value: float) -> Kind:
     return "diverging" if is_signed else "sequential"
 
 
-def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, float]:
+def _range(kind: PaletteKind, style: FieldStyle, sample: FloatArray) -> tuple[float, float]:
     if kind == "cyclic":
         return 0.0, 360.0
     bottom, top = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
@@ -379,7 +379,7 @@ def _codes(
         return None
     if not 0.0 <= lowest_number <= highest_value <= 65535.0:
         return None
-    occurs = np.zeros(int(highest_value) + 1, np.bool_)
+    is_present = np.zeros(int(highest_value) + 1, np.bool_)
     for part in _pieces(len(values)):
         check()
         part_numbers = np.asarray(values[part])
@@ -387,8 +387,8 @@ def _codes(
             part_numbers = part_numbers[np.isfinite(part_numbers)]
             if (part_numbers != np.floor(part_numbers)).any():
                 return None
-        occurs[part_numbers.astype(np.int64)] = True
-    codes = np.flatnonzero(occurs)
+        is_present[part_numbers.astype(np.int64)] = True
+    codes = np.flatnonzero(is_present)
     max_categories = len(LAS_CLASSES) if "class" in plain_name else MAX_CATEGORIES
     max_categories = MAX_LABEL_CODES if "label" in plain_name else max_categories
     return codes if len(codes) <= max_categories else None
@@ -418,7 +418,7 @@ def _rgb(color: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def map_table(name: str) -> ByteArray:
+def colormap_table(name: str) -> ByteArray:
     """Return one of matplotlib's colour maps as (256, 3) uint8."""
     from matplotlib import colormaps
 

@@ -215,17 +215,17 @@ def points_near_ray(
     offset : (k,) float64
         Distance from the ray divided by the maximum distance, 0 to 1.
     """
-    rows_out, depth_out, off_out = [], [], []
+    rows_out, depth_out, offset_out = [], [], []
     low, high = boxes
     far_depth = np.linalg.norm((low + high) / 2.0 - origin, axis=1) + np.linalg.norm(
         high - low, axis=1
     )
     pad = (radius + spread * far_depth)[:, None]
-    enter, leave_distances = box_range(low - pad, high + pad, origin, direction)
-    met_boxes = np.flatnonzero(leave_distances >= np.maximum(enter, 0.0))
+    enter_distances, leave_distances = box_range(low - pad, high + pad, origin, direction)
+    met_boxes = np.flatnonzero(leave_distances >= np.maximum(enter_distances, 0.0))
     nearest_depth = np.inf
-    for i in met_boxes[np.argsort(enter[met_boxes])]:
-        if enter[i] > nearest_depth + thickness * (radius + spread * nearest_depth):
+    for i in met_boxes[np.argsort(enter_distances[met_boxes])]:
+        if enter_distances[i] > nearest_depth + thickness * (radius + spread * nearest_depth):
             break
         chunk = chunks[i]
         is_hit = are_boxes_hit(
@@ -247,8 +247,8 @@ def points_near_ray(
         if len(near_rows):
             rows_out.append(chunk.point_ids[rows[near_rows]].astype(np.int64))
             depth_out.append(depth[near_rows])
-            off_out.append(offset[near_rows] / allowed_distances[near_rows])
+            offset_out.append(offset[near_rows] / allowed_distances[near_rows])
             nearest_depth = min(nearest_depth, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)
-    return np.concatenate(rows_out), np.concatenate(depth_out), np.concatenate(off_out)
+    return np.concatenate(rows_out), np.concatenate(depth_out), np.concatenate(offset_out)

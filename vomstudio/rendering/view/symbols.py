@@ -17,9 +17,9 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import Symbol, SymbolKind
 
-HALF_STRIKE = 18.0
+HALF_STRIKE_LENGTH = 18.0
 """Half the length of a strike line, pixels."""
-TICK = 12.0
+TICK_LENGTH = 12.0
 MIN_DISC_PIXELS = 10.0
 """Diameter in pixels below which a disc is drawn as a dot of this size."""
 MIN_TICK_SHARE = 0.55
@@ -35,13 +35,17 @@ def _arc(centre: float, radius: float, start_deg: float, end_deg: float, steps: 
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-_STRIKE = np.array([[[-HALF_STRIKE, 0.0], [HALF_STRIKE, 0.0]]])
-_DOWN = np.array([[[0.0, 0.0], [0.0, TICK]]])
+_STRIKE_LINE = np.array([[[-HALF_STRIKE_LENGTH, 0.0], [HALF_STRIKE_LENGTH, 0.0]]])
+_DIP_TICK = np.array([[[0.0, 0.0], [0.0, TICK_LENGTH]]])
 _SHAPES: dict[SymbolKind, FloatArray] = {
-    "plane": np.concatenate([_STRIKE, _DOWN]),
+    "plane": np.concatenate([_STRIKE_LINE, _DIP_TICK]),
     # The hook starts on the opposite side of the strike line and curves into the tick.
-    "overturned": np.concatenate([_STRIKE, _DOWN, _arc(-HOOK_LENGTH, HOOK_LENGTH, -180.0, 0.0, 8)]),
-    "vertical": np.concatenate([_STRIKE, [[[0.0, -0.7 * TICK], [0.0, 0.7 * TICK]]]]),
+    "overturned": np.concatenate(
+        [_STRIKE_LINE, _DIP_TICK, _arc(-HOOK_LENGTH, HOOK_LENGTH, -180.0, 0.0, 8)]
+    ),
+    "vertical": np.concatenate(
+        [_STRIKE_LINE, [[[0.0, -0.7 * TICK_LENGTH], [0.0, 0.7 * TICK_LENGTH]]]]
+    ),
     "horizontal": np.concatenate(
         [
             [[[-10.0, 0.0], [10.0, 0.0]], [[0.0, -10.0], [0.0, 10.0]]],
@@ -50,24 +54,24 @@ _SHAPES: dict[SymbolKind, FloatArray] = {
     ),
     "line": np.array(
         [
-            [[-HALF_STRIKE, 0.0], [HALF_STRIKE, 0.0]],
-            [[HALF_STRIKE, 0.0], [HALF_STRIKE - 9.0, 4.5]],
-            [[HALF_STRIKE, 0.0], [HALF_STRIKE - 9.0, -4.5]],
+            [[-HALF_STRIKE_LENGTH, 0.0], [HALF_STRIKE_LENGTH, 0.0]],
+            [[HALF_STRIKE_LENGTH, 0.0], [HALF_STRIKE_LENGTH - 9.0, 4.5]],
+            [[HALF_STRIKE_LENGTH, 0.0], [HALF_STRIKE_LENGTH - 9.0, -4.5]],
         ]
     ),
 }
 # Position of the number along and across the strike, and the gap beyond it on the screen, in
 # pixels.
 _NUMBER: dict[SymbolKind, tuple[float, float]] = {
-    "plane": (0.0, TICK),
-    "overturned": (0.0, TICK),
-    "line": (HALF_STRIKE, 0.0),
+    "plane": (0.0, TICK_LENGTH),
+    "overturned": (0.0, TICK_LENGTH),
+    "line": (HALF_STRIKE_LENGTH, 0.0),
 }
 _NUMBER_GAP = 12.0
 
 
 @dataclass(frozen=True, eq=False)
-class Signs:
+class ScreenSymbols:
     """Projection of n symbols onto the screen.
 
     Parameters
@@ -76,7 +80,7 @@ class Signs:
         Positions of the symbols.
     depth, metres : (n,) float64
         Depth in metres, and metres per pixel at this depth.
-    along, across : (n, 2) float64
+    long_axis, cross_axis : (n, 2) float64
         Projections of one pixel along the strike and down the dip onto the screen.
     """
 
@@ -84,8 +88,8 @@ class Signs:
     pixels: FloatArray
     depth: FloatArray
     metres: FloatArray
-    along: FloatArray
-    across: FloatArray
+    long_axis: FloatArray
+    cross_axis: FloatArray
 
     def strokes(self, rows: Sequence[int]) -> tuple[FloatArray, IntArray]:
         """Return the end points (s, 2, 2) of the strokes of some symbols, and their rows (s,)."""
@@ -96,7 +100,7 @@ class Signs:
             rows_of_kind = selected_rows[kinds == kind] if len(selected_rows) else selected_rows
             if not len(rows_of_kind):
                 continue
-            axes = np.stack([self.along[rows_of_kind], self.across[rows_of_kind]], axis=1)
+            axes = np.stack([self.long_axis[rows_of_kind], self.cross_axis[rows_of_kind]], axis=1)
             strokes = shape[None] @ axes[:, None] + self.pixels[rows_of_kind, None, None]
             parts.append(strokes.reshape(-1, 2, 2))
             owners.append(np.repeat(rows_of_kind, len(shape)))
@@ -110,7 +114,7 @@ class Signs:
         for kind, (u, v) in _NUMBER.items():
             rows_of_kind = [i for i, k in enumerate(self.kinds) if k == kind]
             if rows_of_kind:
-                distances = u * self.along[rows_of_kind] + v * self.across[rows_of_kind]
+                distances = u * self.long_axis[rows_of_kind] + v * self.cross_axis[rows_of_kind]
                 length = np.maximum(np.hypot(*distances.T), 1e-9)[:, None]
                 result[rows_of_kind] = self.pixels[rows_of_kind] + distances * (
                     1.0 + _NUMBER_GAP / length
@@ -124,13 +128,13 @@ class SymbolSet:
     def __init__(self, symbols: Sequence[Symbol]) -> None:
         self.kinds = tuple(s.kind for s in symbols)
         self.places = _stack([s.place for s in symbols])
-        self._along = _stack([s.along for s in symbols])
-        self._across = _stack([s.across for s in symbols])
+        self._long_axes = _stack([s.long_axis for s in symbols])
+        self._cross_axes = _stack([s.cross_axis for s in symbols])
         self._lines = np.array([k == "line" for k in self.kinds], np.bool_)
 
     def signs(
         self, camera: Camera, size: tuple[float, float], positions: FloatArray | None = None
-    ) -> Signs:
+    ) -> ScreenSymbols:
         """Project the symbols to an image of a given size.
 
         Parameters
@@ -159,14 +163,14 @@ class SymbolSet:
             return flat_vectors * [1.0, -1.0]
 
         strike_vectors = _clamp_length(
-            projected(self._along), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
+            projected(self._long_axes), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
         )
         cross_directions = np.stack([-strike_vectors[:, 1], strike_vectors[:, 0]], axis=1)
         cross_directions /= np.hypot(*cross_directions.T)[:, None]
         # The head of an arrow is flat on the screen.
-        cross_ticks = _clamp_length(projected(self._across), MIN_TICK_SHARE, cross_directions)
+        cross_ticks = _clamp_length(projected(self._cross_axes), MIN_TICK_SHARE, cross_directions)
         cross_ticks = np.where(self._lines[:, None], cross_directions, cross_ticks)
-        return Signs(self.kinds, pixels, depth, metres, strike_vectors, cross_ticks)
+        return ScreenSymbols(self.kinds, pixels, depth, metres, strike_vectors, cross_ticks)
 
 
 def _stack(vectors: Sequence[FloatArray]) -> FloatArray:
@@ -174,12 +178,14 @@ def _stack(vectors: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 
 
-def _clamp_length(vectors: FloatArray, min_length: float, instead: FloatArray) -> FloatArray:
-    """Extend vectors (n, 2) to a minimum length; end-on vectors are replaced by `instead`."""
+def _clamp_length(
+    vectors: FloatArray, min_length: float, fallback_directions: FloatArray
+) -> FloatArray:
+    """Extend vectors (n, 2) to a minimum length, along `fallback_directions` if end-on."""
     lengths = np.hypot(*vectors.T)[:, None]
     enlarged_vectors = np.where(
         lengths < END_ON_SINE,
-        min_length * instead,
+        min_length * fallback_directions,
         vectors * (min_length / np.maximum(lengths, 1e-12)),
     )
     return np.asarray(np.where(lengths < min_length, enlarged_vectors, vectors))
@@ -214,6 +220,6 @@ def line_symbol(trend_deg: float, plunge_deg: float, position: FloatArray, exten
     )
 
 
-def small_disc(position: FloatArray, extent: float) -> Symbol:
+def disc_symbol(position: FloatArray, extent: float) -> Symbol:
     """Return a dot that replaces a disc too small to show its attitude."""
     return Symbol("disc", np.asarray(position, float), np.zeros(3), np.zeros(3), "", extent)

@@ -116,7 +116,7 @@ class DrawingLine:
     set: str
 
     @property
-    def on_surface(self) -> tuple[Point, ...]:
+    def surface_points(self) -> tuple[Point, ...]:
         """Return the vertices that lie on the surface, in the file frame of the model."""
         return tuple(point for point in self.points if point is not None)
 
@@ -178,7 +178,10 @@ def collect_lines(
                 is_named=line.name in stated_names,
                 layer=line.layer,
                 pixels=tuple((float(x), float(y)) for x, y in line.pixels),
-                points=tuple(_to_point(next(positions)) if met else None for met in line.is_met),
+                points=tuple(
+                    _to_point(next(positions)) if is_point_met else None
+                    for is_point_met in line.is_on_surface
+                ),
                 id=line.words.id,
                 kind=line.words.kind,
                 set=line.words.set,

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from vomstudio.core.errors import UsageError, WorkerError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Executor, InlineExecutor, Progress
-from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSORS, map_unordered
+from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSOR_COUNT, map_unordered
 from vomstudio.photogrammetry.base.memory import workers_at_once
 
 Item = TypeVar("Item")
@@ -114,22 +114,22 @@ class Cluster:
         progress.step(0)
         running_futures: dict[Any, tuple[int, Item, int]] = {}
         numbered = enumerate(items)
-        completed = threading.Event()
+        completion = threading.Event()
 
         def submit(number: int, item: Item, attempt: int = 1) -> None:
             # Large items are sent as data, not inside the description of the task.
-            sent = self._client.scatter(item, direct=False, hash=False)
-            future = self._client.submit(work, sent, pure=False)
+            item_future = self._client.scatter(item, direct=False, hash=False)
+            future = self._client.submit(work, item_future, pure=False)
             running_futures[future] = (number, item, attempt)
-            future.add_done_callback(lambda _: completed.set())
+            future.add_done_callback(lambda _: completion.set())
 
         try:
             for number, item in itertools.islice(numbered, self.workers + 1):
                 submit(number, item)
             while running_futures:
                 # `distributed.wait` would raise for all futures if one was lost with its worker.
-                completed.wait(CHECK_PERIOD_S)
-                completed.clear()
+                completion.wait(CHECK_PERIOD_S)
+                completion.clear()
                 progress.step(done_count)
                 finished_futures = [future for future in running_futures if future.done()]
                 if not finished_futures:
@@ -201,5 +201,5 @@ def make_executor(threads: int | None = None, scheduler: str | None = None) -> E
     """
     if scheduler is not None:
         return Cluster(scheduler)
-    count = threads or PROCESSORS
+    count = threads or PROCESSOR_COUNT
     return InlineExecutor() if count == 1 else Threads(count)

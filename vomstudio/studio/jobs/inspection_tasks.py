@@ -102,7 +102,7 @@ class AlignmentOverview:
     registration: Mapping[str, Any]
 
 
-NOTHING_ALIGNED = AlignmentOverview(None, (), (), 0, (), None, 0, False, None, {})
+EMPTY_OVERVIEW = AlignmentOverview(None, (), (), 0, (), None, 0, False, None, {})
 
 
 def _alignment(request: AlignmentRequest, progress: Progress) -> AlignmentOverview:
@@ -170,7 +170,7 @@ INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoRequest, NoAr
 
 
 @dataclass(frozen=True)
-class DepthFacts:
+class DepthSummary:
     """Colour range of a depth picture, and the share of pixels with a depth."""
 
     low: float
@@ -178,7 +178,7 @@ class DepthFacts:
     coverage: float
 
 
-def _depths(request: PhotoRequest, progress: Progress) -> DepthFacts:
+def _depths(request: PhotoRequest, progress: Progress) -> DepthSummary:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import depth_pictures
@@ -192,10 +192,10 @@ def _depths(request: PhotoRequest, progress: Progress) -> DepthFacts:
         confidence=depths.confidence,
         normals=depths.normals,
     )
-    return DepthFacts(depths.low, depths.high, depths.coverage)
+    return DepthSummary(depths.low, depths.high, depths.coverage)
 
 
-INSPECT_DEPTHS = Job("inspect_depths", Lane.INSPECTION, PhotoRequest, DepthFacts, _depths)
+INSPECT_DEPTHS = Job("inspect_depths", Lane.INSPECTION, PhotoRequest, DepthSummary, _depths)
 """Write the depth map of a photo as pictures."""
 
 JOBS = (INSPECT_ALIGNMENT, INSPECT_PAIR, INSPECT_RESIDUALS, INSPECT_DEPTHS)

@@ -10,7 +10,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate
 from vomstudio.geometry.registrations import Registration
-from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.geometry.units import WORLD_AXES, Axes
 from vomstudio.studio.jobs.job import Job, Lane, NoArguments
 
 MEMORY_ADVICE = to_translate("Divide the model into tiles, or close other programs.")
@@ -101,7 +101,7 @@ def _load_model(request: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.opening import resolution
 
-    cached_folder = model_cache.folder_of(request.path, request.cache)
+    cached_folder = model_cache.cache_folder(request.path, request.cache)
     loaded_model, folder = model_cache.load_for_transfer(request.path, cached_folder, progress)
     spacing = loaded_model.resolution
     if spacing is None:
@@ -243,7 +243,7 @@ class ModelExport:
     to_world: Matrix
     crs: str | None
     out: Path
-    axes: Axes = WORLD
+    axes: Axes = WORLD_AXES
     registration: Registration | None = None
 
 
@@ -265,7 +265,7 @@ def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(request.out)
-    folder = model_cache.folder_of(request.path, request.cache)
+    folder = model_cache.cache_folder(request.path, request.cache)
     data = transform_model(model_cache.load(request.path, folder, progress).data, request.to_world)
     registration = request.registration
     if registration is not None:
@@ -327,14 +327,14 @@ class CutModel:
 def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
     import numpy as np
 
-    from vomstudio.core.files.regular import open_regular
+    from vomstudio.core.files.regular import open_regular_file
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.piece_writing import write_piece
 
     loaded_model = model_cache.load(
-        request.path, model_cache.folder_of(request.path, request.cache), progress
+        request.path, model_cache.cache_folder(request.path, request.cache), progress
     )
-    with open_regular(request.bits) as file:
+    with open_regular_file(request.bits) as file:
         packed_mask = np.load(file, allow_pickle=False)
     path, warnings = write_piece(
         loaded_model,

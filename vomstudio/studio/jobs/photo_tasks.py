@@ -14,7 +14,7 @@ from typing import Any
 from vomstudio.core.errors import InputError, TargetError, WorkerError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import make_folder
-from vomstudio.core.files.regular import open_regular, read_json
+from vomstudio.core.files.regular import open_regular_file, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.version import __version__
@@ -92,10 +92,10 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
     rows = []
     for number, photo in enumerate(survey.photos):
         progress.step(number)
-        sample_looks = None
+        look_direction = None
         if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
             yaw = math.radians(photo.yaw_deg)
-            sample_looks = (math.sin(yaw), math.cos(yaw))
+            look_direction = (math.sin(yaw), math.cos(yaw))
         east, north = (float(value) for value in positions[number, :2])
         rows.append(
             ListedPhoto(
@@ -110,7 +110,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
                 mask=None if photo.mask is None else str(photo.mask),
                 thumbnail=_cache_thumbnail(photo, thumbnails, thumbnail),
                 place=(east, north) if math.isfinite(east) else None,
-                looks=sample_looks,
+                looks=look_direction,
                 found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )
@@ -122,7 +122,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
 
 def _sha256(path: Path) -> str:
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except (InputError, OSError):
         return ""

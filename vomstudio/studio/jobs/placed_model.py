@@ -44,7 +44,7 @@ def read_in_file_frame(model: PlacedModel, progress: Progress) -> LoadedModel:
     """Read a model in its file frame."""
     from vomstudio.io.models import model_cache
 
-    return model_cache.load(model.path, model_cache.folder_of(model.path, model.cache), progress)
+    return model_cache.load(model.path, model_cache.cache_folder(model.path, model.cache), progress)
 
 
 def load_in_world(model: PlacedModel, progress: Progress) -> Mesh | PointCloud:

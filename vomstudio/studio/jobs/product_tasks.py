@@ -83,18 +83,18 @@ class OrthophotoOutput:
 def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOutput:
     from vomstudio.io.models import model_cache
 
-    features, selected_drawing, items = None, None, tuple[interpretation.Item, ...]()
+    features, domain_territory, items = None, None, tuple[interpretation.Item, ...]()
     if request.domain is not None:
         items = interpretation.read_items(request.domain[0])
-        selected_drawing = domain_mask.territory(items, request.domain[1])
+        domain_territory = domain_mask.domain_extent(items, request.domain[1])
     if request.draw is not None:
         shown_items = (
             interpretation.read_items(request.draw)
-            if selected_drawing is None
-            else selected_drawing.features(items)
+            if domain_territory is None
+            else domain_territory.features(items)
         )
         features = interpretation.select_items(shown_items, request.parts)
-    folder = model_cache.folder_of(request.path, request.cache)
+    folder = model_cache.cache_folder(request.path, request.cache)
     loaded_model = model_cache.load(request.path, folder, progress)
     plan = planning.plan(
         loaded_model.data,
@@ -115,7 +115,9 @@ def _orthophoto(request: OrthophotoRequest, progress: Progress) -> OrthophotoOut
         progress=progress,
         features=features,
         legend=interpretation.LEGEND in request.parts,
-        territory=None if selected_drawing is None else selected_drawing.seen_in(items, plan),
+        domain_extent=None
+        if domain_territory is None
+        else domain_territory.add_view_findings(items, plan),
     )
     return OrthophotoOutput(
         image=Path(result.image),
@@ -156,26 +158,26 @@ def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevatio
     from vomstudio.geometry.model_transform import transform_model
     from vomstudio.io.models import model_cache
     from vomstudio.products.elevation import writing
-    from vomstudio.products.elevation.heights import draw_heights
-    from vomstudio.products.elevation.planning import plan_heights, reference_plane
+    from vomstudio.products.elevation.heights import compute_heights
+    from vomstudio.products.elevation.planning import parse_reference_plane, plan_heights
 
-    folder = model_cache.folder_of(request.path, request.cache)
+    folder = model_cache.cache_folder(request.path, request.cache)
     loaded_model = model_cache.load(request.path, folder, progress)
     data = transform_model(loaded_model.data, request.to_world)
     options = request.options
     plan = plan_heights(
         data,
-        reference_plane(options.plane),
+        parse_reference_plane(options.plane),
         to_world=np.eye(4),
         gsd=options.gsd_m,
         is_metric=request.is_metric,
     )
-    heights, limit = draw_heights(data, plan, options.limit_m, progress)
+    heights, limit = compute_heights(data, plan, options.limit_m, progress)
     progress.stage(tr("Writing the elevation model"))
     return writing.write_elevation(
         heights,
         plan,
-        writing.figures_of(heights, plan, limit, request.crs),
+        writing.elevation_figures(heights, plan, limit, request.crs),
         request.out,
         files=request.files,
         world=request.crs,

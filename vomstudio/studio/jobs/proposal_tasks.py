@@ -24,19 +24,19 @@ class EdgesRequest:
 
 
 @dataclass(frozen=True)
-class FoundEdges:
+class EdgesResult:
     """Detected edges as pictures, in the order of the input pictures."""
 
     pictures: tuple[Path, ...]
 
 
-def _find_edges(request: EdgesRequest, progress: Progress) -> FoundEdges:
+def _find_edges(request: EdgesRequest, progress: Progress) -> EdgesResult:
     from vomstudio.extraction.proposals.edge_pictures import write_edges
 
-    return FoundEdges(tuple(write_edges(request.network, request.pictures, request.out, progress)))
+    return EdgesResult(tuple(write_edges(request.network, request.pictures, request.out, progress)))
 
 
-FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesRequest, FoundEdges, _find_edges)
+FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesRequest, EdgesResult, _find_edges)
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class TracesRequest:
 
 
 @dataclass(frozen=True)
-class FoundTraces:
+class TracesResult:
     """Proposed traces in order of decreasing reliability.
 
     The file `out` contains the points `places` (n, 3) in the file frame of the model; trace i
@@ -66,7 +66,7 @@ class FoundTraces:
     out: Path
 
 
-def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
+def _propose_traces(request: TracesRequest, progress: Progress) -> TracesResult:
     import numpy as np
 
     from vomstudio.extraction.followed_trace import index_vertices
@@ -99,7 +99,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     scale = transform.scale_factor(request.model.to_world)
     surface_measures = index_vertices(surface) if result.proposals else None
     resolutions = [
-        surface_measures.resolution_near(proposal.points) if surface_measures else None
+        surface_measures.local_resolution(proposal.points) if surface_measures else None
         for proposal in result.proposals
     ]
     faces = [
@@ -126,7 +126,7 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     part = request.out.with_name(f"{request.out.stem}.part.npz")
     np.savez(part, **arrays)
     os.replace(part, request.out)
-    return FoundTraces(
+    return TracesResult(
         len(result.proposals),
         result.cost,
         result.least_length_m,
@@ -136,6 +136,6 @@ def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     )
 
 
-PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesRequest, FoundTraces, _propose)
+PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesRequest, TracesResult, _propose_traces)
 
 JOBS = (FIND_EDGES, PROPOSE_TRACES)

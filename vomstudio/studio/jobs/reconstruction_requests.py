@@ -39,7 +39,7 @@ def reconstruction_request(
             field="--output",
         )
     crs = None if options.crs is None else _crs(options.crs)
-    points, marks, findings = _tables(folder, options.gcp, options.marks)
+    points, marks, findings = _find_tables(folder, options.gcp, options.marks)
     order = ReconstructionRequest.of(
         folder.resolve(), out.resolve(), replace(options, crs=crs), points, marks
     )
@@ -56,13 +56,13 @@ def _crs(text: str) -> str:
     return crs
 
 
-def _tables(
+def _find_tables(
     photos: Path, gcp: str | Path | None, marks_option: str | Path | None
 ) -> tuple[Path | None, Path | None, list[Finding]]:
     """Return the tables of control points and marks, with findings about them."""
     from vomstudio.photogrammetry.georeferencing.mark_prediction import usable_tables
 
-    chosen_marks = None if marks_option is None else Path(marks_option).resolve()
+    specified_marks = None if marks_option is None else Path(marks_option).resolve()
     photos = photos.resolve()
     photo_marks = photos / MARKS
     if gcp is None or str(gcp).casefold() == CONTROL_OFF:
@@ -70,7 +70,7 @@ def _tables(
             None,
             photo_marks if photo_marks.is_file() else None,
         )
-        marks = chosen_marks or marks
+        marks = specified_marks or marks
         _require_file(marks, "--marks")
         if gcp is not None:
             return None, marks, []
@@ -87,7 +87,7 @@ def _tables(
         ]
         return control, marks, reasons
     control = Path(gcp).resolve()
-    marks = chosen_marks
+    marks = specified_marks
     _require_file(control, "--gcp")
     if marks is None and photo_marks.is_file() and not marks_path(control).is_file():
         marks = photo_marks

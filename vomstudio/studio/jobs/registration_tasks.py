@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate
 from vomstudio.registration.distances.compare_options import CompareOptions
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.studio.jobs.job import Job, Lane
 from vomstudio.studio.jobs.model_tasks import ExportedModel
 from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world, read_in_file_frame
@@ -36,7 +36,7 @@ class HomologousPoint:
 
 
 @dataclass(frozen=True)
-class StablePart:
+class StableArea:
     """Stable part of the reference, defined by points, a model, a box or polygons.
 
     Parameters
@@ -74,14 +74,14 @@ class FitRequest:
     reference: PlacedModel
     scale: bool
     pairs: tuple[HomologousPoint, ...]
-    stable: StablePart | None
+    stable: StableArea | None
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """Placement of a model by pairs and surfaces; other fields as in `FittedToReference`."""
+    """Placement of a model by pairs and surfaces; other fields as in `ModelFit`."""
 
-    placed: Placed
+    placed: ModelPlacement
     places: int
     overlap: float
     rms_m: float
@@ -92,13 +92,13 @@ class FittedModel:
 def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     from vomstudio.core.errors import GeometryError
     from vomstudio.core.findings import Finding
-    from vomstudio.registration.by_model.reference import fit_to_reference
-    from vomstudio.registration.by_model.starting import (
-        box_of,
+    from vomstudio.registration.by_model.fit_inputs import (
+        bounding_box,
+        matrix_to_similarity,
         points_and_spacing,
         replace_scale,
-        similarity_of,
     )
+    from vomstudio.registration.by_model.reference import fit_to_reference
     from vomstudio.registration.evidence import Evidence, register
     from vomstudio.registration.overlap import require_overlap
     from vomstudio.registration.placing import prepend_warnings
@@ -110,18 +110,18 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     target_points, target_spacing = points_and_spacing(
         load_in_world(request.reference, progress), request.reference.path
     )
-    initial_similarity = similarity_of(request.model.to_world)
+    initial_similarity = matrix_to_similarity(request.model.to_world)
     evidence = Evidence(pairs=_to_pairs(request.pairs) if request.pairs else None)
-    if evidence.pairs is None or evidence.too_few_alone:
+    if evidence.pairs is None or evidence.has_too_few_points:
         # One or two points support the fit, but give no initial placement.
         start = initial_similarity
         names = (request.model.name, request.reference.name)
-        require_overlap(box_of(start(points)), box_of(target_points), names)
+        require_overlap(bounding_box(start(points)), bounding_box(target_points), names)
     else:
-        start = similarity_of(register(evidence).matrix)
+        start = matrix_to_similarity(register(evidence).matrix)
         if not request.scale:
             start = replace_scale(start, initial_similarity.scale, points.mean(axis=0))
-    flags, about_stable = _stable(target_points, request, progress)
+    flags, stability_findings = _find_stable_points(target_points, request, progress)
     reference_fit = fit_to_reference(
         points,
         target_points,
@@ -133,7 +133,7 @@ def _fit(request: FitRequest, progress: Progress) -> FittedModel:
         progress=progress,
     )
     evidence.reference = reference_fit.observation
-    placed = prepend_warnings(register(evidence), (*about_stable, *reference_fit.warnings))
+    placed = prepend_warnings(register(evidence), (*stability_findings, *reference_fit.warnings))
     if not placed.known.all:
         raise GeometryError(Finding("registration.undetermined", parameters=reference_fit.free))
     return FittedModel(
@@ -161,7 +161,7 @@ def _to_pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     )
 
 
-def _stable(
+def _find_stable_points(
     target_points: Array, request: FitRequest, progress: Progress
 ) -> tuple[BoolArray | None, tuple[Finding, ...]]:
     """Return which reference points (n, 3) are stable (None for all), and messages."""
@@ -176,7 +176,7 @@ def _stable(
 
     flags = np.ones(len(target_points), bool)
     if part.near_m is not None:
-        flags &= stable.is_near_positions(target_points, np.array(part.places), part.near_m)
+        flags &= stable.find_near_positions(target_points, np.array(part.places), part.near_m)
     if part.box is not None:
         low, high = np.array(part.box)
         flags &= ((target_points >= low) & (target_points <= high)).all(axis=1)
@@ -186,10 +186,12 @@ def _stable(
         )
         flags &= is_inside
     if part.model is not None:
-        from vomstudio.registration.by_model.starting import points_and_spacing
+        from vomstudio.registration.by_model.fit_inputs import points_and_spacing
 
         mask = load_in_world(part.model, progress)
-        flags &= stable.is_near_cloud(target_points, *points_and_spacing(mask, part.model.path))[0]
+        flags &= stable.find_near_cloud(target_points, *points_and_spacing(mask, part.model.path))[
+            0
+        ]
     return flags, messages
 
 
@@ -216,7 +218,7 @@ class ComparedModels:
     out: Path
 
 
-def _compare(request: ComparisonRequest, progress: Progress) -> ComparedModels:
+def _compare_models(request: ComparisonRequest, progress: Progress) -> ComparedModels:
     import numpy as np
 
     from vomstudio.core.files.atomic import atomic_write
@@ -241,7 +243,12 @@ def _compare(request: ComparisonRequest, progress: Progress) -> ComparedModels:
 
 
 COMPARE_MODELS = Job(
-    "compare_models", Lane.PRODUCTS, ComparisonRequest, ComparedModels, _compare, MEMORY_ADVICE
+    "compare_models",
+    Lane.PRODUCTS,
+    ComparisonRequest,
+    ComparedModels,
+    _compare_models,
+    MEMORY_ADVICE,
 )
 
 
@@ -255,7 +262,7 @@ class ComparisonExport:
     out: Path
 
 
-def _export(request: ComparisonExport, progress: Progress) -> ExportedModel:
+def _export_comparison(request: ComparisonExport, progress: Progress) -> ExportedModel:
     from vomstudio.core.files.arrays import open_arrays
     from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.model_copy import companions
@@ -283,7 +290,7 @@ def _export(request: ComparisonExport, progress: Progress) -> ExportedModel:
 
 
 EXPORT_COMPARISON = Job(
-    "export_comparison", Lane.PRODUCTS, ComparisonExport, ExportedModel, _export
+    "export_comparison", Lane.PRODUCTS, ComparisonExport, ExportedModel, _export_comparison
 )
 
 JOBS = (FIT_TO_REFERENCE, COMPARE_MODELS, EXPORT_COMPARISON)

@@ -64,17 +64,17 @@ def _decode(target: Any, plain_value: Any, location: str) -> Any:
     if target is Any:
         return plain_value
     if target is Finding:
-        return _finding(plain_value, location)
+        return _decode_finding(plain_value, location)
     if dataclasses.is_dataclass(target):
-        return _dataclass(target, plain_value, location)
+        return _decode_dataclass(target, plain_value, location)
     origin = typing.get_origin(target)
     if origin in (typing.Union, types.UnionType):
-        return _union(target, plain_value, location)
+        return _decode_union(target, plain_value, location)
     if origin is typing.Literal:
         return (
             plain_value
             if plain_value in typing.get_args(target)
-            else _misfit(target, plain_value, location)
+            else _raise_wrong_value(target, plain_value, location)
         )
     if _is_array(origin):
         import numpy as np
@@ -82,18 +82,18 @@ def _decode(target: Any, plain_value: Any, location: str) -> Any:
         try:
             return np.array(plain_value, np.float64)
         except (TypeError, ValueError):
-            return _misfit(origin, plain_value, location)
+            return _raise_wrong_value(origin, plain_value, location)
     if origin is tuple or origin in (list, Sequence):
         return _sequence(target, plain_value, location)
     if origin in (dict, Mapping):
         if not isinstance(plain_value, Mapping):
-            return _misfit(target, plain_value, location)
+            return _raise_wrong_value(target, plain_value, location)
         inner_args = typing.get_args(target)[1]
         return {
             key: _decode(inner_args, item, f"{location}[{key!r}]")
             for key, item in plain_value.items()
         }
-    return _leaf(target, plain_value, location)
+    return _decode_leaf(target, plain_value, location)
 
 
 def _is_array(type_: Any) -> bool:
@@ -101,9 +101,9 @@ def _is_array(type_: Any) -> bool:
     return getattr(type_, "__module__", "") == "numpy" and type_.__name__ == "ndarray"
 
 
-def _finding(plain_value: Any, location: str) -> Finding:
+def _decode_finding(plain_value: Any, location: str) -> Finding:
     if not isinstance(plain_value, Mapping):
-        misfit: Finding = _misfit(Finding, plain_value, location)
+        misfit: Finding = _raise_wrong_value(Finding, plain_value, location)
         return misfit
     try:
         return Finding.from_dict(plain_value)
@@ -113,9 +113,9 @@ def _finding(plain_value: Any, location: str) -> Finding:
         ) from None
 
 
-def _dataclass(cls: Any, plain_value: Any, location: str) -> Any:
+def _decode_dataclass(cls: Any, plain_value: Any, location: str) -> Any:
     if not isinstance(plain_value, Mapping):
-        return _misfit(cls, plain_value, location)
+        return _raise_wrong_value(cls, plain_value, location)
     hints, prefix = _hints(cls), f"{location}." if location else ""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
     if unknown := sorted(set(plain_value) - set(fields)):
@@ -129,7 +129,7 @@ def _dataclass(cls: Any, plain_value: Any, location: str) -> Any:
     )
 
 
-def _union(target: Any, plain_value: Any, location: str) -> Any:
+def _decode_union(target: Any, plain_value: Any, location: str) -> Any:
     kinds = typing.get_args(target)
     if plain_value is None and type(None) in kinds:
         return None
@@ -144,24 +144,24 @@ def _union(target: Any, plain_value: Any, location: str) -> Any:
 
 def _sequence(target: Any, plain_value: Any, location: str) -> Any:
     if not isinstance(plain_value, list | tuple):
-        return _misfit(target, plain_value, location)
+        return _raise_wrong_value(target, plain_value, location)
     kinds = typing.get_args(target)
     if typing.get_origin(target) is not tuple:
         return [_decode(kinds[0], item, f"{location}[{n}]") for n, item in enumerate(plain_value)]
     if len(kinds) == 2 and kinds[1] is Ellipsis:
         kinds = (kinds[0],) * len(plain_value)
     if len(kinds) != len(plain_value):
-        return _misfit(target, plain_value, location)
+        return _raise_wrong_value(target, plain_value, location)
     pairs = zip(kinds, plain_value, strict=True)
     return tuple(_decode(type_, item, f"{location}[{n}]") for n, (type_, item) in enumerate(pairs))
 
 
-def _leaf(target: Any, plain_value: Any, location: str) -> Any:
+def _decode_leaf(target: Any, plain_value: Any, location: str) -> Any:
     if target is Path:
         return (
             Path(plain_value)
             if isinstance(plain_value, str | Path)
-            else _misfit(target, plain_value, location)
+            else _raise_wrong_value(target, plain_value, location)
         )
     if target is float and isinstance(plain_value, int) and not isinstance(plain_value, bool):
         # An integer in a field of type float remains an integer (3, not 3.0).
@@ -169,10 +169,10 @@ def _leaf(target: Any, plain_value: Any, location: str) -> Any:
     is_valid = isinstance(plain_value, target) and (
         target is bool or not isinstance(plain_value, bool)
     )
-    return plain_value if is_valid else _misfit(target, plain_value, location)
+    return plain_value if is_valid else _raise_wrong_value(target, plain_value, location)
 
 
-def _misfit(target: Any, plain_value: Any, location: str) -> Any:
+def _raise_wrong_value(target: Any, plain_value: Any, location: str) -> Any:
     text = repr(plain_value)
     text = text if len(text) <= 40 else f"{text[:39]}…"
     name = getattr(target, "__name__", str(target))

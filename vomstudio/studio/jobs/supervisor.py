@@ -23,7 +23,7 @@ from vomstudio.core.words import tr
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, from_line
 from vomstudio.studio.jobs.job import Job, Request, Result
-from vomstudio.studio.jobs.worker_exits import LastWords, exit_error, exit_text
+from vomstudio.studio.jobs.worker_exits import StderrTail, exit_error, exit_text
 
 Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
@@ -56,7 +56,7 @@ class Worker:
         self._jobs: dict[int, tuple[Job[Any, Any], Any]] = {}
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
-        self._released: subprocess.Popen[str] | None = None
+        self._released_process: subprocess.Popen[str] | None = None
         self._is_closed = False
 
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
@@ -96,9 +96,9 @@ class Worker:
             with contextlib.suppress(OSError):
                 stdin.write(json.dumps({"cancel": job}) + "\n")
                 stdin.flush()
-            self._end_later(job)
+            self._schedule_kill(job)
 
-    def _end_later(self, job: int) -> None:
+    def _schedule_kill(self, job: int) -> None:
         self._timers[job] = start_timer(CANCEL_GRACE_S, self._kill, job)
 
     def finish(self, timeout_s: float) -> bool:
@@ -119,7 +119,7 @@ class Worker:
             if self._owners or self._process is None:
                 return
             process, self._process = self._process, None
-            self._released = process
+            self._released_process = process
             assert process.stdin is not None
             with contextlib.suppress(OSError):
                 process.stdin.close()
@@ -179,12 +179,12 @@ class Worker:
             raise
         lifeline.close_child_end()
         assert process.stderr is not None
-        last_words = LastWords(process.stderr)
-        start_thread(self._read_events, process, lifeline, last_words, name="worker output")
+        stderr_tail = StderrTail(process.stderr)
+        start_thread(self._read_events, process, lifeline, stderr_tail, name="worker output")
         return process
 
     def _read_events(
-        self, process: subprocess.Popen[str], lifeline: Lifeline, last_words: LastWords
+        self, process: subprocess.Popen[str], lifeline: Lifeline, stderr_tail: StderrTail
     ) -> None:
         assert process.stdout is not None
         for line in process.stdout:
@@ -202,7 +202,7 @@ class Worker:
         assert process.stdin is not None
         with contextlib.suppress(OSError):
             process.stdin.close()
-        self._handle_exit(process, last_words.text())
+        self._handle_exit(process, stderr_tail.text())
 
     def _deliver(self, event: Event) -> None:
         with self._lock:
@@ -226,7 +226,7 @@ class Worker:
             # Jobs that were submitted after the process had died have another process.
             lost_jobs = [job for job, owner in self._owners.items() if owner is process]
             cancelled = set(self._timers)
-            is_expected = self._is_closed or process is self._released
+            is_expected = self._is_closed or process is self._released_process
         if not is_expected and not cancelled.intersection(lost_jobs):
             ending_text = exit_text(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, ending_text)
@@ -252,7 +252,7 @@ class Worker:
                 < job
             ):
                 # The job is queued behind one that was not cancelled.
-                self._end_later(job)
+                self._schedule_kill(job)
                 return
         process.kill()
 

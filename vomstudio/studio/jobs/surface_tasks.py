@@ -174,7 +174,7 @@ class FacetsRequest:
 
 
 @dataclass(frozen=True)
-class FoundFacets:
+class FacetsResult:
     """Facets of a model.
 
     Parameters
@@ -202,7 +202,7 @@ class FoundFacets:
     out: Path
 
 
-def _find_facets(request: FacetsRequest, progress: Progress) -> FoundFacets:
+def _find_facets(request: FacetsRequest, progress: Progress) -> FacetsResult:
     import numpy as np
 
     from vomstudio.extraction.facets import find_facets
@@ -222,9 +222,9 @@ def _find_facets(request: FacetsRequest, progress: Progress) -> FoundFacets:
     arrays: dict[str, Any] = _facet_arrays(facets, part, count, request.model.to_world)
     np.savez(request.out, **arrays)
     exposure = facets.exposure
-    return FoundFacets(
+    return FacetsResult(
         len(facets.facets),
-        facets.of,
+        facets.kind,
         facets.max_distance,
         facets.min_points,
         exposure.near_planar_share,
@@ -240,9 +240,9 @@ def _find_facets(request: FacetsRequest, progress: Progress) -> FoundFacets:
 def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_world: Any) -> Arrays:
     """Return the arrays that describe the facets.
 
-    `label` and `covers` (points,) int32 contain the facet of each point of the model, or -1. The
-    arrays of the f facets are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`,
-    `resolution`, `bent`, `level_gap` and `bend_deg` (0 if undefined), in the file frame. The
+    `label` and `cover_classes` (points,) int32 contain the facet of each point of the model, or -1.
+    The arrays of the f facets are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`,
+    `resolution`, `is_bent`, `level_gap` and `bend_deg` (0 if undefined), in the file frame. The
     faces or points of facet i are `rows[row_cuts[i]:row_cuts[i + 1]]`, and its outline is stored
     in the same way. `exposed_m2` is in the World frame.
     """
@@ -253,12 +253,12 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
 
     to_file = transform.invert(transform.matrix(to_world))
     rotation, scale = to_file[:3, :3], transform.scale_factor(to_world)
-    element_ids = part.points if result.of == "point" else part.faces
-    label, covers = np.full((2, count), -1, np.int32)
-    label[part.points], covers[part.points] = result.labels, result.covers
+    element_ids = part.points if result.kind == "point" else part.faces
+    label, cover_classes = np.full((2, count), -1, np.int32)
+    label[part.points], cover_classes[part.points] = result.labels, result.cover_classes
     facets, rings = result.facets, []
     for facet in facets:
-        ring = outline(_element_corners(part, result.of, facet.rows), facet.fit.normal)
+        ring = outline(_element_corners(part, result.kind, facet.rows), facet.fit.normal)
         rings.append(transform.apply(to_file, np.array(ring).reshape(-1, 3)))
     rows = [np.sort(element_ids[facet.rows]) for facet in facets]
     moments = [facet.moments for facet in facets]
@@ -266,17 +266,17 @@ def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_wor
     scatter = np.array([m.scatter for m in moments]).reshape(-1, 3, 3)
     return {
         "label": label,
-        "covers": covers,
+        "covers": cover_classes,
         "n": np.array([m.n for m in moments], np.int64),
         "n_effective": np.array([m.n_effective for m in moments]),
         "mean": transform.apply(to_file, mean),
         "scatter": rotation @ scatter @ rotation.T,
         "area": np.array([facet.area for facet in facets]) / scale**2,
         "resolution": np.array([facet.resolution for facet in facets]) / scale,
-        "bent": np.array([facet.bent for facet in facets], np.bool_),
+        "bent": np.array([facet.is_bent for facet in facets], np.bool_),
         "level_gap": np.array([facet.level_gap or 0.0 for facet in facets]) / scale,
         "bend_deg": np.array([facet.bend_deg or 0.0 for facet in facets]),
-        "exposed_m2": result.exposure.by_facet_m2,
+        "exposed_m2": result.exposure.exposed_by_facet_m2,
         "rows": np.concatenate([*rows, np.zeros(0, np.int64)]),
         "row_cuts": np.cumsum([0, *map(len, rows)]),
         "outline": np.concatenate([*rings, np.zeros((0, 3))]),
@@ -299,7 +299,7 @@ def _element_corners(part: ModelPart, element: str, rows: Any) -> FloatArray:
 
 
 FIND_FACETS = Job(
-    "find_facets", Lane.PRODUCTS, FacetsRequest, FoundFacets, _find_facets, MEMORY_ADVICE
+    "find_facets", Lane.PRODUCTS, FacetsRequest, FacetsResult, _find_facets, MEMORY_ADVICE
 )
 
 JOBS = (COMPUTE_FIELDS, MAP_MEASURABLE, FIND_FACETS)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.progress import Progress
-from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory_need
+from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryRequirement, estimate_memory
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, take_frames
 from vomstudio.studio.jobs import serialisation
@@ -25,13 +25,13 @@ class FramesRequest:
     force: bool
 
 
-def _take_frames(request: FramesRequest, progress: Progress) -> FrameReport:
+def _extract_frames(request: FramesRequest, progress: Progress) -> FrameReport:
     return take_frames(
         request.video, request.out, fps=request.options.fps, force=request.force, progress=progress
     )
 
 
-TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesRequest, FrameReport, _take_frames)
+EXTRACT_FRAMES = Job("take_frames", Lane.PHOTOS, FramesRequest, FrameReport, _extract_frames)
 """Write the usable frames of a video."""
 
 
@@ -52,7 +52,7 @@ class ForecastRequest:
 
 
 @dataclass(frozen=True)
-class PointFacts:
+class PointSummary:
     """Check of a control point; see `PointCheck`."""
 
     label: str
@@ -62,10 +62,10 @@ class PointFacts:
 
 
 @dataclass(frozen=True)
-class ControlFacts:
+class ControlSummary:
     """Check of all control points; see `ControlCheck`. `problem` includes read errors."""
 
-    points: tuple[PointFacts, ...]
+    points: tuple[PointSummary, ...]
     crs: str | None
     crs_reason: Finding | None
     summary: Finding | None
@@ -77,11 +77,11 @@ class ControlFacts:
 class ReconstructionForecast:
     """Forecast of a reconstruction: memory (None without photos) and control points."""
 
-    memory: MemoryNeed | None
-    control: ControlFacts | None
+    memory: MemoryRequirement | None
+    control: ControlSummary | None
 
 
-def _foresee(request: ForecastRequest, progress: Progress) -> ReconstructionForecast:
+def _forecast(request: ForecastRequest, progress: Progress) -> ReconstructionForecast:
     from vomstudio.core.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import PipelineSettings
@@ -89,18 +89,20 @@ def _foresee(request: ForecastRequest, progress: Progress) -> ReconstructionFore
     settings = PipelineSettings(quality=request.quality, threads=request.threads)
     memory = None
     if request.sizes:
-        memory = memory_need(settings, request.sizes)
+        memory = estimate_memory(settings, request.sizes)
     control = None
     if request.control is not None:
         photos = read_photos(request.photos, progress).photos
         try:
-            control = _control(request.control, request.marks, request.crs, photos)
+            control = _summarise_control(request.control, request.marks, request.crs, photos)
         except VomError as error:
-            control = ControlFacts((), request.crs, None, None, finding_of(error), ())
+            control = ControlSummary((), request.crs, None, None, to_finding(error), ())
     return ReconstructionForecast(memory, control)
 
 
-def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> ControlFacts:
+def _summarise_control(
+    path: Path, marks: Path | None, crs: str | None, photos: Any
+) -> ControlSummary:
     from vomstudio.io.control.control_files import (
         agreed_crs,
         marks_path,
@@ -110,16 +112,16 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     from vomstudio.photogrammetry.georeferencing.control_check import check_control
 
     points = read_control(path)
-    placed_agreed_crs = agreed_crs(path, crs)
+    common_crs = agreed_crs(path, crs)
     reason = Finding("control.crs-chosen")
     if crs is None:
         reason = Finding("control.crs-stated", file=path.name)
-    marked_marks = read_marks(marks_path(path) if marks is None else marks)
-    check = check_control(points, marked_marks, photos, placed_agreed_crs, reason)
-    return serialisation.decode(ControlFacts, check.to_dict())
+    mark_table = read_marks(marks_path(path) if marks is None else marks)
+    check = check_control(points, mark_table, photos, common_crs, reason)
+    return serialisation.decode(ControlSummary, check.to_dict())
 
 
-FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, ReconstructionForecast, _foresee)
+FORECAST = Job("foresee", Lane.INSPECTION, ForecastRequest, ReconstructionForecast, _forecast)
 """Forecast the memory and control points of a reconstruction."""
 
-JOBS = (TAKE_FRAMES, FORESEE)
+JOBS = (EXTRACT_FRAMES, FORECAST)

@@ -22,9 +22,9 @@ from vomstudio.core.threads import start_thread
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.job import Job
 
-_KILLED = -9
+_KILL_CODE = -9
 """Exit status after SIGKILL, which the system sends when memory runs out."""
-_CRASHED = {-11, -7}
+_CRASH_CODES = {-11, -7}
 """Exit statuses after SIGSEGV or SIGBUS, caused by C libraries that ignore failed allocations."""
 MAX_LINES = 60
 MAX_LINE_LENGTH = 2000
@@ -32,7 +32,7 @@ MAX_CAUSE_LINES = 8
 READ_TIMEOUT_S = 2.0
 
 
-class LastWords:
+class StderrTail:
     """Last lines that a process writes to standard error before it ends."""
 
     def __init__(self, stream: IO[str]) -> None:
@@ -59,21 +59,21 @@ class LastWords:
 
 def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) -> VomError:
     """Return the error of a job whose process ended with a given status and output."""
-    cause = RuntimeError(_last_word(stderr_text))
+    cause = RuntimeError(_last_line(stderr_text))
     out = getattr(request, "out", None)
     if isinstance(out, Path) and is_disk_message(cause):
         return folder_write_error(out if out.is_dir() else out.parent, cause)
     if is_memory_error(cause):
         return out_of_memory_error(job)
     remedy = tr("Try again.")
-    if code == _KILLED:
+    if code == _KILL_CODE:
         remedy = job.memory_advice()
-    elif code in _CRASHED and job.smaller:
+    elif code in _CRASH_CODES and job.smaller:
         remedy = tr("This may be caused by a lack of memory. {remedy}", remedy=job.memory_advice())
     return WorkerError(Finding("job.worker-died", ending=exit_text(code), remedy=remedy))
 
 
-def _last_word(stderr_text: str) -> str:
+def _last_line(stderr_text: str) -> str:
     """Return the reason without the stack of addresses and without earlier output."""
     error_text = stderr_text.rpartition("terminate called")[2].partition("*** Aborted")[0]
     return "\n".join(error_text.splitlines()[-MAX_CAUSE_LINES:])
@@ -86,6 +86,6 @@ def out_of_memory_error(job: Job[Any, Any]) -> WorkerError:
 
 def exit_text(code: int) -> str:
     """Describe an exit status."""
-    if code == _KILLED:
+    if code == _KILL_CODE:
         return tr("killed by the system, probably for lack of memory")
     return tr("code {code}", code=code)

@@ -22,7 +22,7 @@ from vomstudio.project.records import Model
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.level_evidence import KnownDirection
-from vomstudio.registration.results import Known, Placed
+from vomstudio.registration.results import DeterminedParameters, ModelPlacement
 from vomstudio.registration.similarity import jacobian
 from vomstudio.studio.placing.known_planes import ModelDirection, residual_deg
 
@@ -31,12 +31,12 @@ from vomstudio.studio.placing.known_planes import ModelDirection, residual_deg
 class LineResidual:
     """Residual of a known line on a placed model.
 
-    `off` is the placed minus the known value, in degrees, or in metres for a length. For a
+    `deviation` is the placed minus the known value, in degrees, or in metres for a length. For a
     compass reading, it is the angle between the two directions.
     """
 
     id: str
-    off: float
+    deviation: float
 
 
 def placement_lines(lines: Sequence[KnownLine]) -> list[KnownLine]:
@@ -61,10 +61,10 @@ def build_evidence(
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     """
-    evidence_found = Evidence(pairs=pairs if len(pairs.labels) else None)
-    evidence_found.compass, evidence_found.compass_turn_deg = compass, turned_deg
+    line_evidence = Evidence(pairs=pairs if len(pairs.labels) else None)
+    line_evidence.compass, line_evidence.compass_turn_deg = compass, turned_deg
     ends = [(line, line.vertices[0], line.vertices[-1]) for line in placement_lines(lines)]
-    evidence_found.level_lines, evidence_found.plumb_lines = (
+    line_evidence.level_lines, line_evidence.plumb_lines = (
         [
             KnownDirection(a, b, line.sigma, line.name)
             for line, a, b in ends
@@ -72,18 +72,18 @@ def build_evidence(
         ]
         for line_kind in ("level", "plumb")
     )
-    evidence_found.azimuths, evidence_found.lengths = (
+    line_evidence.azimuths, line_evidence.lengths = (
         [
-            Segment(a, b, line.value + added_error, line.sigma, line.name)
+            Segment(a, b, line.value + correction, line.sigma, line.name)
             for line, a, b in ends
             if line.kind == line_kind and line.value is not None
         ]
-        for line_kind, added_error in (("azimuth", turned_deg), ("length", 0.0))
+        for line_kind, correction in (("azimuth", turned_deg), ("length", 0.0))
     )
-    return evidence_found
+    return line_evidence
 
 
-def place_by_known(
+def place_by_known_lines(
     pairs: Pairs,
     lines: Sequence[KnownLine],
     model: Model,
@@ -97,7 +97,7 @@ def place_by_known(
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
-) -> Placed:
+) -> ModelPlacement:
     """Compute the placement of a model from points, lines and planes on it.
 
     Undetermined parameters keep their values in the present placement, as does the scale if
@@ -132,8 +132,8 @@ def place_by_known(
     GeometryError, UsageError
     """
     evidence = build_evidence(pairs, lines, compass, turned_deg)
-    evidence.compass_doubt_deg = north_doubt_deg
-    evidence.compass_doubt_stated = is_north_sigma_stated
+    evidence.compass_sigma_deg = north_doubt_deg
+    evidence.is_compass_sigma_stated = is_north_sigma_stated
     evidence.photo_up = photo_up
     evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_direction(model)
@@ -146,10 +146,12 @@ def place_by_known(
         return placement
     # If only the file were used, a model that was rotated before would return to its original
     # orientation.
-    return solve_from(evidence, extent, transform.matrix(model.to_world))
+    return solve_placement(evidence, extent, transform.matrix(model.to_world))
 
 
-def solve_from(evidence: Evidence, extent: FloatArray | None, to_world: FloatArray) -> Placed:
+def solve_placement(
+    evidence: Evidence, extent: FloatArray | None, to_world: FloatArray
+) -> ModelPlacement:
     """Compute a placement whose undetermined parameters are those of a previous placement.
 
     Parameters
@@ -240,7 +242,7 @@ def _transform_segment(line: Segment, transform_point: Callable[[Point], Point])
 
 def line_residuals(
     lines: Sequence[KnownLine],
-    placement: Placed,
+    placement: ModelPlacement,
     directions: Mapping[str, ModelDirection] = MappingProxyType({}),
     turned_deg: float = 0.0,
 ) -> list[LineResidual]:
@@ -255,14 +257,14 @@ def line_residuals(
     turned_deg : float
         Correction that is added to all azimuths, degrees.
     """
-    evidence_found = []
+    line_evidence = []
     for line in lines:
         if not line.is_complete:
             continue
         if line.is_read:
             if line.id in directions:
                 distance = residual_deg(line, directions[line.id], placement, turned_deg)
-                evidence_found.append(LineResidual(line.id, distance))
+                line_evidence.append(LineResidual(line.id, distance))
             continue
         ends = placement(np.array([line.vertices[0], line.vertices[-1]], np.float64))
         segments = ends[1] - ends[0]
@@ -279,15 +281,15 @@ def line_residuals(
             distance = float((azimuth - known_azimuth_deg + 180.0) % 360.0 - 180.0)
         else:
             distance = length - (line.value or 0.0)
-        evidence_found.append(LineResidual(line.id, distance))
-    return evidence_found
+        line_evidence.append(LineResidual(line.id, distance))
+    return line_evidence
 
 
-def known_after_placement(placement: Placed, model: Model) -> Known:
+def known_after_placement(placement: ModelPlacement, model: Model) -> DeterminedParameters:
     """Return the parameters that are known after a placement, including earlier ones."""
     frame, known_parts = model.frame, placement.known
     has_vertical = known_parts.vertical or frame.has_up
-    return Known(
+    return DeterminedParameters(
         north=has_vertical and (known_parts.north or frame.has_north),
         vertical=has_vertical,
         scale=known_parts.scale or frame.has_metres,
@@ -295,20 +297,22 @@ def known_after_placement(placement: Placed, model: Model) -> Known:
     )
 
 
-def frame_after_placement(placement: Placed, model: Model, crs: str | None) -> Frame:
+def frame_after_placement(placement: ModelPlacement, model: Model, crs: str | None) -> Frame:
     """Return the frame after a placement; points without a `crs` are in a local frame."""
     if placement.known.all:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
     known_parts = known_after_placement(placement, model)
     if known_parts.north and known_parts.scale:
-        is_crs_kept = world_crs(model.frame.crs, model.frame.unit_m)
-        return Frame("local") if is_crs_kept is None else Frame("crs", crs=is_crs_kept)
+        kept_crs = world_crs(model.frame.crs, model.frame.unit_m)
+        return Frame("local") if kept_crs is None else Frame("crs", crs=kept_crs)
     if known_parts.north:
         return Frame("oriented")
     return Frame("scaled" if known_parts.scale else "undeclared", level=known_parts.vertical)
 
 
-def covariance_after(placement: Placed, previous_registration: Registration | None) -> FloatArray:
+def placement_covariance(
+    placement: ModelPlacement, previous_registration: Registration | None
+) -> FloatArray:
     """Return the covariance (7, 7) of a placement.
 
     Undetermined parameters have the covariance of the previous registration, because it still

@@ -17,11 +17,11 @@ from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.quality import governing_half_angles
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.kinds.known_line import KnownLine, ReadKind, format_reading
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Model, OnAModel, Record, get_feature
-from vomstudio.registration.results import Placed
+from vomstudio.project.records import Model, ModelFeature, Record, get_feature
+from vomstudio.registration.results import ModelPlacement
 
 MAX_SIGMA_DEG = 90.0
 """Maximum standard deviation; a larger one leaves the direction undefined."""
@@ -92,7 +92,7 @@ def _direction_sigma(measurement: Measurement, is_plane: bool) -> float | None:
     if is_plane and measurement.fit is not None:
         major_deg, minor_deg = governing_half_angles(
             measurement.fit,
-            measurement.judged_as,
+            measurement.verdict_kind,
             measurement.resolution_m,
             measurement.outcrop_normal,
             measurement.stretch_error_deg,
@@ -135,14 +135,14 @@ def compass_table(
     )
 
 
-def _combine_sigmas(reading_deg: float | None, feature_deg: float | None) -> float:
-    if reading_deg is None:
+def _combine_sigmas(reading_sigma_deg: float | None, feature_sigma_deg: float | None) -> float:
+    if reading_sigma_deg is None:
         return float("nan")
-    return min(float(np.hypot(reading_deg, feature_deg or 0.0)), MAX_SIGMA_DEG)
+    return min(float(np.hypot(reading_sigma_deg, feature_sigma_deg or 0.0)), MAX_SIGMA_DEG)
 
 
 def residual_deg(
-    line: KnownLine, model_direction: ModelDirection, placement: Placed, turned_deg: float
+    line: KnownLine, model_direction: ModelDirection, placement: ModelPlacement, turned_deg: float
 ) -> float:
     """Return the angle between a reading and its direction on the placed model, 0 to 90.
 
@@ -170,7 +170,7 @@ def residual_deg(
     return float(np.degrees(np.arctan2(sine, cosine)))
 
 
-def placed_direction(model_direction: ModelDirection, placement: Placed) -> FloatArray:
+def placed_direction(model_direction: ModelDirection, placement: ModelPlacement) -> FloatArray:
     """Return a direction on the model as a unit vector (3,) in the World frame."""
     rotation = np.asarray(placement.matrix)[:3, :3] / placement.scale
     return np.asarray(rotation @ model_direction.direction, np.float64)
@@ -242,14 +242,14 @@ def parse_sigma(text: str) -> float:
     return number
 
 
-def why_not_read(
+def reading_refusal(
     record: Record | None, model: Model, measurement: Measurement | None
 ) -> Finding | None:
     """Return why a record cannot have a compass reading on a model, or None if it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
-    if feature is None or not kind_of(feature).orientations:
+    if feature is None or not get_kind(feature).orientations:
         return Finding("selection.no-feature-read")
-    if not isinstance(feature, OnAModel):
+    if not isinstance(feature, ModelFeature):
         return Finding("feature.not-on-model", feature=feature.name)
     if feature.model_id != model.id:
         return Finding("feature.on-other-model", feature=feature.name, model=model.name)

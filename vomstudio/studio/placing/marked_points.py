@@ -41,10 +41,10 @@ def marked_pairs(
         read_control,
         read_marks,
     )
-    from vomstudio.registration.evidence import marked_places
+    from vomstudio.registration.evidence import triangulate_marks
     from vomstudio.registration.marks.mark_checks import (
         name_findings,
-        require_pixels_of_photos,
+        require_photo_pixels,
     )
 
     points = read_control(control)
@@ -67,13 +67,13 @@ def marked_pairs(
     positions = {p.label: p.position for p in points}
     if evidence.views:
         try:
-            require_pixels_of_photos(evidence.marks, evidence.views, positions)
+            require_photo_pixels(evidence.marks, evidence.views, positions)
         except GeometryError as failure:
             failure.file = str(path)
             raise
         findings += name_findings(list(positions), evidence.marks, evidence.views)
     used_marks = [mark for mark in evidence.marks if mark[0] in positions]
-    places_by_label = marked_places(evidence, used_marks, findings)
+    places_by_label = triangulate_marks(evidence, used_marks, findings)
     triangulated_points = [p for p in points if p.label in places_by_label]
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated_points]
     pairs = Pairs(
@@ -87,5 +87,5 @@ def marked_pairs(
         ),
     )
     if evidence.pairs is not None:
-        pairs = evidence.pairs.joined_with(pairs)
+        pairs = evidence.pairs.combine_pairs(pairs)
     return pairs, crs

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
-from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.geometry.registrations import NorthReference
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.project.records import Compass, Model
 from vomstudio.registration.north import (
-    North,
+    NorthInputs,
+    centre_longitude_latitude,
     default_north_sigma_deg,
     parse_day,
-    place_of,
 )
 from vomstudio.registration.register_options import RegisterOptions
 
 TOLERANCE_DEG = 1e-9
-GRID_NORTH = ReadNorth("grid")
+GRID_NORTH = NorthReference("grid")
 """Default north reference if no other reference is stated."""
 
 
-def resolve_north(compass: Compass, known_north: North) -> tuple[ReadNorth, str]:
+def resolve_north(compass: Compass, known_north: NorthInputs) -> tuple[NorthReference, str]:
     """Return the correction of compass azimuths to grid north, and its summary.
 
     Raises
@@ -28,7 +28,7 @@ def resolve_north(compass: Compass, known_north: North) -> tuple[ReadNorth, str]
     UsageError, InputError
         If the declination is not known.
     """
-    correction = known_north.required_correction(compass.north)
+    correction = known_north.require_correction(compass.north)
     sigma_deg = compass.doubt_deg
     sigma_deg = default_north_sigma_deg(compass.north) if sigma_deg is None else sigma_deg
     return correction.read_north(sigma_deg), correction.summary
@@ -40,7 +40,7 @@ def north_inputs(
     bounds: FloatArray | None,
     pairs: Pairs,
     crs: str | None,
-) -> North:
+) -> NorthInputs:
     """Return the location and date of compass readings on a model.
 
     Parameters
@@ -62,15 +62,15 @@ def north_inputs(
     file_crs = model.frame.crs if model.frame.kind == "crs" else None
     place = compass.place
     if place is None and crs is not None and len(pairs.labels):
-        place = place_of(crs, pairs.world)
+        place = centre_longitude_latitude(crs, pairs.world)
     if place is None and file_crs is not None and bounds is not None:
-        place = place_of(file_crs, transform.apply(model.to_world, bounds))
+        place = centre_longitude_latitude(file_crs, transform.apply(model.to_world, bounds))
     day = parse_day(compass.day) if compass.day else None
-    return North(crs or file_crs, place, day, compass.declination_deg)
+    return NorthInputs(crs or file_crs, place, day, compass.declination_deg)
 
 
 def to_register_options(
-    compass: Compass | None, used_north: ReadNorth, pairs: Pairs, crs: str | None
+    compass: Compass | None, used_north: NorthReference, pairs: Pairs, crs: str | None
 ) -> RegisterOptions | None:
     """Return the options of `register` with the same azimuth correction.
 
@@ -79,10 +79,16 @@ def to_register_options(
     """
     if compass is None or compass.north == "grid":
         return RegisterOptions(north_sigma_deg=used_north.doubt_deg or None)
-    place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
+    place = (
+        centre_longitude_latitude(crs, pairs.world)
+        if crs is not None and len(pairs.labels)
+        else None
+    )
     day = parse_day(compass.day) if compass.day else None
-    equivalent_deg = North(crs, place, day, compass.declination_deg).correction(compass.north)
-    if equivalent_deg is None or abs(equivalent_deg.deg - used_north.turned_deg) > TOLERANCE_DEG:
+    equivalent_turn = NorthInputs(crs, place, day, compass.declination_deg).correction(
+        compass.north
+    )
+    if equivalent_turn is None or abs(equivalent_turn.deg - used_north.turned_deg) > TOLERANCE_DEG:
         return None
     declination_deg = compass.declination_deg
     return RegisterOptions(

@@ -16,16 +16,20 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import has_known_scale
-from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
-from vomstudio.registration.by_model.stable import POLYGONS, find_inside_polygons, is_near_cloud
-from vomstudio.registration.by_model.starting import (
-    box_of,
+from vomstudio.registration.by_model.fit_inputs import (
+    bounding_box,
+    matrix_to_similarity,
     points_and_spacing,
     replace_scale,
-    similarity_of,
+)
+from vomstudio.registration.by_model.reference import ModelFit, fit_to_reference
+from vomstudio.registration.by_model.stable import (
+    POLYGON_SUFFIXES,
+    find_inside_polygons,
+    find_near_cloud,
 )
 from vomstudio.registration.overlap import crs_findings, require_overlap
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.registration.surface_points import points_of
 from vomstudio.studio.world_models import WorldModel, read_in_world
 
@@ -41,7 +45,7 @@ class ReferenceFit(Result):
     """
 
     name: str = field(metadata=HIDDEN_IN_JSON)
-    fitted: FittedToReference = field(metadata=FLATTENED_IN_JSON)
+    fitted: ModelFit = field(metadata=FLATTENED_IN_JSON)
     crs: str | None = field(metadata=HIDDEN_IN_JSON)
     stable_m: float | None
     scale_fitted: bool
@@ -81,7 +85,7 @@ def fit_model(
     loaded_model: LoadedModel,
     reference: str | Path,
     *,
-    previous_placement: Placed | None,
+    previous_placement: ModelPlacement | None,
     crs: str | None,
     stable_text: str | Path | None = None,
     initial: InitialPlacement | None = None,
@@ -114,21 +118,25 @@ def fit_model(
     if crs is not None:
         findings += crs_findings(crs, target.crs, ("--crs", names[1]))
     initial = initial or _stated_placement(loaded_model)
-    similarity = similarity_of(initial.to_world)
+    similarity = matrix_to_similarity(initial.to_world)
     scale = not initial.is_metric
     points, spacing = points_and_spacing(loaded_model.data, loaded_model.path)
     if previous_placement is None:
         findings += crs_findings(initial.crs, target.crs, names)
         start = similarity
-        require_overlap(box_of(similarity(points)), box_of(points_of(target.data)), names)
+        require_overlap(
+            bounding_box(similarity(points)), bounding_box(points_of(target.data)), names
+        )
     else:
-        start = similarity_of(previous_placement.matrix)
+        start = matrix_to_similarity(previous_placement.matrix)
         if not scale:
             start = replace_scale(start, similarity.scale, points.mean(axis=0))
     target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
     if stable_text is not None:
-        flags, stable_m, mask_findings = _stable(target_points, target, Path(stable_text), progress)
+        flags, stable_m, mask_findings = _find_stable_points(
+            target_points, target, Path(stable_text), progress
+        )
         findings += mask_findings
     reference_fit = fit_to_reference(
         points,
@@ -151,20 +159,20 @@ def fit_model(
     )
 
 
-def _stable(
+def _find_stable_points(
     points: FloatArray, target: WorldModel, path: Path, progress: Progress
 ) -> tuple[BoolArray, float | None, list[Finding]]:
     names = (tr("The mask"), tr("the reference"))
     findings: list[Finding]
-    if path.suffix.lower() in POLYGONS:
+    if path.suffix.lower() in POLYGON_SUFFIXES:
         max_distance = None
-        flags, about_layer = find_inside_polygons(points, path, target.crs, progress)
-        findings = list(about_layer)
+        flags, layer_findings = find_inside_polygons(points, path, target.crs, progress)
+        findings = list(layer_findings)
     else:
         mask = read_in_world(path, progress)
         findings = list(crs_findings(mask.crs, target.crs, names))
         positions, spacing = points_and_spacing(mask.data, mask.loaded.path)
-        flags, max_distance = is_near_cloud(points, positions, spacing)
+        flags, max_distance = find_near_cloud(points, positions, spacing)
     if not flags.any():
         raise InputError(
             Finding("reference.mask-elsewhere"),

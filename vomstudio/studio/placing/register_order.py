@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vomstudio.core.errors import GeometryError, UsageError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.results import FLATTENED_IN_JSON, HIDDEN_IN_JSON, OPTIONAL_IN_JSON, Result
 from vomstudio.geometry import transform
@@ -19,13 +19,13 @@ from vomstudio.geometry.coordinate_limits import check_error
 from vomstudio.geometry.frames import UNDECLARED_FRAME, Frame
 from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.registration_frames import change_file_frame
-from vomstudio.geometry.registrations import ReadNorth, Registration
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.registrations import NorthReference, Registration
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.project.records import Model
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.registration.register_options import BESIDE, Observations, RegisterOptions
-from vomstudio.studio.placing.known_lines import photo_up, solve_from, up_direction
+from vomstudio.studio.placing.known_lines import photo_up, solve_placement, up_direction
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from vomstudio.io.control.observation_tables import Pairs, Positions
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.io.photos.own_cameras.result import OwnCameras
-    from vomstudio.registration.attitude_evidence import AttitudeMiss
+    from vomstudio.registration.attitude_evidence import AttitudeResidual
     from vomstudio.registration.compass_evidence import Segment
-    from vomstudio.registration.north import North
-    from vomstudio.registration.results import Placed
+    from vomstudio.registration.north import NorthInputs
+    from vomstudio.registration.results import ModelPlacement
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
 
 # Survey formats in which z is a height even if they state no CRS.
@@ -54,8 +54,8 @@ class RegistrationResult(Result):
     placement was computed.
     """
 
-    placed: Placed = field(metadata=FLATTENED_IN_JSON)
-    attitudes: Sequence[AttitudeMiss] = field(metadata=OPTIONAL_IN_JSON)
+    placed: ModelPlacement = field(metadata=FLATTENED_IN_JSON)
+    attitudes: Sequence[AttitudeResidual] = field(metadata=OPTIONAL_IN_JSON)
     loaded: LoadedModel | None = field(metadata=HIDDEN_IN_JSON)
     crs: str | None = field(metadata=HIDDEN_IN_JSON)
     reference: ReferenceFit | None = field(metadata=OPTIONAL_IN_JSON)
@@ -94,10 +94,10 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         loaded_model = read_model(Path(model), progress)
     findings = list[Finding]()
     record = None if loaded_model is None else _model_record(loaded_model, options, findings)
-    unit_m = METRES[options.unit or "m"]
+    unit_m = METRES_PER_UNIT[options.unit or "m"]
     start = _Start(
         record,
-        up=None if loaded_model is None else _known_up(loaded_model, options),
+        up=None if loaded_model is None else _known_up_direction(loaded_model, options),
         to_world=transform.matrix(Frame("local", None, unit_m, options.up or "z").to_world()),
     )
     if options.unit is not None:
@@ -138,7 +138,7 @@ def register_model_of_project(
         to_world=transform.matrix(record.to_world),
         kept_scale=transform.scale_factor(transform.matrix(record.to_world)),
         scale_error=None if registration is None else registration.scale_error,
-        is_of_project=True,
+        is_in_project=True,
     )
     return _register(loaded_model, options, _metric_crs(options), start, [], progress, pairs)
 
@@ -159,7 +159,7 @@ class _Start:
         Fixed scale, or None to estimate it.
     kept_scale, scale_error : float or None
         Scale that `keep_scale` fixes, and its relative one-sigma error.
-    is_of_project : bool
+    is_in_project : bool
         Whether the model is part of a project.
     """
 
@@ -169,14 +169,14 @@ class _Start:
     scale: float | None = None
     kept_scale: float = 1.0
     scale_error: float | None = None
-    is_of_project: bool = False
+    is_in_project: bool = False
 
     def is_in_file_crs(self, crs: str | None) -> bool:
         """Return whether the model is placed by the coordinates in its file.
 
         The position of a registered model of a project differs from that in its file.
         """
-        if not self.is_of_project or self.record is None:
+        if not self.is_in_project or self.record is None:
             return True
         return self.record.registration is None and self.record.frame.crs == crs
 
@@ -191,7 +191,7 @@ def _register(
     pairs: Pairs | None = None,
 ) -> RegistrationResult:
     from vomstudio.registration.coordinate_checks import require_on_model
-    from vomstudio.registration.evidence import attitude_misses
+    from vomstudio.registration.evidence import attitude_residuals
 
     unused = list[Finding]()
     evidence, crs, read_north = _collect_evidence(
@@ -203,7 +203,7 @@ def _register(
         evidence.scale, evidence.scale_error = start.kept_scale, start.scale_error
     evidence.up, evidence.crs = start.up, crs
     evidence.photo_up = None if loaded_model is None else photo_up(loaded_model.path)
-    if start.is_of_project and loaded_model is not None and evidence.pairs is not None:
+    if start.is_in_project and loaded_model is not None and evidence.pairs is not None:
         require_on_model(evidence.pairs.model, loaded_model.data.bounds)
     reference_fit = _fit_to_reference(options, evidence, loaded_model, crs, start, progress)
     if reference_fit is not None:
@@ -229,7 +229,7 @@ def _register(
     for name, error in _bars_as_checks(evidence, placement):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placement, warnings=tuple(warnings))
-    misses = attitude_misses(evidence, placement)
+    misses = attitude_residuals(evidence, placement)
     return RegistrationResult(result, misses, loaded_model, crs, reference_fit, registration)
 
 
@@ -250,22 +250,22 @@ def _model_record(
     Findings about the registration file beside the model are appended to `findings`.
     """
     from vomstudio.io.gate.frame_options import FrameOptions
-    from vomstudio.io.models.frames import frame_of_file, stored_registration
+    from vomstudio.io.models.frames import file_frame, stored_registration
 
     path = loaded_model.path
     stored = stored_registration(loaded_model, FrameOptions(up=options.up, unit=options.unit))
     findings += stored.findings
-    placement = stored.registration or frame_of_file(path, loaded_model.crs)
+    placement = stored.registration or file_frame(path, loaded_model.crs)
     return Model("", path.stem, str(path), loaded_model.kind, loaded_model.content_hash, placement)
 
 
 def _registration(
-    placement: Placed,
+    placement: ModelPlacement,
     evidence: Evidence,
     model: Model,
     crs: str | None,
     reference_fit: ReferenceFit | None,
-    read_north: ReadNorth | None,
+    read_north: NorthReference | None,
     findings: list[Finding],
 ) -> Registration:
     """Return the registration record of a placement, as created by the window."""
@@ -298,8 +298,8 @@ def _unused_marks_error(
     failure: GeometryError, unused_findings: Sequence[Finding], evidence: Evidence
 ) -> GeometryError:
     """Return the error of a registration that failed because of unused marks."""
-    finding = cause_of(failure)
-    if evidence.too_few_alone:
+    finding = cause_finding(failure)
+    if evidence.has_too_few_points:
         finding = Finding("registration.few-marked-points")
     marks = " ".join(map(str, unused_findings))
     return GeometryError(
@@ -314,7 +314,7 @@ def _pairs_file(options: Observations) -> str | None:
     return options.pairs or options.gcp
 
 
-def _bars_as_checks(evidence: Evidence, placement: Placed) -> list[tuple[str, float]]:
+def _bars_as_checks(evidence: Evidence, placement: ModelPlacement) -> list[tuple[str, float]]:
     """Return the names of check scale bars, and the errors of their lengths in metres."""
     pairs = evidence.pairs
     if pairs is None:
@@ -347,10 +347,10 @@ def _fit_to_reference(
     if loaded_model is None:
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
-    is_determined = not (evidence.is_empty or evidence.too_few_alone)
+    is_determined = not (evidence.is_empty or evidence.has_too_few_points)
     previous_placement = _solve(evidence, loaded_model, start) if is_determined else None
     initial = None
-    if start.is_of_project and start.record is not None:
+    if start.is_in_project and start.record is not None:
         frame = start.record.frame
         initial = InitialPlacement(
             start.record.to_world, frame.crs, frame.has_metres, start.scale_error
@@ -366,7 +366,7 @@ def _fit_to_reference(
     )
 
 
-def _solve(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> Placed:
+def _solve(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> ModelPlacement:
     """Solve the placement; undetermined parameters are those at the start."""
     from vomstudio.registration.evidence import register
 
@@ -375,10 +375,10 @@ def _solve(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) 
     is_in_file_frame = evidence.views or evidence.centres or evidence.reference is not None
     if is_in_file_frame or np.array_equal(start.to_world, np.eye(4)):
         return register(evidence, extent)
-    if start.is_of_project and (placement := register(evidence, extent)).known.all:
+    if start.is_in_project and (placement := register(evidence, extent)).known.all:
         # A determined placement does not depend on the start.
         return placement
-    return solve_from(evidence, extent, start.to_world)
+    return solve_placement(evidence, extent, start.to_world)
 
 
 def _model_bounds(loaded_model: LoadedModel) -> FloatArray:
@@ -387,21 +387,21 @@ def _model_bounds(loaded_model: LoadedModel) -> FloatArray:
     return sample_points(loaded_model.data)
 
 
-def _known_up(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
+def _known_up_direction(loaded_model: LoadedModel, options: RegisterOptions) -> FloatArray | None:
     """Return the up direction (3,) of a model, or None if neither file nor options define it."""
-    from vomstudio.io.models.frames import frame_of_file
+    from vomstudio.io.models.frames import file_frame
 
     if options.up is not None and loaded_model.turned_about is not None:
         raise UsageError(Finding("frame.up-by-format"), field="--up")
     if options.up is not None:
         return np.array([0.0, 1.0, 0.0] if options.up == "y" else [0.0, 0.0, 1.0])
     is_surveyed = loaded_model.path.suffix.casefold() in SURVEY_FORMATS
-    has_up = is_surveyed or frame_of_file(loaded_model.path, loaded_model.crs).has_up
+    has_up = is_surveyed or file_frame(loaded_model.path, loaded_model.crs).has_up
     return np.array([0.0, 0.0, 1.0]) if has_up else None
 
 
 def _relocation_findings(
-    placement: Placed, loaded_model: LoadedModel | None, crs: str | None
+    placement: ModelPlacement, loaded_model: LoadedModel | None, crs: str | None
 ) -> list[Finding]:
     """Return a finding if a model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
@@ -421,7 +421,7 @@ def _collect_evidence(
     findings: list[Finding],
     unused_findings: list[Finding],
     pairs: Pairs | None,
-) -> tuple[Evidence, str | None, ReadNorth | None]:
+) -> tuple[Evidence, str | None, NorthReference | None]:
     """Return the observations, the World CRS and the north reference of azimuths.
 
     Messages are appended to `findings`; those about unused points and marks also to
@@ -442,10 +442,10 @@ def _collect_evidence(
     if loaded_model is not None:
         evidence.resolution = known_resolution(loaded_model.data)
     if options.north_sigma_deg is not None:
-        evidence.north_doubt_deg = evidence.compass_doubt_deg = options.north_sigma_deg
-        evidence.compass_doubt_stated = True
+        evidence.north_sigma_deg = evidence.compass_sigma_deg = options.north_sigma_deg
+        evidence.is_compass_sigma_stated = True
     else:
-        evidence.compass_doubt_deg = default_north_sigma_deg(options.north)
+        evidence.compass_sigma_deg = default_north_sigma_deg(options.north)
     photo_sources = (options.cameras, options.attitudes, options.horizon, options.gcp)
     if any(item is not None for item in photo_sources):
         cameras = _own_cameras(options, loaded_model)
@@ -492,7 +492,7 @@ def _collect_evidence(
                 Finding("option.out-of-range", value=line.value, minimum=-360, maximum=360),
                 field="--bearing",
             )
-    read_north = _turn_to_grid(options, evidence, north, findings)
+    read_north = _rotate_to_grid_north(options, evidence, north, findings)
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
@@ -546,35 +546,35 @@ def _north(
     evidence: Evidence,
     crs: str | None,
     position: tuple[float, float] | None,
-) -> North:
+) -> NorthInputs:
     """Return the north reference, and the location and date of the readings."""
-    from vomstudio.registration.north import North, parse_day, place_of
+    from vomstudio.registration.north import NorthInputs, centre_longitude_latitude, parse_day
 
     positions = [] if evidence.pairs is None else [evidence.pairs.world]
     positions += [] if evidence.positions is None else [evidence.positions.places]
     if position is None and crs is not None and positions:
-        position = place_of(crs, np.concatenate(positions))
+        position = centre_longitude_latitude(crs, np.concatenate(positions))
     day = None if options.date is None else parse_day(options.date)
-    return North(crs, position, day, options.declination_deg)
+    return NorthInputs(crs, position, day, options.declination_deg)
 
 
-def _turn_to_grid(
-    options: Observations, evidence: Evidence, north: North, findings: list[Finding]
-) -> ReadNorth | None:
+def _rotate_to_grid_north(
+    options: Observations, evidence: Evidence, north: NorthInputs, findings: list[Finding]
+) -> NorthReference | None:
     """Convert azimuths and compass readings to grid north.
 
     Returns their north reference, or None without such readings.
     """
     if not (evidence.azimuths or evidence.compass):
         return None
-    correction = north.required_correction(options.north, "--north")
+    correction = north.require_correction(options.north, "--north")
     if correction.finding is not None:
         findings.append(correction.finding)
         evidence.azimuths = [
             line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
         ]
         evidence.compass_turn_deg = correction.deg
-    return correction.read_north(evidence.compass_doubt_deg)
+    return correction.read_north(evidence.compass_sigma_deg)
 
 
 def _find_photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:

@@ -15,13 +15,13 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import Matrix, Point
-from vomstudio.geometry.registrations import Method, ReadNorth, Registration, RegistrationPoint
+from vomstudio.geometry.registrations import Method, NorthReference, Registration, RegistrationPoint
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import FeatureType, Model, Record, Typed, get
+from vomstudio.project.records import FeatureType, Model, Record, TypedFeature, get
 from vomstudio.registration.coordinate_checks import (
     check_area,
     relocation_findings,
@@ -29,13 +29,13 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import prepend_warnings
-from vomstudio.registration.results import Placed, PointResidual
+from vomstudio.registration.results import ModelPlacement, PointResidual
 from vomstudio.registration.similarity import jacobian
 from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.studio.placing.known_lines import (
-    covariance_after,
     frame_after_placement,
-    place_by_known,
+    place_by_known_lines,
+    placement_covariance,
     placement_lines,
     up_direction,
 )
@@ -55,20 +55,20 @@ def import_control_points(
     The points `known_control_points`, which the model already has, are given the coordinates with
     the same label.
     """
-    existing = {point.name: point for point in known_control_points}
+    existing_points = {point.name: point for point in known_control_points}
     records_after: dict[str, Record | None] = {}
     for row, label in enumerate(pairs.labels):
-        point_before = existing.get(label)
-        if point_before is None:
-            point_before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        existing_point = existing_points.get(label)
+        if existing_point is None:
+            existing_point = ControlPoint(new_id("control"), label, model.id, model.content_hash)
         is_picked = np.isfinite(pairs.model[row]).all()
         sigma = pairs.sigma[row]
         point = replace(
-            point_before,
+            existing_point,
             position=_to_point(pairs.world[row]),
             sigma_m=_to_point(sigma) if np.isfinite(sigma).all() else None,
             check=bool(pairs.check[row]),
-            vertices=(_to_point(pairs.model[row]),) if is_picked else point_before.vertices,
+            vertices=(_to_point(pairs.model[row]),) if is_picked else existing_point.vertices,
         )
         records_after[point.id] = point
     return change(
@@ -81,18 +81,18 @@ def import_control_points(
 def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
     """Return pairs for the points that were located on the model and have coordinates."""
     located_points = [p for p in points if p.vertices and p.position is not None]
-    unknown_place = (np.nan, np.nan, np.nan)
+    unknown_sigma = (np.nan, np.nan, np.nan)
     return Pairs(
         tuple(p.name for p in located_points),
         np.array([p.vertices[0] for p in located_points], np.float64).reshape(-1, 3),
         np.array([p.position for p in located_points], np.float64).reshape(-1, 3),
-        np.array([p.sigma_m or unknown_place for p in located_points], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or unknown_sigma for p in located_points], np.float64).reshape(-1, 3),
         np.array([p.check for p in located_points], bool),
     )
 
 
 def expected_positions(
-    points: Sequence[ControlPoint], placement: Placed | None, model: Model
+    points: Sequence[ControlPoint], placement: ModelPlacement | None, model: Model
 ) -> dict[str, FloatArray]:
     """Return the expected positions of points without a location, keyed by id.
 
@@ -123,8 +123,8 @@ def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArra
     pairs = control_pairs(points)
     if len(pairs.labels) != 2 or not model.frame.has_up:
         return None
-    on_model, target_places = transform.apply(model.to_world, pairs.model), pairs.world
-    (x, y, z), (u, v, w) = on_model[1] - on_model[0], target_places[1] - target_places[0]
+    model_points, target_points = transform.apply(model.to_world, pairs.model), pairs.world
+    (x, y, z), (u, v, w) = model_points[1] - model_points[0], target_points[1] - target_points[0]
     level, length = np.hypot(u, v), np.linalg.norm([u, v, w])
     if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * length:
         return None
@@ -132,7 +132,7 @@ def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArra
     to_model = np.eye(4)
     to_model[:3, :3] = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
     to_model[:3, :3] *= np.linalg.norm([x, y, z]) / length
-    to_model[:3, 3] = on_model.mean(axis=0) - to_model[:3, :3] @ target_places.mean(axis=0)
+    to_model[:3, 3] = model_points.mean(axis=0) - to_model[:3, :3] @ target_points.mean(axis=0)
     return to_model
 
 
@@ -152,7 +152,7 @@ def place_by_points(
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
-) -> Placed:
+) -> ModelPlacement:
     """Place a model by points, lines and compass readings, and check the coordinates.
 
     Parameters
@@ -204,7 +204,7 @@ def place_by_points(
             evidence.scale_error = None if registration is None else registration.scale_error
         placement = register(evidence, extent)
     else:
-        placement = place_by_known(
+        placement = place_by_known_lines(
             pairs,
             lines,
             model,
@@ -234,12 +234,12 @@ def place_by_points(
 
 
 def create_registration(
-    placement: Placed,
+    placement: ModelPlacement,
     pairs: Pairs | None,
     model: Model,
     crs: str | None,
     reference: str = "",
-    read_north: ReadNorth | None = None,
+    read_north: NorthReference | None = None,
 ) -> Registration:
     """Return the registration record of a placement, in `crs` or in a local frame.
 
@@ -256,21 +256,21 @@ def create_registration(
         else new_id("registration")
     )
     error = placement.rotation_error_deg
-    covariance = covariance_after(placement, previous_registration)
-    up_error = None
+    covariance = placement_covariance(placement, previous_registration)
+    rotation_errors = None
     if (
         error.about_up is not None
         and error.about_east is not None
         and error.about_north is not None
     ):
-        up_error = (error.about_up, error.about_east, error.about_north)
+        rotation_errors = (error.about_up, error.about_east, error.about_north)
     return Registration(
         id_,
         name,
         method,
         frame_after_placement(placement, model, crs),
         _matrix(placement),
-        rotation_error_deg=up_error,
+        rotation_error_deg=rotation_errors,
         scale_error=float(np.sqrt(covariance[3, 3])),
         rms_control_m=placement.rms_control_m,
         rms_check_m=placement.rms_check_m,
@@ -293,7 +293,7 @@ def create_registration(
 
 
 def _method(
-    placement: Placed, model: str, reference: str, *, has_points: bool
+    placement: ModelPlacement, model: str, reference: str, *, has_points: bool
 ) -> tuple[Method, str]:
     """Return the main method of a registration, and the name of the registration."""
     if reference:
@@ -345,11 +345,11 @@ def add_reference_error(
     moves[3, 3] = 1.0 if scale_fitted else 0.0
     total = np.array(record.covariance, np.float64) + moves @ other_covariance @ moves.T
     east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
-    axis_turns_deg = np.degrees([up, east, north]).tolist()
+    axis_rotations_deg = np.degrees([up, east, north]).tolist()
     return replace(
         record,
         covariance=tuple(tuple(row) for row in total.tolist()),
-        rotation_error_deg=(axis_turns_deg[0], axis_turns_deg[1], axis_turns_deg[2]),
+        rotation_error_deg=(axis_rotations_deg[0], axis_rotations_deg[1], axis_rotations_deg[2]),
         scale_error=scale,
     )
 
@@ -365,7 +365,9 @@ def reference_findings(record: Registration) -> tuple[Finding, ...]:
 
 def rotation_deg(previous_model: Model, new_model: Model) -> float:
     """Return the angle between two placements of a model, degrees."""
-    return float(np.degrees(Rotation.from_matrix(_turn(previous_model, new_model)).magnitude()))
+    return float(
+        np.degrees(Rotation.from_matrix(_rotation_between(previous_model, new_model)).magnitude())
+    )
 
 
 def set_rotations_deg(
@@ -396,7 +398,7 @@ def set_rotations_deg(
         feature = records.get(id_)
         if (
             figures.plane is None
-            or not isinstance(feature, Typed)
+            or not isinstance(feature, TypedFeature)
             or getattr(feature, "model_id", "") != new_model.id
         ):
             continue
@@ -404,7 +406,7 @@ def set_rotations_deg(
         name = feature.type_id if feature_type is None else feature_type.name
         name = f"{name}: {feature.set_name}" if feature.set_name else name
         poles.setdefault(name, []).append(figures.plane.normal())
-    rotation_back = _turn(previous_model, new_model).T
+    rotation_back = _rotation_between(previous_model, new_model).T
     rotations = {}
     for name, poles_of_set in poles.items():
         mean = orientation_tensor(np.array(poles_of_set))[1][0]
@@ -414,9 +416,9 @@ def set_rotations_deg(
     return rotations
 
 
-def set_rotation_finding(turn_by_set: Mapping[str, float]) -> Finding | None:
+def set_rotation_finding(rotation_by_set_deg: Mapping[str, float]) -> Finding | None:
     """Return the finding on the rotation of sets, largest first, or None without sets."""
-    ordered = sorted(turn_by_set.items(), key=lambda each: -each[1])
+    ordered = sorted(rotation_by_set_deg.items(), key=lambda each: -each[1])
     parts = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=rotation)
         for name, rotation in ordered[:MAX_SETS_REPORTED]
@@ -426,21 +428,23 @@ def set_rotation_finding(turn_by_set: Mapping[str, float]) -> Finding | None:
     return Finding("registration.sets-turned", sets=parts) if parts else None
 
 
-def _turn(previous_model: Model, new_model: Model) -> FloatArray:
+def _rotation_between(previous_model: Model, new_model: Model) -> FloatArray:
     """Return the rotation matrix (3, 3) between two placements."""
-    before_matrix, second = (transform.matrix(m.to_world) for m in (previous_model, new_model))
+    previous_matrix, new_matrix = (
+        transform.matrix(m.to_world) for m in (previous_model, new_model)
+    )
     return np.asarray(
-        (second[:3, :3] / transform.scale_factor(second))
-        @ (before_matrix[:3, :3] / transform.scale_factor(before_matrix)).T
+        (new_matrix[:3, :3] / transform.scale_factor(new_matrix))
+        @ (previous_matrix[:3, :3] / transform.scale_factor(previous_matrix)).T
     )
 
 
-def _matrix(placement: Placed) -> Matrix:
+def _matrix(placement: ModelPlacement) -> Matrix:
     rows = [(row[0], row[1], row[2], row[3]) for row in placement.matrix.tolist()]
     return (rows[0], rows[1], rows[2], rows[3])
 
 
-def _registration_points(placement: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
+def _registration_points(placement: ModelPlacement, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
     """Return the points of a registration in the order of the table."""
     residuals: dict[str, PointResidual] = {
         point.label: point for point in (*placement.control, *placement.check)

@@ -18,9 +18,9 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
 from vomstudio.project.grid_edits import marks_of
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.measurement import Measurement, rows_of
-from vomstudio.project.records import FaceGrid, Model, OnAModel, Record, Typed, get
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.measurement import Measurement, matrix_to_world
+from vomstudio.project.records import FaceGrid, Model, ModelFeature, Record, TypedFeature, get
 from vomstudio.project.repeated_features import is_repeat
 from vomstudio.project.tables.grid_layer import grid_in_file_frame
 from vomstudio.studio.background import Background
@@ -32,7 +32,7 @@ Records = Mapping[str, Record]
 
 def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
     """Return a grid in the World frame, in metres if the scale of the model is known."""
-    rows = rows_of(model)
+    rows = matrix_to_world(model)
     scale = transform.scale_factor(rows)
     rotation = rows[:3, :3] / scale
     origin = transform.apply(rows, [grid.origin])[0]
@@ -40,7 +40,7 @@ def world_grid(grid: FaceGrid, model: Model | None) -> SquareGrid:
     return SquareGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
 
 
-def compute_exposed(
+def compute_exposed_area(
     grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, includes_pieces: bool
 ) -> ExposedArea:
     """Measure the exposed area in the cells of a grid, in squared file units."""
@@ -59,7 +59,7 @@ def picked_lines(
     lines = []
     for id_, measurement in measurements.items():
         feature = records.get(id_)
-        if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
+        if not (isinstance(feature, TypedFeature) and isinstance(feature, ModelFeature)):
             continue
         if (
             feature.model_id != model_id
@@ -67,7 +67,7 @@ def picked_lines(
             or is_repeat(feature, records)
         ):
             continue
-        layer = kind_of(feature).layer
+        layer = get_kind(feature).layer
         shape = None
         if layer is not None and layer.geometry == "line":
             shape = layer.shape(Subject(feature, measurement, records))
@@ -111,7 +111,7 @@ class FaceGrids:
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
-        self._exposed: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
+        self._exposed_areas: dict[str, tuple[_Geometry, ExposedArea | None]] = {}
         models.loaded.connect(self._follow_model)
 
     def all(self) -> list[FaceGrid]:
@@ -121,13 +121,13 @@ class FaceGrids:
     def exposed(self, grid_id: str) -> ExposedArea | None:
         """Return the exposed area in the cells of a grid, or None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
-        entry = self._exposed.get(grid_id)
+        entry = self._exposed_areas.get(grid_id)
         return entry[1] if grid is not None and entry and entry[0] == _Geometry.of(grid) else None
 
     def begin(self) -> None:
         """Reset for another project."""
         self._background.cancel_all()
-        self._exposed.clear()
+        self._exposed_areas.clear()
 
     def follow_edit(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
@@ -135,7 +135,7 @@ class FaceGrids:
                 self._compute(record)
             elif isinstance(edit.before[id_], FaceGrid):
                 self._background.cancel(id_)
-                self._exposed.pop(id_, None)
+                self._exposed_areas.pop(id_, None)
                 self.changed.emit(id_)
 
     def _follow_model(self, model_id: str) -> None:
@@ -145,17 +145,17 @@ class FaceGrids:
 
     def _compute(self, grid: FaceGrid) -> None:
         geometry, open_model = _Geometry.of(grid), self._models.open_models.get(grid.model_id)
-        entry = self._exposed.get(grid.id)
+        entry = self._exposed_areas.get(grid.id)
         if open_model is None or (entry is not None and entry[0] == geometry):
             return
-        self._exposed[grid.id] = (geometry, None)
+        self._exposed_areas[grid.id] = (geometry, None)
 
         def store(exposed_area: ExposedArea | None) -> None:
-            self._exposed[grid.id] = (geometry, exposed_area)
+            self._exposed_areas[grid.id] = (geometry, exposed_area)
             self.changed.emit(grid.id)
 
         self._background.run(
-            lambda: compute_exposed(
+            lambda: compute_exposed_area(
                 grid, open_model.data, open_model.resolution, includes_pieces=True
             ),
             store,

@@ -32,22 +32,22 @@ from vomstudio.project.records import (
     FeatureType,
     Model,
     Record,
-    limits_of,
+    get_limits,
 )
 from vomstudio.studio.background import Background
 from vomstudio.studio.display import Display
 from vomstudio.studio.editing import Editing
-from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest, FoundFacets, Viewpoint
+from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest, FacetsResult, Viewpoint
 from vomstudio.studio.models import Models
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.model_jobs import ProposalQueue
 
-PART_POINTS = 60_000
+TESTED_POINT_COUNT = 60_000
 """Number of points of the visible part on which thresholds are tested, which takes less than a
 second."""
 
-PAINTED = {
+PAINTED_FIELDS = {
     "label": "facet label",
     "dip direction": "facet dip direction [°]",
     "error": "facet 95 % error [°]",
@@ -61,7 +61,7 @@ SHARES = {
     "direct_toppling": "direct toppling [%]",
 }
 """Names of the fields by which proposals are coloured as slopes."""
-_NAMES = (*PAINTED.values(), *SHARES.values())
+_NAMES = (*PAINTED_FIELDS.values(), *SHARES.values())
 MIN_RANGE_PERCENT = 1.0
 """Minimum colour range in percent, which makes the absence of critical facets visible."""
 
@@ -92,7 +92,7 @@ class Proposals:
     model: Model
     judged_by: Thresholds
     options: FacetOptions
-    result: FoundFacets
+    result: FacetsResult
     patches: tuple[Patch, ...]
     measured: tuple[Measurement, ...]
     label: Int32Array
@@ -106,7 +106,7 @@ class Proposals:
             return None
         return float(self.exposed_m2[sorted(rows)].sum()) / self.result.exposed_m2
 
-    def exposed_area_of(self, row: int) -> float:
+    def get_exposed_area(self, row: int) -> float:
         """Return the exposed area of a facet that consists of points, m2."""
         return float(self.exposed_m2[row])
 
@@ -140,11 +140,17 @@ class FacetProposals(ProposalQueue[Proposals]):
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
         background: Background,
-        store_expected: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
+        store_expected_measurements: Callable[
+            [list[tuple[Feature, Measurement]], Thresholds], None
+        ],
     ) -> None:
         super().__init__(projects, jobs, background)
-        self._models, self._editing, self._store_expected = models, editing, store_expected
-        self._display, self._mode_before = display, ""
+        self._models, self._editing, self._store_expected_measurements = (
+            models,
+            editing,
+            store_expected_measurements,
+        )
+        self._display, self._previous_mode = display, ""
         self._thresholds = thresholds
         self.open_rows: set[int] = set()
         self.accepted: set[int] = set()
@@ -152,20 +158,20 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._accepted_rows: dict[str, int] = {}
 
     # --- search -------------------------------------------------------------------------------
-    def find(self, model_id: str, options: FacetOptions, sight: Viewpoint | None) -> None:
-        """Search for facets, cancelling a running search; `sight` restricts it to a view."""
+    def find(self, model_id: str, options: FacetOptions, viewpoint: Viewpoint | None) -> None:
+        """Search for facets, cancelling a running search; `viewpoint` restricts it to a view."""
         self._cancel()
         model = self._model(model_id)
         if model is None:
             return
         placed_model, record = model
-        name = "part" if sight is not None else "whole"
+        name = "part" if viewpoint is not None else "whole"
         out = placed_model.cache / "facets" / f"{model_id}-{name}.npz"
 
-        def handle_result(result: FoundFacets) -> None:
+        def handle_result(result: FacetsResult) -> None:
             # Processing thousands of facets takes too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
-            is_whole_model = sight is None
+            is_whole_model = viewpoint is None
             self._read_in_background(
                 lambda: assess_facets(record, options, result, is_whole_model, records, thresholds),
                 self._show_proposals,
@@ -173,10 +179,10 @@ class FacetProposals(ProposalQueue[Proposals]):
 
         self._submit(
             FIND_FACETS,
-            FacetsRequest(placed_model, options, sight, out),
+            FacetsRequest(placed_model, options, viewpoint, out),
             tr("Facets of {model}", model=record.name),
             handle_result,
-            is_quiet=sight is not None,
+            is_quiet=viewpoint is not None,
         )
 
     def _show_proposals(self, proposals: Proposals) -> None:
@@ -203,10 +209,14 @@ class FacetProposals(ProposalQueue[Proposals]):
         for row in self.open_rows:
             values[row] = _value(mode, row, proposals.measured[row])
         # The last value is that of the label -1.
-        painted = values[proposals.label]
+        painted_values = values[proposals.label]
         if mode == "exposure":
-            painted = np.where(proposals.covers < 0, np.nan, proposals.covers).astype(np.float32)
-        self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[mode], palette=palette))
+            painted_values = np.where(proposals.covers < 0, np.nan, proposals.covers).astype(
+                np.float32
+            )
+        self._show_painted(
+            proposals.model_id, painted_values, FieldStyle(PAINTED_FIELDS[mode], palette=palette)
+        )
 
     def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
         """Colour the facets on the outcrop by a share of each facet; other points are grey.
@@ -239,9 +249,9 @@ class FacetProposals(ProposalQueue[Proposals]):
     ) -> None:
         self._unpaint(model_id)
         open_model = self._models.open_models[model_id]
-        if open_model.give_fields({style.name: painted_numbers}):
-            if not self._mode_before:
-                self._mode_before = self._display.mode
+        if open_model.add_fields({style.name: painted_numbers}):
+            if not self._previous_mode:
+                self._previous_mode = self._display.mode
             self._display.show_field(model_id, style)
 
     def _unpaint(self, model_id: str) -> None:
@@ -250,16 +260,16 @@ class FacetProposals(ProposalQueue[Proposals]):
             self._models.open_models.get(model_id),
         )
         if style is not None and style.name in _NAMES:
-            self._display.show_no_field(model_id)
+            self._display.hide_field(model_id)
         if open_model is not None:
-            open_model.drop_fields(_NAMES)
+            open_model.remove_fields(_NAMES)
 
     def _restore_colours(self, model_id: str) -> None:
         """Restore the colours that were shown before the facets were painted."""
-        style, mode = self._display.styles.get(model_id), self._mode_before
+        style, mode = self._display.styles.get(model_id), self._previous_mode
         is_painted = style is not None and style.name in _NAMES
         self._unpaint(model_id)
-        self._mode_before = ""
+        self._previous_mode = ""
         if is_painted and mode and self._display.mode == "field":
             self._display.set_mode(mode)
 
@@ -293,7 +303,7 @@ class FacetProposals(ProposalQueue[Proposals]):
             if records.get(proposals.model_id) is proposals.model:
                 # Avoids measuring hundreds of patches again while the window waits.
                 new_features = [f for f in edit.after.values() if isinstance(f, Feature)]
-                self._store_expected(
+                self._store_expected_measurements(
                     list(zip(new_features, measurements, strict=True)), proposals.judged_by
                 )
             return edit
@@ -341,7 +351,7 @@ class FacetProposals(ProposalQueue[Proposals]):
 def assess_facets(
     model: Model,
     options: FacetOptions,
-    result: FoundFacets,
+    result: FacetsResult,
     is_whole: bool,
     records: dict[str, Any],
     thresholds: Thresholds,
@@ -396,7 +406,7 @@ def assess_facets(
         model.id,
         model.to_world,
         model,
-        limits_of(records, thresholds),
+        get_limits(records, thresholds),
         options,
         result,
         tuple(patches),

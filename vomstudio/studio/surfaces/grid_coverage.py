@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.results import FLATTENED_IN_JSON, Result
 from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.studio.headless_project import HeadlessProject
-from vomstudio.studio.surfaces.face_grids import compute_coverage, compute_exposed, picked_lines
+from vomstudio.studio.surfaces.face_grids import (
+    compute_coverage,
+    compute_exposed_area,
+    picked_lines,
+)
 
 
 @dataclass(frozen=True)
@@ -51,9 +55,9 @@ def grid_shares(project: HeadlessProject) -> tuple[list[GridShare], list[Finding
         try:
             read_model = project.read_model(model)
         except VomError as error:
-            findings.append(finding_of(error))
+            findings.append(to_finding(error))
             continue
-        exposure = compute_exposed(
+        exposure = compute_exposed_area(
             grid, read_model.data, read_model.resolution, includes_pieces=False
         )
         feature_ids = [

@@ -121,10 +121,10 @@ def _propose(
             proposals = assess_facets(model, search, facets, True, records, DEFAULT_THRESHOLDS)
             patches = [replace(item, notes=proposals.provenance) for item in proposals.patches]
             return patches, proposals.measured, facets.warnings
-        traces_known = known_lines(records, model.id)
-        request = replace(search, max_lines=search.max_lines + len(traces_known))
+        known_traces = known_lines(records, model.id)
+        request = replace(search, max_lines=search.max_lines + len(known_traces))
         result = PROPOSE_TRACES.do(TracesRequest(placed, request, out), progress)
-        lines = assess_lines(model, search, result, traces_known, records, DEFAULT_THRESHOLDS)
+        lines = assess_lines(model, search, result, known_traces, records, DEFAULT_THRESHOLDS)
         note = lines.provenance("trace.accepted")
         traces = [replace(line.trace, notes=note) for line in lines.lines]
         return traces, [line.measured for line in lines.lines], result.warnings

@@ -75,10 +75,10 @@ class ModelCutting:
             order,
             title=tr("Cutting {name} out", name=name),
             on_done=done,
-            on_failed=lambda event: self._failed(mask_file, event),
+            on_failed=lambda event: self._handle_failure(mask_file, event),
         )
 
-    def _failed(self, mask_file: Path, event: Failed) -> None:
+    def _handle_failure(self, mask_file: Path, event: Failed) -> None:
         mask_file.unlink(missing_ok=True)
         if not event.cancelled:
             self._notices.warn(event.to_error(), "error")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Generic, Protocol, TypeVar
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.signals import Signal
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
@@ -68,7 +68,7 @@ class ModelWork:
         if placed_model is not None:
             record = self._projects.records.get(model_id)
         if placed_model is None or not isinstance(record, Model):
-            self._report(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+            self._report(Finding("model.file-missing", model=self._projects.get_name(model_id)))
             return None
         return placed_model, record
 
@@ -90,7 +90,7 @@ class ModelWork:
                 self.running = None
                 was_stopped = event.cancelled
                 self._report(
-                    Finding("job.stopped") if was_stopped else finding_of(event.to_error())
+                    Finding("job.stopped") if was_stopped else to_finding(event.to_error())
                 )
 
         running_job = self._jobs.submit(
@@ -119,7 +119,7 @@ class ModelWork:
         self.changed.emit()
 
 
-class ProposalsOnModel(Protocol):
+class ModelProposals(Protocol):
     """Protocol of proposals on a model, with its registration at the time of the search."""
 
     @property
@@ -129,7 +129,7 @@ class ProposalsOnModel(Protocol):
     def to_world(self) -> object: ...
 
 
-ProposalsT = TypeVar("ProposalsT", bound=ProposalsOnModel)
+ProposalsT = TypeVar("ProposalsT", bound=ModelProposals)
 
 
 class ProposalQueue(ModelWork, Generic[ProposalsT]):

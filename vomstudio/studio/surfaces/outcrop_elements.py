@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from vomstudio.core.arrays import BoolArray
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.signals import Signal
 from vomstudio.extraction.selection.neighbours import Neighbours, build_neighbours
 from vomstudio.extraction.selection.visible_region import ViewSnapshot, element_count
@@ -86,7 +86,7 @@ class ModelElements:
             self._background.run(
                 lambda: build_neighbours(open_model.data, open_model.resolution or 0.0),
                 partial(self._store, open_model),
-                lambda error: self._store(open_model, finding_of(error)),
+                lambda error: self._store(open_model, to_finding(error)),
                 key=_NEIGHBOURS,
             )
         return None
@@ -109,12 +109,12 @@ class ModelElements:
         else:
             self._hidden[model_id] = is_hidden
         encoded_masks = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
-        self._projects.keep_view(
+        self._projects.store_view(
             VIEW_KEY, {id_: item for id_, item in encoded_masks.items() if item}
         )
         self.hidden_changed.emit(model_id)
 
-    def all_hidden(self) -> dict[str, BoolArray]:
+    def get_hidden_masks(self) -> dict[str, BoolArray]:
         """Return the masks of hidden elements, keyed by model id."""
         return dict(self._hidden)
 
@@ -154,7 +154,7 @@ class ModelElements:
     def cut_out(self, model_id: str, mask: BoolArray) -> None:
         self._model_cutting.cut(model_id, mask)
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset because another project is opened."""
         self._hidden.clear()
         self._background.cancel(_NEIGHBOURS)

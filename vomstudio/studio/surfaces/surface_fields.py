@@ -46,8 +46,8 @@ from vomstudio.studio.surfaces.measurable_planes import (
 )
 from vomstudio.studio.surfaces.model_jobs import ModelWork
 
-TO_PLANE, TO_MODEL = "plane", "model"
-COMPUTED_KINDS = (TO_PLANE, TO_MODEL, MEASURABLE, EXPECTED)
+PLANE_DISTANCE, MODEL_DISTANCE = "plane", "model"
+COMPUTED_KINDS = (PLANE_DISTANCE, MODEL_DISTANCE, MEASURABLE, EXPECTED)
 DEFAULT_RADIUS_RESOLUTIONS, DEFAULT_TRACE_RESOLUTIONS = 5.0, 100.0
 """Default radius and default trace length, in resolutions of the model."""
 _STYLES: dict[str, dict[str, Any]] = {
@@ -158,10 +158,10 @@ class ModelFields(ModelWork):
             else open_model.data.points
         )
         if element_count != count:
-            return Finding("model.cloud-too-large", model=self._projects.name_of(model_id))
+            return Finding("model.cloud-too-large", model=self._projects.get_name(model_id))
         return None
 
-    def likely_radius(self, model_id: str) -> float:
+    def suggest_radius(self, model_id: str) -> float:
         """Return five times the resolution of a model in metres, with two digits."""
         open_model, record = (
             self._models.open_models.get(model_id),
@@ -176,16 +176,16 @@ class ModelFields(ModelWork):
         )
         return float(f"{max(radius, 1e-6):.2g}")
 
-    def likely_length(self, model_id: str) -> float:
+    def suggest_length(self, model_id: str) -> float:
         """Return the length of a trace that is worth measuring, metres (section 4.1.3)."""
         ratio = DEFAULT_TRACE_RESOLUTIONS / DEFAULT_RADIUS_RESOLUTIONS
-        return float(f"{ratio * self.likely_radius(model_id):.2g}")
+        return float(f"{ratio * self.suggest_radius(model_id):.2g}")
 
     def resolve_plane(self, request: FieldRequest) -> Plane | None:
         """Return the plane of a map of measurable planes, or None if it is not available."""
         return resolve_plane(self._projects.records, self._derived, request.of)
 
-    def name_of(self, model_id: str, request: FieldRequest) -> str | None:
+    def get_name(self, model_id: str, request: FieldRequest) -> str | None:
         """Return the name of a requested field in the model, or None if its source is missing."""
         records = self._projects.records
         model = records.get(model_id)
@@ -200,13 +200,13 @@ class ModelFields(ModelWork):
             names = map_names(plane, request.radius_m, is_metric=model.frame.has_metres)
             return names[request.kind]
         source: Feature | Model | None = get_feature(records, request.of)
-        if request.kind == TO_MODEL:
+        if request.kind == MODEL_DISTANCE:
             record = records.get(request.of)
             source = record if isinstance(record, Model) else None
         if source is None:
             return None
         unit = "m" if model.frame.has_metres else "units"
-        subject = "plane of " if request.kind == TO_PLANE else ""
+        subject = "plane of " if request.kind == PLANE_DISTANCE else ""
         return f"distance to {subject}{source.name} [{unit}]"
 
     # --- requests -----------------------------------------------------------------------------
@@ -217,7 +217,7 @@ class ModelFields(ModelWork):
         self.stop()
         self.findings = ()
         reason = self.why_not(model_id)
-        name = self.name_of(model_id, request)
+        name = self.get_name(model_id, request)
         if reason is not None:
             self._report(reason)
             return
@@ -225,9 +225,9 @@ class ModelFields(ModelWork):
             self._report(Finding("field.feature-missing"))
             return
         shown_field = ShownField(request, name, self._inputs(model_id, request), palette)
-        if request.kind == TO_PLANE:
+        if request.kind == PLANE_DISTANCE:
             self._request_plane(model_id, shown_field)
-        elif request.kind == TO_MODEL:
+        elif request.kind == MODEL_DISTANCE:
             self._request_distances(model_id, shown_field)
         elif request.kind in (MEASURABLE, EXPECTED):
             self._request_measurable(model_id, shown_field)
@@ -304,7 +304,7 @@ class ModelFields(ModelWork):
         model, other_model = self._model(model_id), self._model(shown_field.request.of)
         if model is None or other_model is None:
             return
-        placed_model, other_placed = model[0], other_model[0]
+        placed_model, other_placed_model = model[0], other_model[0]
         from vomstudio.studio.jobs.registration_tasks import COMPARE_MODELS, ComparisonRequest
 
         out = placed_model.cache / "fields" / f"{model_id}-distance.npz"
@@ -315,11 +315,11 @@ class ModelFields(ModelWork):
 
         self._submit(
             COMPARE_MODELS,
-            ComparisonRequest(placed_model, other_placed, CompareOptions(), out),
+            ComparisonRequest(placed_model, other_placed_model, CompareOptions(), out),
             tr(
                 "Distances from {model} to {other}",
                 model=placed_model.name,
-                other=other_placed.name,
+                other=other_placed_model.name,
             ),
             lambda _: self._deliver(model_id, shown_field, read),
         )
@@ -367,9 +367,9 @@ class ModelFields(ModelWork):
             if current_style is not None and current_style.name in self._computed_names.get(
                 model_id, ()
             ):
-                self._display.show_no_field(model_id)
-            open_model.drop_fields(self._computed_names.pop(model_id, ()))
-            if not open_model.give_fields(arrays):
+                self._display.hide_field(model_id)
+            open_model.remove_fields(self._computed_names.pop(model_id, ()))
+            if not open_model.add_fields(arrays):
                 self._report(Finding("model.fields-too-large"))
                 return
             self._computed_names[model_id] = set(arrays)
@@ -404,12 +404,12 @@ class ModelFields(ModelWork):
             del self.shown[model_id]
             if open_model is not None:
                 if is_visible:
-                    self._display.show_no_field(model_id)
-                open_model.drop_fields(self._computed_names.pop(model_id, ()))
+                    self._display.hide_field(model_id)
+                open_model.remove_fields(self._computed_names.pop(model_id, ()))
             if (
                 open_model is not None
                 and is_visible
-                and self.name_of(model_id, shown_field.request)
+                and self.get_name(model_id, shown_field.request)
             ):
                 self.request_field(model_id, shown_field.request)
 
@@ -417,7 +417,7 @@ class ModelFields(ModelWork):
         """Request the field that was shown when the project was closed."""
         request = FieldRequest.from_dict(self._display.computed.get(model_id))
         style = self._display.styles.get(model_id)
-        if request is None or style is None or style.name != self.name_of(model_id, request):
+        if request is None or style is None or style.name != self.get_name(model_id, request):
             return
         if self.running is None:
             self.request_field(model_id, request)
@@ -427,13 +427,13 @@ class ModelFields(ModelWork):
         records = self._projects.records
         model = records.get(model_id)
         to_world = model.to_world if isinstance(model, Model) else None
-        if request.kind == TO_MODEL:
+        if request.kind == MODEL_DISTANCE:
             source = records.get(request.of)
             return to_world, source.to_world if isinstance(source, Model) else None
         if request.kind in (MEASURABLE, EXPECTED):
             plane = self.resolve_plane(request)
             return to_world, None if plane is None else (plane.dip_direction_deg, plane.dip_deg)
-        if request.kind != TO_PLANE or get_feature(records, request.of) is None:
+        if request.kind != PLANE_DISTANCE or get_feature(records, request.of) is None:
             return to_world, None
         measurements = self._derived.measured([request.of])[request.of]
         if measurements.plane is None or not len(measurements.points):

@@ -24,14 +24,14 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import measure_all
-from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Picked, Record
+from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, PickedFeature, Record
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
-from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesRequest
+from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, TracesRequest, TracesResult
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.model_jobs import ProposalQueue
@@ -81,7 +81,7 @@ class ProposedLines:
     model_id: str
     to_world: object
     options: ProposalOptions
-    result: FoundTraces
+    result: TracesResult
     lines: tuple[ProposedLine, ...]
     known: int
 
@@ -121,10 +121,10 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         super().__init__(projects, jobs, background)
         self._editing, self._tools, self._thresholds = editing, tools, thresholds
         self._trace_ids: dict[int, str] = {}
-        self._rejected: set[int] = set()
+        self._rejected_rows: set[int] = set()
         # Rejected lines in the file frames, kept until the program ends.
-        self._never: dict[str, list[FloatArray]] = {}
-        self._open_before: frozenset[int] = frozenset()
+        self._rejected_lines: dict[str, list[FloatArray]] = {}
+        self._previous_open_rows: frozenset[int] = frozenset()
         tools.changed.connect(self._update_measurement)
 
     @property
@@ -138,11 +138,11 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         tool, records = self._tools.of(TraceTool), self._projects.records
         tool_id = None if tool.trace is None else tool.trace.id
         decided = {i for i, id_ in self._trace_ids.items() if id_ in records or id_ == tool_id}
-        return frozenset(range(len(self.proposals.lines))) - decided - self._rejected
+        return frozenset(range(len(self.proposals.lines))) - decided - self._rejected_rows
 
-    def rejected_on(self, model_id: str) -> int:
+    def count_rejected(self, model_id: str) -> int:
         """Return the number of rejected lines on a model, which are not proposed again."""
-        return len(self._never.get(model_id, ()))
+        return len(self._rejected_lines.get(model_id, ()))
 
     # --- search -------------------------------------------------------------------------------
     def find(self, model_id: str, options: ProposalOptions) -> None:
@@ -154,7 +154,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         placed_model, record = model
         known_lines = self._known_lines(model_id)
 
-        def handle_result(result: FoundTraces) -> None:
+        def handle_result(result: TracesResult) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read_in_background(
                 lambda: assess_lines(record, options, result, known_lines, records, thresholds),
@@ -173,10 +173,13 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
     def _known_lines(self, model_id: str) -> list[FloatArray]:
         """Return lines that need not be proposed again, in the file frame of the model."""
-        return [*known_lines(self._projects.records, model_id), *self._never.get(model_id, ())]
+        return [
+            *known_lines(self._projects.records, model_id),
+            *self._rejected_lines.get(model_id, ()),
+        ]
 
     def _show_lines(self, proposals: ProposedLines) -> None:
-        self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
+        self.proposals, self._trace_ids, self._rejected_rows = proposals, {}, set()
         self._report()
 
     # --- decisions ----------------------------------------------------------------------------
@@ -200,11 +203,11 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             )
             for row in accepted_rows
         }
-        ids_before = dict(self._trace_ids)
+        previous_ids = dict(self._trace_ids)
         # The edit must not trigger the listeners of this object.
         self._trace_ids.update({row: trace.id for row, trace in traces.items()})
         if not self._editing.attempt(edits.add_features, list(traces.values())):
-            self._trace_ids = ids_before
+            self._trace_ids = previous_ids
             return []
         self._notify_change()
         return [trace.id for trace in traces.values()]
@@ -230,11 +233,11 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         maximum = MAX_WAY_POINTS
         if proposals.options.onnx_model is not None:
             cost, maximum = None, MAX_VERTICES
-        opened_line = tool.begin_followed(model, _clicks(line.trace, maximum), cost, note)
-        if opened_line is not None:
-            self._trace_ids[row] = opened_line
+        trace_id = tool.begin_followed_trace(model, _clicks(line.trace, maximum), cost, note)
+        if trace_id is not None:
+            self._trace_ids[row] = trace_id
         self._notify_change()
-        return opened_line is not None
+        return trace_id is not None
 
     def reject(self, rows: Collection[int]) -> None:
         """Reject lines, which are not proposed again; the project does not change."""
@@ -243,26 +246,26 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             return
         for row in sorted(self.open_rows & set(rows)):
             line = np.asarray(proposals.lines[row].trace.vertices, np.float64)
-            self._never.setdefault(proposals.model_id, []).append(line)
-            self._rejected.add(row)
+            self._rejected_lines.setdefault(proposals.model_id, []).append(line)
+            self._rejected_rows.add(row)
         self._notify_change()
 
-    def forgive(self, model_id: str) -> None:
+    def restore_rejected(self, model_id: str) -> None:
         """Allow the rejected lines of a model to be proposed again."""
-        self._never.pop(model_id, None)
+        self._rejected_lines.pop(model_id, None)
         if self.proposals is not None and self.proposals.model_id == model_id:
-            self._rejected.clear()
+            self._rejected_rows.clear()
         self._notify_change()
 
     def _forget(self) -> None:
         """Clear the decisions; rejected lines are still not proposed again."""
-        self._trace_ids, self._rejected = {}, set()
+        self._trace_ids, self._rejected_rows = {}, set()
 
     def _update_open(self, edit: Edit) -> None:
         self._update_measurement()
 
     def _update_measurement(self) -> None:
-        if self._open_before != self.open_rows:
+        if self._previous_open_rows != self.open_rows:
             self._notify_change()
 
     def _report(self, *findings: Finding) -> None:
@@ -270,7 +273,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._notify_change()
 
     def _notify_change(self) -> None:
-        self._open_before = self.open_rows
+        self._previous_open_rows = self.open_rows
         self.changed.emit()
 
 
@@ -297,16 +300,16 @@ def known_lines(records: Mapping[str, Record], model_id: str) -> list[FloatArray
     list of ndarray of float
     """
     picked_features = [
-        r for r in records.values() if isinstance(r, Picked) and r.model_id == model_id
+        r for r in records.values() if isinstance(r, PickedFeature) and r.model_id == model_id
     ]
-    traces = [feature for feature in picked_features if kind_of(feature).name == "trace"]
+    traces = [feature for feature in picked_features if get_kind(feature).name == "trace"]
     return [np.asarray(trace.vertices, np.float64).reshape(-1, 3) for trace in traces]
 
 
 def assess_lines(
     model: Model,
     options: ProposalOptions,
-    result: FoundTraces,
+    result: TracesResult,
     known_arrays: list[FloatArray],
     records: dict[str, Any],
     thresholds: Thresholds,
@@ -318,7 +321,7 @@ def assess_lines(
     OSError, ValueError, KeyError
         If the file of the traces has changed.
     """
-    from vomstudio.extraction.proposals.known_lines import are_along_known_lines
+    from vomstudio.extraction.proposals.known_lines import match_known_lines
 
     with open_arrays(result.out) as arrays:
         array_by_name = {name: arrays[name] for name in arrays.files}
@@ -329,7 +332,7 @@ def assess_lines(
     spacing = array_by_name["resolution"][np.isfinite(array_by_name["resolution"])]
     lengths = array_by_name["length_m"] / transform.scale_factor(model.to_world)
     median = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
-    is_known = are_along_known_lines(lines, known_arrays, SAME_LINE_RESOLUTIONS * median)
+    is_known = match_known_lines(lines, known_arrays, SAME_LINE_RESOLUTIONS * median)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     traces = list[Trace]()
     rows = list[int]()
@@ -356,7 +359,7 @@ def assess_lines(
         )
         rows.append(row)
     measurements = measure_all(records, traces, thresholds)
-    lines_found = [
+    proposed_lines = [
         ProposedLine(
             trace,
             transform.apply(model.to_world, lines[row]),
@@ -368,7 +371,7 @@ def assess_lines(
         for row, trace, figures in zip(rows, traces, measurements, strict=True)
     ]
     return ProposedLines(
-        model.id, model.to_world, options, result, tuple(lines_found), sum(is_known)
+        model.id, model.to_world, options, result, tuple(proposed_lines), sum(is_known)
     )
 
 

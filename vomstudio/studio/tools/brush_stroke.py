@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.errors import VomError
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.heights.bends import measure_bend
 from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.moment_planes import fit_moments
@@ -34,7 +34,7 @@ class Stroke:
     ----------
     is_selected : (n,) bool
         Faces or points of the model that are selected.
-    touched : list of float32 arrays
+    stroke_corners : list of float32 arrays
         Corners of the added or erased faces, or every `stride`-th added or erased point.
     is_quick : bool
         Whether the search tree of the surface exists, so that the resolution is available
@@ -42,32 +42,32 @@ class Stroke:
     """
 
     model: Model
-    surface: PaintSurface
+    surface: SelectableSurface
     is_removing: bool
     is_selected: BoolArray
     scale: float
     origin: FloatArray
     resolution: float | None
     is_quick: bool
-    touched: list[Float32Array] = field(default_factory=list)
+    stroke_corners: list[Float32Array] = field(default_factory=list)
     stride: int = 1
     count: int = 0
     measured_count: int = 0
-    measured_until: float = 0.0
+    next_measurement_time: float = 0.0
 
     @classmethod
     def begin(
         cls,
         hit: Hit,
         model: Model,
-        surface: PaintSurface,
+        surface: SelectableSurface,
         is_selected: BoolArray,
         *,
         is_removing: bool,
     ) -> Stroke:
         """Start a stroke that changes a copy of `is_selected` (n,) under the brush."""
         start_time = time.perf_counter()
-        spacing = surface.resolution_near(np.array([hit.position]))
+        spacing = surface.local_resolution(np.array([hit.position]))
         # Until the search tree exists, live measurements use a single point.
         is_quick = time.perf_counter() - start_time < QUICK_FIT_S
         return cls(
@@ -83,13 +83,13 @@ class Stroke:
 
     def paint(self, hit: Hit, radius: float) -> None:
         """Add or erase everything within `radius`, in metres, of a hit."""
-        ids = self.surface.within(hit.index, hit.position, radius / self.scale)
+        ids = self.surface.connected_ids_in_ball(hit.index, hit.position, radius / self.scale)
         ids = ids[self.is_selected[ids] == self.is_removing]
         if not len(ids):
             return
         self.is_selected[ids] = not self.is_removing
         self.count += len(ids)
-        self.touched.append(
+        self.stroke_corners.append(
             local_corners(self.surface.corners(ids[:: self.stride]), self.model, self.origin)
         )
 
@@ -100,37 +100,37 @@ class Stroke:
     def figures(self, ids: IntArray, *, is_whole: bool) -> dict[str, Any]:
         """Return the patch fields derived from its ids; `is_whole` includes those of a record."""
         if is_whole:
-            return record_figures(self.surface, ids)
+            return patch_fields(self.surface, ids)
         points, weights = self.surface.weighted_points(ids)
         figures = _moments_and_area(self.surface, ids, points, moments(points, weights))
-        spacing = self.surface.resolution_near(points) if self.is_quick else self.resolution
+        spacing = self.surface.local_resolution(points) if self.is_quick else self.resolution
         return {**figures, "resolution": spacing}
 
     # --- live measurement ---------------------------------------------------------------------
     def is_due(self, now: float) -> bool:
         """Return whether a live measurement is due because the selection has changed."""
-        return self.count != self.measured_count and now >= self.measured_until
+        return self.count != self.measured_count and now >= self.next_measurement_time
 
-    def note_measured(self, started_value: float) -> None:
+    def record_measurement(self, start_time: float) -> None:
         """Schedule the next live measurement; slow measurements are made less often."""
         current_time, self.measured_count = time.perf_counter(), self.count
-        self.measured_until = current_time + (current_time - started_value) * (
+        self.next_measurement_time = current_time + (current_time - start_time) * (
             1.0 / MAX_LIVE_SHARE - 1.0
         )
 
     def area(self) -> Area | None:
         """Return the touched area for drawing, or None."""
-        if not self.touched:
+        if not self.stroke_corners:
             return None
-        if len(self.touched) > 1:
-            self.touched = [np.concatenate(self.touched)]
-        if self.surface.element == "point" and len(self.touched[0]) > 2 * MAX_DOTS:
-            self.touched = [self.touched[0][::2]]
+        if len(self.stroke_corners) > 1:
+            self.stroke_corners = [np.concatenate(self.stroke_corners)]
+        if self.surface.element == "point" and len(self.stroke_corners[0]) > 2 * MAX_DOTS:
+            self.stroke_corners = [self.stroke_corners[0][::2]]
             self.stride *= 2
-        return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
+        return Area(self.origin, self.stroke_corners[0], np.zeros((0, 2, 3), np.float32))
 
 
-def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
+def patch_fields(surface: SelectableSurface, ids: IntArray) -> dict[str, Any]:
     """Return the patch fields derived from the ids (k,) of its faces or points."""
     points, weights = surface.weighted_points(ids)
     patch_moments = moments(points, weights)
@@ -143,12 +143,12 @@ def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
         **_moments_and_area(surface, ids, points, patch_moments),
         "runs": ids_to_runs(ids),
         "outline": ring,
-        "resolution": surface.resolution_near(points),
+        "resolution": surface.local_resolution(points),
     }
 
 
 def _moments_and_area(
-    surface: PaintSurface,
+    surface: SelectableSurface,
     ids: IntArray,
     points: FloatArray,
     patch_moments: Moments,
@@ -159,7 +159,7 @@ def _moments_and_area(
         "mean": patch_moments.mean,
         "scatter": patch_moments.scatter,
         "n_effective": patch_moments.n_effective,
-        "area": surface.area_of(ids),
+        "area": surface.selected_area(ids),
         "rule": SURROUNDINGS_RULE,
         "bent": False,
         "level_gap": level_gap(points, normal),

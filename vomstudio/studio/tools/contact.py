@@ -55,7 +55,7 @@ class ContactTool(FollowingTool[Contact]):
             count,
         )
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
@@ -75,7 +75,7 @@ class ContactTool(FollowingTool[Contact]):
         """
         if "type_id" in values and "set_name" in values:
             current = self.attributes.type_id, self.attributes.set_name
-            set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
+            set_name = self._sets.choose_set(current, values["type_id"], values["set_name"])
             values["set_name"] = set_name
         self.next_contact = replace(self.next_contact, **values)
         line = self._feature
@@ -86,7 +86,7 @@ class ContactTool(FollowingTool[Contact]):
         if changed_line != line:
             self._store_step(changed_line, self._steps, self.current_vertex)
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
         return Contact(
             new_id("contact"),
             "",
@@ -110,11 +110,11 @@ class ContactTool(FollowingTool[Contact]):
         if self._has_stored_feature:
             return edits.set_line(records, feature.id, feature.vertices)
         if self.is_path:
-            feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
+            feature = replace(self._whole_path(feature), notes=self._path_note(feature))
         return edits.add_features(records, [feature])
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Contact) -> dict[str, Any]:
+    def _extra_state(self, feature: Contact) -> dict[str, Any]:
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
         return {**state, **self._cost_state()}
 
@@ -135,7 +135,7 @@ class ContactTool(FollowingTool[Contact]):
     def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if self.is_searching:
-            return self._searching_words()
+            return self._search_lines()
         if measurement is None or not measurement.dimension:
             return (points_text(count),)
         return (points_text(count), *words(measurement)[:1])

@@ -96,10 +96,10 @@ class ControlTool(StatelessTool):
             )
         return tr("Control points: click {point} on the outcrop.", point=point.name)
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         return Finding("tool.nothing-open")
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         return Finding("tool.nothing-open")
 
     # --- gestures -----------------------------------------------------------------------------
@@ -125,7 +125,7 @@ class ControlTool(StatelessTool):
             self._context.report(error)
             return
         self._current = "" if point is None else self._next_point(point)
-        self._context.created(id_)
+        self._context.report_created(id_)
         self._show_preview()
         self._context.tool_changed()
 
@@ -133,10 +133,10 @@ class ControlTool(StatelessTool):
         records = self._context.session.records
         if point is not None:
             return edits.change_feature(records, replace(point, vertices=(hit.position,)), "Place")
-        point_new = ControlPoint(
+        new_point = ControlPoint(
             new_id("control"), "", model.id, model.content_hash, (hit.position,)
         )
-        return edits.add_features(records, [point_new])
+        return edits.add_features(records, [new_point])
 
     def _store_edit(self, edit: Edit) -> str:
         self._context.session.apply(edit)
@@ -173,7 +173,7 @@ class ControlTool(StatelessTool):
         if self._current and self.current is None:
             self._current = ""
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         self._current, self._expected, self._is_active = "", {}, False
 
 

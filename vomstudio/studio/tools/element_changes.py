@@ -15,7 +15,7 @@ from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.element_selection import Combine, ElementSelection
-from vomstudio.studio.tools.interaction_types import Discarded
+from vomstudio.studio.tools.interaction_types import DiscardedFeature
 from vomstudio.studio.tools.selection_messages import UNDO_LABELS
 from vomstudio.studio.tools.tool_context import ToolContext
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
 
 
-class ChoosingTool(Protocol):
+class SelectionTool(Protocol):
     """Protocol of the tool whose selection is changed."""
 
     combine: Combine
@@ -40,11 +40,11 @@ class ChoosingTool(Protocol):
 class ElementChanges:
     """Changes of the selection of a tool; each is a step that undo reverts."""
 
-    def __init__(self, tool: ChoosingTool, context: ToolContext) -> None:
+    def __init__(self, tool: SelectionTool, context: ToolContext) -> None:
         self._tool, self._context = tool, context
         self._colours: tuple[object, ElementColours] | None = None
 
-    def _only(self, selection: ElementSelection, mask: BoolArray, step: str) -> None:
+    def _replace_selection(self, selection: ElementSelection, mask: BoolArray, step: str) -> None:
         self._tool.take(selection.model_id, mask, "new", step)
 
     # --- all at once -------------------------------------------------------------------------
@@ -74,7 +74,7 @@ class ElementChanges:
     def invert(self) -> None:
         """Invert the selection."""
         if (selection := self._tool.selection) is not None:
-            self._only(selection, ~selection.mask, tr("Invert"))
+            self._replace_selection(selection, ~selection.mask, tr("Invert"))
 
     def wider(self) -> None:
         """Enlarge the selection by one ring of neighbours."""
@@ -95,11 +95,11 @@ class ElementChanges:
         elif isinstance(neighbours, Finding):
             self._context.report(neighbours)
         elif includes_outer:
-            self._only(selection, neighbours.wider(selection.mask), tr("Expand"))
+            self._replace_selection(selection, neighbours.wider(selection.mask), tr("Expand"))
         else:
-            self._only(selection, neighbours.narrower(selection.mask), tr("Shrink"))
+            self._replace_selection(selection, neighbours.narrower(selection.mask), tr("Shrink"))
 
-    def take_patch(self, patch: Patch) -> None:
+    def select_patch(self, patch: Patch) -> None:
         """Select the faces or points of a patch."""
         data = self._context.elements.data(patch.model_id)
         if data is None:
@@ -166,11 +166,11 @@ class ElementChanges:
             self._context.tool_changed()
             return True
 
-        self._context.discarded(
-            Discarded(self._tool.name, tr(UNDO_LABELS["show"]), hide_again, lambda: False)
+        self._context.report_discarded(
+            DiscardedFeature(self._tool.name, tr(UNDO_LABELS["show"]), hide_again, lambda: False)
         )
 
-    def anything_hidden(self) -> bool:
+    def has_hidden_elements(self) -> bool:
         """Return whether any face or point is hidden."""
         elements = self._context.elements
         return any(elements.hidden(id_) is not None for id_ in elements.shown())

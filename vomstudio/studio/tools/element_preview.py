@@ -10,7 +10,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get
-from vomstudio.studio.tools.brush_stroke import record_figures
+from vomstudio.studio.tools.brush_stroke import patch_fields
 from vomstudio.studio.tools.element_selection import ElementSelection
 from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.painted_area import selection_area
@@ -29,7 +29,7 @@ class ElementPreview:
         self._area: tuple[BoolArray, Area | None] | None = None
         self._mask_measurement: tuple[BoolArray, Measurement | None] | None = None
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset because the selection is empty."""
         self._area = self._mask_measurement = None
 
@@ -44,7 +44,7 @@ class ElementPreview:
         if surface is None or model is None or surface.count != len(selection.mask):
             return None
         patch = new_patch(self._context, model, surface.element)
-        return patch.but(**record_figures(surface, selection.ids()))
+        return patch.replace_fields(**patch_fields(surface, selection.ids()))
 
     def measurement(self, selection: ElementSelection | None) -> Measurement | None:
         """Return the measurement of the plane, or None if the selection is too large."""

@@ -74,12 +74,12 @@ class ElementSelection:
         self._set_mask(mask)
         return True
 
-    def change_last(self, mask: BoolArray) -> None:
+    def change_last_step(self, mask: BoolArray) -> None:
         """Replace the result of the last step."""
         self._undone_steps = []
         self._set_mask(mask)
 
-    def before_last(self) -> BoolArray:
+    def mask_before_last_step(self) -> BoolArray:
         """Return the selection (n,) before the last step."""
         return self._unpack(self._steps[-1][1])
 
@@ -101,7 +101,7 @@ class ElementSelection:
         self._set_mask(self._unpack(mask_after))
         return True
 
-    def settle(self) -> None:
+    def discard_undone_steps(self) -> None:
         """Discard the undone steps."""
         self._undone_steps = []
 

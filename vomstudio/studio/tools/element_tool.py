@@ -22,7 +22,7 @@ from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.element_changes import ElementChanges
 from vomstudio.studio.tools.element_preview import ElementPreview
 from vomstudio.studio.tools.element_selection import Combine, ElementSelection, combine_masks
-from vomstudio.studio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
+from vomstudio.studio.tools.interaction_types import Button, DiscardedFeature, Pointer, PointerEvent
 from vomstudio.studio.tools.screen_shape import DrawnShape
 from vomstudio.studio.tools.selection_messages import MODES, ElementMode
 from vomstudio.studio.tools.tool_context import ToolContext
@@ -67,7 +67,7 @@ class ElementTool:
         """Draw the selection and the unfinished shape."""
         raise NotImplementedError
 
-    def _more_state(self) -> dict[str, Any]:
+    def _extra_state(self) -> dict[str, Any]:
         """Return the entries of a draft other than the selection."""
         return {}
 
@@ -108,7 +108,7 @@ class ElementTool:
         selection = None if self._shape is not None else self._selection
         return None if selection is None else selection.next_step
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         return None if self.is_open else Finding("selection.empty")
 
     # --- settings ----------------------------------------------------------------------------
@@ -123,7 +123,7 @@ class ElementTool:
         self.combine = combine
         self._notify_change()
 
-    def set_through(self, is_through: bool) -> None:
+    def set_select_through(self, is_through: bool) -> None:
         """Set whether shapes select hidden elements too."""
         self.is_through = is_through
         self._notify_change()
@@ -166,7 +166,7 @@ class ElementTool:
         self._notify_change()
 
     def _begin_shape(self, event: PointerEvent) -> None:
-        if event.in_photo:
+        if event.is_in_photo:
             self._context.hint(Finding("selection.not-in-photo"))
         elif self.mode != "pick":
             combination_mode = combination(event, self.combine)
@@ -177,7 +177,7 @@ class ElementTool:
         shape = self._shape
         if shape is None:
             return
-        if (reason := shape.why_not_close()) is not None:
+        if (reason := shape.close_refusal()) is not None:
             self._context.hint(reason)
             return
         self._shape = None
@@ -224,25 +224,25 @@ class ElementTool:
             self._context.hint(Finding("selection.no-change"))
             return
         self._selection = selection
-        self._keep_draft()
+        self._store_draft()
         self._notify_change()
 
     def adopt(self, selection: ElementSelection) -> None:
         """Continue with a selection of another tool."""
         self._selection = selection
-        self._keep_draft()
+        self._store_draft()
         self._notify_change()
 
     def release(self) -> ElementSelection | None:
         """Give up the selection, so that another tool can adopt it, and return it."""
         selection = self.selection
-        self._drop()
+        self._discard_state()
         return selection
 
     def undo(self) -> bool:
         """Remove the last corner of the shape, or else undo the last step."""
         if self._shape is not None:
-            if not self._shape.take_back():
+            if not self._shape.remove_last_corner():
                 self._shape = None
             self._notify_change()
             return True
@@ -254,7 +254,7 @@ class ElementTool:
 
     def _finish_step(self, is_done: bool) -> bool:
         if is_done:
-            self._keep_draft()
+            self._store_draft()
             self._notify_change()
         return is_done
 
@@ -274,21 +274,21 @@ class ElementTool:
         back: Callable[[], None],
         sequence: int | None = None,
     ) -> None:
-        self._drop()
-        self._keep_draft()
-        selection.settle()
+        self._discard_state()
+        self._store_draft()
+        selection.discard_undone_steps()
 
-        def bring_back() -> bool:
+        def restore_work() -> bool:
             back()
             self.adopt(selection)
             return True
 
         untouched_mask = selection.mask
-        self._context.discarded(
-            Discarded(
+        self._context.report_discarded(
+            DiscardedFeature(
                 self.name,
                 label,
-                bring_back,
+                restore_work,
                 lambda: (
                     self._selection is selection and np.array_equal(selection.mask, untouched_mask)
                 ),
@@ -296,9 +296,9 @@ class ElementTool:
             )
         )
 
-    def _drop(self) -> None:
+    def _discard_state(self) -> None:
         self._selection, self._shape = None, None
-        self._preview.forget()
+        self._preview.clear_state()
         self._notify_change()
 
     def leave(self) -> None:
@@ -306,10 +306,10 @@ class ElementTool:
         self._shape = None
         self._notify_change()
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset because the project is being closed; the selection remains as a draft."""
         self._selection, self._shape = None, None
-        self._preview.forget()
+        self._preview.clear_state()
         self._context.show(None)
 
     def set_type(self, type_id: str, set_name: str) -> None:
@@ -319,16 +319,16 @@ class ElementTool:
         """Discard the selection if its model was removed."""
         selection = self._selection
         if selection is not None and selection.model_id not in self._context.session.records:
-            self._drop()
-            self._keep_draft()
+            self._discard_state()
+            self._store_draft()
 
     # --- drafts ------------------------------------------------------------------------------
-    def _keep_draft(self) -> None:
+    def _store_draft(self) -> None:
         session, selection = self._context.session, self.selection
         elements = None if selection is None else selection.to_dict()
         state = None
         if elements is not None:
-            state = {"tool": self.name, "chosen": elements, **self._more_state()}
+            state = {"tool": self.name, "chosen": elements, **self._extra_state()}
         if session.draft is not None and session.draft.state == state:
             return
         try:

@@ -6,10 +6,10 @@ from textwrap import wrap
 
 from vomstudio.geology.quality import Verdict
 
-WIDTH = 44
+WRAP_WIDTH = 44
 """Maximum number of characters per line beside the cursor."""
 
 
-def first_reason(verdict: Verdict) -> list[str]:
+def first_reason_lines(verdict: Verdict) -> list[str]:
     """Return the first reason of a verdict, wrapped to WIDTH."""
-    return [line for finding in verdict.reasons[:1] for line in wrap(finding.message, WIDTH)]
+    return [line for finding in verdict.reasons[:1] for line in wrap(finding.message, WRAP_WIDTH)]

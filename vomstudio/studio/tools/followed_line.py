@@ -54,7 +54,7 @@ class FollowedPath:
     costs: FloatArray | None = None
 
 
-Answer = Callable[[FollowedPath | Finding], None]
+PathCallback = Callable[[FollowedPath | Finding], None]
 """Callback that receives a path, or the reason why none was found."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
@@ -78,7 +78,7 @@ class PathFinder(Protocol):
         *,
         photo: str = "",
         is_live: bool,
-        answer: Answer,
+        answer: PathCallback,
     ) -> None:
         """Request the path between two points on a model.
 
@@ -131,11 +131,11 @@ class FollowedLine:
     ) -> None:
         self._finder, self._on_leg, self._on_finding, self._rank = finder, on_leg, on_finding, rank
         self.cost: str | None = None
-        self._best: tuple[object, str] | None = None
+        self._best_cost: tuple[object, str] | None = None
         self.follows_photos = True
         self._photos: dict[Point, str] = {}
         self._legs: dict[Key, FollowedPath | None] = {}
-        self._requested: set[Key] = set()
+        self._requested_keys: set[Key] = set()
         self._live_key: Key | None = None
 
     def set_photo(self, photo: str, place: Point) -> None:
@@ -145,7 +145,7 @@ class FollowedLine:
         else:
             self._photos.pop(place, None)
 
-    def photo_of(self, place: Point) -> str:
+    def get_photo(self, place: Point) -> str:
         """Return the photo in which a way-point was set, or "" for no photo."""
         return self._photos.get(place, "")
 
@@ -207,7 +207,7 @@ class FollowedLine:
             return ()
         line = np.concatenate([leg.points for leg in known_legs])
         costs = np.concatenate([leg.costs for leg in known_legs if leg.costs is not None])
-        is_new_place = _new_places(line)
+        is_new_place = _are_new_points(line)
         position = (
             np.cumsum(is_new_place)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
         )
@@ -220,14 +220,14 @@ class FollowedLine:
         if self.cost != AUTO:
             return self.cost or ""
         costs = self._finder.costs(model_id)
-        if self._best is not None and self._best[1] in costs:
-            return self._best[1]
+        if self._best_cost is not None and self._best_cost[1] in costs:
+            return self._best_cost[1]
         return costs[0]
 
     def _update_best_cost(self, model_id: str, way_points: tuple[Point, ...]) -> None:
         """Determine the best cost, once the line is known for every candidate."""
         costs = self._candidate_costs(model_id, way_points)
-        if self._best is not None and self._best[0] == (model_id, way_points, costs):
+        if self._best_cost is not None and self._best_cost[0] == (model_id, way_points, costs):
             return
         ranks: list[tuple[Rank, int]] = []
         is_waiting = False
@@ -236,7 +236,7 @@ class FollowedLine:
                 self._find_leg(model_id, a, b, cost, is_live=False) for a, b in pairwise(way_points)
             ]
             is_known = [
-                self._has(self._key(model_id, a, b, cost))
+                self._is_cached(self._key(model_id, a, b, cost))
                 for a, b in pairwise(way_points)
                 if a != b
             ]
@@ -246,13 +246,13 @@ class FollowedLine:
                 ranks.append((rank, number))
         if not is_waiting:
             best_cost = costs[min(ranks)[1]] if ranks else costs[0]
-            self._best = (model_id, way_points, costs), best_cost
+            self._best_cost = (model_id, way_points, costs), best_cost
 
     def _candidate_costs(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
         """Return the candidate costs for AUTO; legs in photos permit only photo costs."""
         costs = self._finder.costs(model_id)
         uses_photos = self.follows_photos and any(
-            self.photo_of(position) for position in way_points
+            self.get_photo(position) for position in way_points
         )
         photo_costs = tuple(cost for cost in costs if cost in COLOUR_COSTS)
         return photo_costs if uses_photos and photo_costs else costs
@@ -273,10 +273,10 @@ class FollowedLine:
         points = None if leg is None else leg.points
         if is_live and key not in self._legs:
             self._live_key = key
-        elif is_live or self._has(key) or key in self._requested:
+        elif is_live or self._is_cached(key) or key in self._requested_keys:
             return points
         else:
-            self._requested.add(key)
+            self._requested_keys.add(key)
         self._finder.follow(
             model_id,
             cost,
@@ -288,10 +288,10 @@ class FollowedLine:
         return points
 
     def _key(self, model_id: str, start: Point, end: Point, cost: str) -> Key:
-        photo = self.photo_of(end) if self.follows_photos and cost in COLOUR_COSTS else ""
+        photo = self.get_photo(end) if self.follows_photos and cost in COLOUR_COSTS else ""
         return model_id, cost, start, end, photo
 
-    def _has(self, key: Key) -> bool:
+    def _is_cached(self, key: Key) -> bool:
         """Return whether a leg is final."""
         leg = self._legs.get(key)
         return key in self._legs if leg is None else leg.is_final
@@ -309,34 +309,34 @@ class FollowedLine:
             for a, b in pairwise(way_points)
             if a != b
         )
-        return any(not self._has(key) for key in keys)
+        return any(not self._is_cached(key) for key in keys)
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Discard all legs and requests."""
-        self._requested.clear()
+        self._requested_keys.clear()
         self._live_key = None
 
     def _store_leg(self, key: Key, result: FollowedPath | Finding) -> None:
-        is_awaited = key in self._requested
-        self._requested.discard(key)
+        is_awaited = key in self._requested_keys
+        self._requested_keys.discard(key)
         if len(self._legs) > MAX_CACHED_LEGS:
             self._legs.clear()
         if isinstance(result, Finding):
             # The leg to the cursor changes soon, so its failure is not reported.
             if is_awaited:
                 self._legs[key] = None
-                if self._reports(key):
+                if self._should_report(key):
                     self._on_finding(result)
         else:
-            if result.is_final or not self._has(key):
+            if result.is_final or not self._is_cached(key):
                 self._legs[key] = result
-            if is_awaited and self._reports(key):
+            if is_awaited and self._should_report(key):
                 for warning in result.warnings:
                     self._on_finding(warning)
         if is_awaited or self._live_key == key:
             self._on_leg()
 
-    def _reports(self, key: Key) -> bool:
+    def _should_report(self, key: Key) -> bool:
         """Return whether to report a failure; for AUTO one available candidate suffices."""
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
@@ -348,10 +348,10 @@ def _join_legs(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -
         for ends, leg in zip(pairwise(way_points), legs, strict=True)
     ]
     line = np.concatenate(parts)
-    return np.asarray(line[_new_places(line)])
+    return np.asarray(line[_are_new_points(line)])
 
 
-def _new_places(line: FloatArray) -> BoolArray:
+def _are_new_points(line: FloatArray) -> BoolArray:
     """Return which points (n,) differ from the previous point."""
     return np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
 

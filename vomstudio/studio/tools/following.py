@@ -15,13 +15,13 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import IDENTITY, Point
-from vomstudio.project.records import Model, Picked
+from vomstudio.project.records import Model, PickedFeature
 from vomstudio.studio.tools.followed_line import AUTO, FollowedLine, photo_votes
 from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.studio.tools.polyline import PolylineTool, points_text
 from vomstudio.studio.tools.tool_context import ToolContext
 
-F = TypeVar("F", bound=Picked)
+F = TypeVar("F", bound=PickedFeature)
 UNDO_LABELS = {
     "click-next": to_translate("Click for the next feature"),
     "finish-next": to_translate("Finish the next feature"),
@@ -35,15 +35,15 @@ class FollowingTool(PolylineTool[F]):
 
     def __init__(self, context: ToolContext) -> None:
         super().__init__(context)
-        self._line = FollowedLine(context.paths, self._leg_came, context.report, self._rank)
+        self._line = FollowedLine(context.paths, self._handle_new_leg, context.report, self._rank)
         self._is_finish_waiting = False
         # Pending clicks for the next feature; None marks its end.
-        self._later_calls: list[PointerEvent | None] = []
+        self._queued_clicks: list[PointerEvent | None] = []
         # Type and set of pending clicks after the tool was left.
-        self._type_of_later: tuple[str, str] | None = None
-        self._is_running_later = False
+        self._queued_type: tuple[str, str] | None = None
+        self._is_handling_queue = False
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         n_missing = 3 - len(self.vertices)
@@ -79,7 +79,7 @@ class FollowingTool(PolylineTool[F]):
             self._context.tool_changed()
 
     @property
-    def followed_by(self) -> str | None:
+    def merge_with(self) -> str | None:
         """Cost by which the open feature is followed (for AUTO, the best so far), or None."""
         if self._feature is None or not self.is_path:
             return None
@@ -97,7 +97,7 @@ class FollowingTool(PolylineTool[F]):
         )
         to_world = model.to_world if isinstance(model, Model) else IDENTITY
         scale = transform.scale_factor(to_world)
-        near = None if surface is None else surface.resolution_near(points)
+        near = None if surface is None else surface.local_resolution(points)
         resolution = None if near is None else scale * near
         face = None if surface is None else surface.outcrop_normal(points)
         if face is not None:
@@ -113,7 +113,7 @@ class FollowingTool(PolylineTool[F]):
 
         `resolution` is that of the model around the feature, in file units.
         """
-        return self._line.doubtful(feature.model_id, self._way(feature.vertices), resolution)
+        return self._line.doubtful(feature.model_id, self._way_points(feature.vertices), resolution)
 
     @property
     def follows_photos(self) -> bool:
@@ -141,9 +141,9 @@ class FollowingTool(PolylineTool[F]):
                 self.finish()
                 return
             if event.kind is Pointer.CLICK and event.hit is not None:
-                self._type_of_later = None
-                self._later_calls.append(replace(event, handle=None, ctrl=False))
-                self._show_waiting()
+                self._queued_type = None
+                self._queued_clicks.append(replace(event, handle=None, ctrl=False))
+                self._show_waiting_clicks()
                 return
         if event.hit is not None and event.kind is not Pointer.DOUBLE_CLICK:
             self._line.set_photo(event.photo, event.hit.position)
@@ -157,7 +157,7 @@ class FollowingTool(PolylineTool[F]):
         """
         if self._feature is None or not self.is_path:
             return None
-        legs = self._line.ways(self._feature.model_id, self._way(self.vertices))
+        legs = self._line.ways(self._feature.model_id, self._way_points(self.vertices))
         return photo_votes([leg for leg in legs if leg.photo])
 
     @property
@@ -171,7 +171,7 @@ class FollowingTool(PolylineTool[F]):
         return (
             self._feature is not None
             and self.is_path
-            and self._line.is_searching(self._feature.model_id, self._way(self.vertices))
+            and self._line.is_searching(self._feature.model_id, self._way_points(self.vertices))
         )
 
     def _verdict_code(self) -> str | None:
@@ -186,69 +186,71 @@ class FollowingTool(PolylineTool[F]):
     def leave(self) -> None:
         """Drop the waiting clicks of a feature that was not finished yet."""
         dropped_count = 0
-        while self._later_calls and self._later_calls[-1] is not None:
-            self._later_calls.pop()
+        while self._queued_clicks and self._queued_clicks[-1] is not None:
+            self._queued_clicks.pop()
             dropped_count += 1
-        self._type_of_later = (self._context.next_type_id, self._context.next_set)
+        self._queued_type = (self._context.next_type_id, self._context.next_set)
         if dropped_count:
             self._context.hint(Finding("tool.clicks-dropped", count=dropped_count))
-            self._show_waiting()
+            self._show_waiting_clicks()
         super().leave()
 
     @property
     def _next_type(self) -> tuple[str, str]:
         """Return type and set of the next feature; queued clicks use those of their time."""
-        if self._is_running_later and self._type_of_later is not None:
-            return self._type_of_later
+        if self._is_handling_queue and self._queued_type is not None:
+            return self._queued_type
         return self._context.next_type_id, self._context.next_set
 
     def _pending_places(self) -> FloatArray | None:
         hits = [
-            event.hit for event in self._later_calls if event is not None and event.hit is not None
+            event.hit
+            for event in self._queued_clicks
+            if event is not None and event.hit is not None
         ]
-        return self._context.world_places(hits) if hits else None
+        return self._context.world_positions(hits) if hits else None
 
     def finish(self) -> str | None:
         """Finish the feature as soon as pending pieces are available."""
-        if self._later_calls and self.is_searching:
-            if self._later_calls[-1] is not None:
-                self._later_calls.append(None)
+        if self._queued_clicks and self.is_searching:
+            if self._queued_clicks[-1] is not None:
+                self._queued_clicks.append(None)
             return None
         self._is_finish_waiting = self.is_searching
         if self._is_finish_waiting:
-            self._show_waiting()
+            self._show_waiting_clicks()
             return None
         return super().finish()
 
-    def _go_on(self) -> None:
+    def _handle_queued_clicks(self) -> None:
         """Handle the clicks made while the path of the previous feature was pending."""
-        later_calls, self._later_calls = self._later_calls, []
+        queued_clicks, self._queued_clicks = self._queued_clicks, []
         if self.is_open:
             # The feature could not be finished and has shown the reason; the clicks do not
             # belong to it.
             return
-        self._is_running_later = True
-        while later_calls and not self._is_finish_waiting:
-            event, *later_calls = later_calls
+        self._is_handling_queue = True
+        while queued_clicks and not self._is_finish_waiting:
+            event, *queued_clicks = queued_clicks
             if event is None:
                 self.finish()
             else:
                 self.pointer(event)
-        self._is_running_later = False
-        self._later_calls = later_calls
-        if later_calls:
-            self._show_waiting()
+        self._is_handling_queue = False
+        self._queued_clicks = queued_clicks
+        if queued_clicks:
+            self._show_waiting_clicks()
 
-    def _show_waiting(self) -> None:
+    def _show_waiting_clicks(self) -> None:
         self._show_preview()
         self._context.tool_changed()
 
-    def _searching_words(self) -> tuple[str, ...]:
+    def _search_lines(self) -> tuple[str, ...]:
         """Return the text beside the cursor while a piece is pending."""
         count = points_text(len(self.vertices))
         if not self._is_finish_waiting:
             return (count, Finding("follow.searching").message)
-        waiting_count = sum(event is not None for event in self._later_calls)
+        waiting_count = sum(event is not None for event in self._queued_clicks)
         if not waiting_count:
             return (count, Finding("follow.finishing").message)
         clicks = Finding("follow.clicks-waiting", count=waiting_count)
@@ -257,43 +259,45 @@ class FollowingTool(PolylineTool[F]):
     # --- undo of pending clicks ---------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        if self._later_calls:
-            return tr(UNDO_LABELS["finish-next" if self._later_calls[-1] is None else "click-next"])
+        if self._queued_clicks:
+            return tr(
+                UNDO_LABELS["finish-next" if self._queued_clicks[-1] is None else "click-next"]
+            )
         return tr(UNDO_LABELS["finish"]) if self._is_finish_waiting else super().undo_label
 
     def undo(self) -> bool:
         """Undo the last step, starting with pending clicks."""
-        if self._later_calls:
-            self._later_calls.pop()
+        if self._queued_clicks:
+            self._queued_clicks.pop()
         elif self._is_finish_waiting:
             self._is_finish_waiting = False
         else:
             return super().undo()
-        self._show_waiting()
+        self._show_waiting_clicks()
         return True
 
     def cancel(self) -> None:
         """Discard pending clicks, or else the open feature."""
-        if self._later_calls:
-            self._later_calls = []
-            self._show_waiting()
+        if self._queued_clicks:
+            self._queued_clicks = []
+            self._show_waiting_clicks()
         else:
             super().cancel()
 
-    def forget(self) -> None:
-        self._later_calls = []
-        super().forget()
+    def clear_state(self) -> None:
+        self._queued_clicks = []
+        super().clear_state()
 
     def _hovered_point(self) -> Point | None:
         """Return the position of the cursor, or None while the feature is being finished."""
         return None if self._is_finish_waiting else super()._hovered_point()
 
     def _reset(self) -> None:
-        self._line.forget()
+        self._line.clear_state()
         self._is_finish_waiting = False
         super()._reset()
 
-    def _leg_came(self) -> None:
+    def _handle_new_leg(self) -> None:
         if self._feature is None:
             return
         self._measure_live()
@@ -302,24 +306,24 @@ class FollowingTool(PolylineTool[F]):
         if self._is_finish_waiting and not self.is_searching:
             self._is_finish_waiting = False
             super().finish()
-            self._go_on()
+            self._handle_queued_clicks()
 
     def _whole_path(self, feature: F) -> F:
         """Return the feature with all vertices of its path."""
         if not self.is_path:
             return feature
         is_dragged = self._drag_start is not None
-        way_points = self._way(feature.vertices)
+        way_points = self._way_points(feature.vertices)
         path = self._line.path(feature.model_id, way_points, is_live=is_dragged)
         vertices = tuple((x, y, z) for x, y, z in path.tolist())
         is_ring = len(way_points) > len(feature.vertices) and len(vertices) > 1
-        return feature.but(vertices=vertices[:-1] if is_ring else vertices)
+        return feature.replace_fields(vertices=vertices[:-1] if is_ring else vertices)
 
-    def _way(self, vertices: Sequence[Point]) -> Sequence[Point]:
+    def _way_points(self, vertices: Sequence[Point]) -> Sequence[Point]:
         """Return the way-points; a ring is closed by its first way-point."""
         return (*vertices, vertices[0]) if self._is_closed else vertices
 
-    def _followed_words(self, feature: F) -> str:
+    def _path_note(self, feature: F) -> str:
         """Return the notes for a followed feature."""
         cost_name, count = self._line.by(feature.model_id), len(feature.vertices)
         code = "follow.by-best-cost" if self._line.cost == AUTO else "follow.by-cost"
@@ -334,10 +338,10 @@ class FollowingTool(PolylineTool[F]):
 
     def _draft_state(self, feature: F) -> dict[str, Any]:
         state = super()._draft_state(feature)
-        photos = [self._line.photo_of(position) for position in feature.vertices]
+        photos = [self._line.get_photo(position) for position in feature.vertices]
         return {**state, "photos": photos} if any(photos) else state
 
-    def _take_photos(self, state: Mapping[str, Any]) -> None:
+    def _restore_photos(self, state: Mapping[str, Any]) -> None:
         """Restore the photos of the way-points of a draft."""
         photos, vertices = state.get("photos"), state.get("vertices")
         if not isinstance(photos, list) or not isinstance(vertices, list):
@@ -351,7 +355,7 @@ class FollowingTool(PolylineTool[F]):
         if state.get("tool") == self.name:
             cost = state.get("cost")
             self._line.cost = cost if isinstance(cost, str) else None
-            self._take_photos(state)
+            self._restore_photos(state)
         return super().restore(state)
 
     # --- preview ------------------------------------------------------------------------------
@@ -359,7 +363,7 @@ class FollowingTool(PolylineTool[F]):
         feature, model = self._feature, self._model()
         if feature is None or model is None or not self.is_path:
             return None, None
-        outline = self._way(self._whole_path(feature).vertices)
+        outline = self._way_points(self._whole_path(feature).vertices)
         path = np.asarray(outline, np.float64)
         position, next_leg = self._hovered_point(), None
         if position is not None and feature.vertices and self._drag_start is None:

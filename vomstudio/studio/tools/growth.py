@@ -28,7 +28,7 @@ class Seed:
     """Seed of a growth, and how its result is combined with the selection."""
 
     hit: Hit
-    how: Combine
+    combination_mode: Combine
 
 
 class Growth:

@@ -88,7 +88,7 @@ class PointerEvent:
         postponed.
     turns : float
         Number of wheel notches, positive for rotation away from the user.
-    in_photo : bool
+    is_in_photo : bool
         Whether `x` and `y` are pixels of a photo or of the second view instead of the viewport.
     photo : str
         Name of the photo.
@@ -106,7 +106,7 @@ class PointerEvent:
     handle: int | None = None
     more: bool = False
     turns: float = 0.0
-    in_photo: bool = False
+    is_in_photo: bool = False
     photo: str = ""
     alt: bool = False
 
@@ -142,14 +142,14 @@ class BrushRing:
             Radius in metres.
     normal : (3,) float64 or None
         Normal of the surface, or None if it is unknown.
-    removes : bool
+    is_removing : bool
         Whether the brush erases.
     """
 
     centre: FloatArray
     radius: float
     normal: FloatArray | None
-    removes: bool = False
+    is_removing: bool = False
 
 
 @dataclass(frozen=True)
@@ -162,13 +162,13 @@ class Outline:
         Corners in order, in logical pixels from the upper-left corner of the viewport.
     closed : bool
         Whether the last corner is joined to the first.
-    takes_away : bool
+    is_subtracting : bool
         Whether elements inside will be removed.
     """
 
     pixels: tuple[tuple[float, float], ...]
     closed: bool
-    takes_away: bool = False
+    is_subtracting: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +206,7 @@ class Preview:
         Shape that is being drawn around a selection.
     stroke : Area, optional
         Area that the present brush stroke has touched; it is drawn over `area`.
-    erases : bool
+    is_erasing : bool
         Whether the stroke erases.
     pending_places : (k, 3) float64, optional
         Places of clicks that take effect as soon as earlier work is done.
@@ -226,27 +226,27 @@ class Preview:
     doubtful: tuple[FloatArray, ...] = ()
     outline: Outline | None = None
     stroke: Area | None = None
-    erases: bool = False
+    is_erasing: bool = False
     pending_places: FloatArray | None = None
 
     def areas(self) -> list[tuple[Area, tuple[float, float, float]]]:
         """Return the areas to draw with their colours; erased parts are white."""
-        stroke_color = ERASER_COLOR if self.erases else self.color
+        stroke_color = ERASER_COLOR if self.is_erasing else self.color
         pairs = ((self.area, self.color), (self.stroke, stroke_color))
         return [(area, color) for area, color in pairs if area is not None]
 
 
 @dataclass(frozen=True, eq=False)
-class Discarded:
+class DiscardedFeature:
     """Unfinished work that a tool has discarded.
 
     Parameters
     ----------
     tool, label : str
         Name of the tool, and a label like that of an edit.
-    bring_back : callable
+    restore_work : callable
         Restores the work. Returns False, after showing the reason, if this is not possible.
-    untouched : callable
+    is_untouched : callable
         Returns whether the work is open and unchanged since it was restored.
     after : int, optional
         Number of the last edit before the work was discarded, by default the latest edit.
@@ -254,6 +254,6 @@ class Discarded:
 
     tool: str
     label: str
-    bring_back: Callable[[], bool]
-    untouched: Callable[[], bool]
+    restore_work: Callable[[], bool]
+    is_untouched: Callable[[], bool]
     after: int | None = None

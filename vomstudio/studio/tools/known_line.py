@@ -16,7 +16,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds.known_line import CLICKED, KIND, KnownKind, KnownLine
+from vomstudio.project.kinds.known_line import CLICKED_KINDS, KIND, KnownKind, KnownLine
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.polyline import PolylineTool, points_text
 from vomstudio.studio.tools.tool_entry import ToolEntry
@@ -57,22 +57,22 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return self._feature.kind if self._feature else self.next_kind
 
     @property
-    def selects(self) -> bool:
+    def selects_feature(self) -> bool:
         """Whether clicks select a feature with a compass reading."""
         return self._feature is None and self.next_kind == "plane"
 
     def choose(self, kind: KnownKind) -> None:
         """Set the kind of the next line, and of the open line if it is new."""
         self.next_kind = kind
-        open_one = self._feature
-        is_clicked = any(kind == item for item, _ in CLICKED)
+        open_feature = self._feature
+        is_clicked = any(kind == item for item, _ in CLICKED_KINDS)
         if (
-            open_one is not None
+            open_feature is not None
             and not self._has_stored_feature
             and is_clicked
-            and open_one.kind != kind
+            and open_feature.kind != kind
         ):
-            self._store_step(open_one.but(kind=kind), self._steps, None)
+            self._store_step(open_feature.replace_fields(kind=kind), self._steps, None)
         self._context.tool_changed()
 
     def continue_feature(self, feature_id: str) -> None:
@@ -87,14 +87,14 @@ class KnownLineTool(PolylineTool[KnownLine]):
             return tr(_HINTS[self.kind])
         return tr("Click the other end. Press Backspace to remove the first one, Esc to cancel.")
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
             return Finding("feature.too-few-points", count=1, minimum=2)
         return None
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
         return KnownLine(new_id("line"), "", self.next_kind, model.id, model.content_hash, vertices)
 
     def _append(self, position: Point) -> None:
@@ -106,7 +106,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """Do nothing, because a known line has no vertices between its ends."""
 
     def _edit(self, feature: KnownLine) -> Edit:
-        if (reason := self.why_not_finish()) is not None:
+        if (reason := self.finish_refusal()) is not None:
             raise GeometryError(reason)
         if feature.vertices[0] == feature.vertices[1]:
             raise GeometryError(Finding("points.coincident"))
@@ -116,13 +116,13 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return edits.set_line(records, feature.id, feature.vertices)
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: KnownLine) -> dict[str, Any]:
+    def _extra_state(self, feature: KnownLine) -> dict[str, Any]:
         return {"kind": feature.kind}
 
     def _feature_from_draft(
         self, state: Mapping[str, Any], vertices: tuple[Point, ...]
     ) -> KnownLine:
-        known_kind = next((item for item, _ in CLICKED if item == state["kind"]), None)
+        known_kind = next((item for item, _ in CLICKED_KINDS if item == state["kind"]), None)
         if known_kind is None:
             raise ValueError(state["kind"])
         self.next_kind = known_kind

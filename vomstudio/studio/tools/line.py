@@ -21,8 +21,8 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.records import Model
-from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
-from vomstudio.studio.tools.polyline import PolylineTool, plane_of, points_text, type_of_draft
+from vomstudio.studio.tools.fit_summary import WRAP_WIDTH, first_reason_lines
+from vomstudio.studio.tools.polyline import PolylineTool, get_plane, points_text, type_of_draft
 from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
@@ -65,7 +65,7 @@ class LineTool(PolylineTool[Lineation]):
             count,
         )
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         n_missing = 2 - len(self.vertices)
@@ -88,7 +88,7 @@ class LineTool(PolylineTool[Lineation]):
         """
         if "type_id" in values and "set_name" in values:
             current = self.attributes.type_id, self.attributes.set_name
-            set_name = self._sets.set_for(current, values["type_id"], values["set_name"])
+            set_name = self._sets.choose_set(current, values["type_id"], values["set_name"])
             values["set_name"] = set_name
         self.next_line = _drop_orphan_slip(replace(self.next_line, **values))  # type: ignore[arg-type]
         line = self._feature
@@ -106,7 +106,7 @@ class LineTool(PolylineTool[Lineation]):
             )
             self._store_step(changed_line, self._steps, self.current_vertex)
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
         return Lineation(
             id=new_id("line"),
             name="",
@@ -129,7 +129,7 @@ class LineTool(PolylineTool[Lineation]):
         return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Lineation) -> dict[str, Any]:
+    def _extra_state(self, feature: Lineation) -> dict[str, Any]:
         return {
             "type_id": feature.type_id,
             "set_name": feature.set_name,
@@ -137,9 +137,9 @@ class LineTool(PolylineTool[Lineation]):
             "slip": feature.slip,
         }
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset the attributes, because types, sets and planes belong to a project."""
-        super().forget()
+        super().clear_state()
         self.next_line = NextLine()
         self._sets.clear()
 
@@ -169,13 +169,13 @@ class LineTool(PolylineTool[Lineation]):
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
         if surface is not None and self.vertices:
-            resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
+            resolution = surface.local_resolution(np.asarray(self.vertices, dtype=np.float64))
             self._feature = replace(self._feature, resolution=resolution)
         super()._measure_live()
 
     def _surrounding_patch(self) -> FloatArray | None:
         """Return a part of the plane that contains the line."""
-        plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
+        plane = get_plane(self._context, self._feature.plane_id if self._feature else "")
         fit = self.measurement.line_fit if self.measurement else None
         if plane is None or plane.plane is None or fit is None:
             return None
@@ -193,7 +193,7 @@ class LineTool(PolylineTool[Lineation]):
         if measurement is None or measurement.line is None or measurement.line_fit is None:
             if count < 2 or measurement is None or not measurement.problem:
                 return (points_text(count),)
-            return (points_text(count), *wrap(str(measurement.problem), WIDTH))
+            return (points_text(count), *wrap(str(measurement.problem), WRAP_WIDTH))
         lines = [self._context.format_attitude(measurement)]
         if not is_live:
             lines.append(f"n {count}")
@@ -209,7 +209,7 @@ class LineTool(PolylineTool[Lineation]):
                 )
             )
         if measurement.verdict is not None and not is_live:
-            lines += first_reason(measurement.verdict)
+            lines += first_reason_lines(measurement.verdict)
         return tuple(lines)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import to_translate, tr, tr_n
-from vomstudio.geology.beds.lithologies import color_of_rock
+from vomstudio.geology.beds.lithologies import lithology_color
 from vomstudio.geometry.matrices import Point
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
@@ -45,7 +45,7 @@ class LithologyTool(FollowingTool[Lithology]):
         self.next_lithology = ""
         self._cached_area: tuple[_Outline, float | None] | None = None
         self._next_outline: _Outline | None = None
-        self._measured_now: _Outline | None = None
+        self._pending_outline: _Outline | None = None
 
     @property
     def is_searching(self) -> bool:
@@ -86,7 +86,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _is_closed(self) -> bool:
         return len(self.vertices) > 2 or (self.is_path and len(self.vertices) > 1)
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
         return Lithology(
             new_id("lithology"),
             "",
@@ -115,22 +115,22 @@ class LithologyTool(FollowingTool[Lithology]):
             if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
                 return None
             self._next_outline = outline
-            self._work_out()
+            self._measure_next_area()
         cached_area = self._cached_area
         return cached_area[1] if cached_area is not None and cached_area[0] == outline else None
 
-    def _work_out(self) -> None:
+    def _measure_next_area(self) -> None:
         outline = self._next_outline
-        if outline is None or self._measured_now is not None:
+        if outline is None or self._pending_outline is not None:
             return
         surface = self._context.surface(outline[0])
         if surface is None:
             self._store_area(outline, None)
             return
-        self._measured_now = outline
+        self._pending_outline = outline
         ring = np.array(outline[1], np.float64)
         if surface.count <= MAX_SYNCHRONOUS_FACES:
-            self._measured_now, self._next_outline = None, None
+            self._pending_outline, self._next_outline = None, None
             self._cached_area = outline, surface.area_inside(ring)
             return
         self._context.run_in_background(
@@ -138,13 +138,13 @@ class LithologyTool(FollowingTool[Lithology]):
         )
 
     def _store_area(self, outline: _Outline, area: float | None) -> None:
-        self._measured_now = None
+        self._pending_outline = None
         self._cached_area = outline, area
         if self._next_outline == outline:
             self._next_outline = None
-            self._leg_came()
+            self._handle_new_leg()
         else:
-            self._work_out()
+            self._measure_next_area()
 
     def _edit(self, feature: Lithology) -> Edit:
         self._check_dimension("outline_m2", Finding("tool.no-area"))
@@ -152,11 +152,11 @@ class LithologyTool(FollowingTool[Lithology]):
         if self._has_stored_feature:
             return edits.change_feature(records, feature)
         if self.is_path:
-            feature = replace(self._whole_path(feature), notes=self._followed_words(feature))
+            feature = replace(self._whole_path(feature), notes=self._path_note(feature))
         return edits.add_features(records, [feature])
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Lithology) -> dict[str, Any]:
+    def _extra_state(self, feature: Lithology) -> dict[str, Any]:
         return {"lithology": feature.lithology, **self._cost_state()}
 
     def _feature_from_draft(
@@ -174,13 +174,13 @@ class LithologyTool(FollowingTool[Lithology]):
 
     # --- preview ------------------------------------------------------------------------------
     def _color(self) -> str:
-        return color_of_rock(self.lithology) or KIND.color
+        return lithology_color(self.lithology) or KIND.color
 
     def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         name = (self.lithology,) if self.lithology else ()
         if super().is_searching:
-            return (*name, *self._searching_words())
+            return (*name, *self._search_lines())
         if measurement is None or not measurement.dimension:
             return (*name, points_text(count))
         return (*name, points_text(count), *words(measurement)[:1])

@@ -14,10 +14,10 @@ from vomstudio.project.record_map import RecordMap
 from vomstudio.project.records import (
     SURROUNDINGS_RULE,
     Feature,
-    Painted,
-    Picked,
+    PaintedFeature,
+    PickedFeature,
     Record,
-    Surrounded,
+    SurroundedFeature,
 )
 
 
@@ -35,10 +35,10 @@ def measure_surroundings(
         if outcrop_normal is None
         else (float(outcrop_normal[0]), float(outcrop_normal[1]), float(outcrop_normal[2]))
     )
-    return surface.resolution_near(points), normal
+    return surface.local_resolution(points), normal
 
 
-def surroundings_on(
+def surroundings_function(
     surface: Surface | None,
 ) -> Callable[[Sequence[Point]], tuple[float | None, Point | None]] | None:
     """Return `measure_surroundings` for one surface, or None without a surface.
@@ -50,24 +50,24 @@ def surroundings_on(
     return None if surface is None else partial(measure_surroundings, surface)
 
 
-def features_of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
+def features_of_earlier_rules(records: Mapping[str, Record]) -> list[SurroundedFeature]:
     """Return the features whose surroundings were measured by an earlier rule."""
     features = records.of(Feature) if isinstance(records, RecordMap) else records.values()
-    return [r for r in features if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
+    return [r for r in features if isinstance(r, SurroundedFeature) and r.rule < SURROUNDINGS_RULE]
 
 
 def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
     """Return id and hash of the model of a feature measured by an earlier rule, or None."""
-    if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE:
+    if isinstance(record, SurroundedFeature) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None
 
 
-def remeasure(surface: Surface, feature: Surrounded) -> dict[str, Any]:
+def remeasure(surface: Surface, feature: SurroundedFeature) -> dict[str, Any]:
     """Return the fields of a feature that are measured on the surface around it."""
-    if isinstance(feature, Painted):
+    if isinstance(feature, PaintedFeature):
         ring = feature.outline or (feature.mean,)
-        return {"resolution": surface.resolution_near(np.asarray(ring, dtype=np.float64))}
-    assert isinstance(feature, Picked)
+        return {"resolution": surface.local_resolution(np.asarray(ring, dtype=np.float64))}
+    assert isinstance(feature, PickedFeature)
     resolution, normal = measure_surroundings(surface, feature.vertices)
     return {"resolution": resolution, "outcrop_normal": normal, "axis": "auto"}

@@ -22,11 +22,11 @@ from vomstudio.project.kinds.dimension import KINDS as DIMENSION_KINDS
 from vomstudio.project.length_figures import words
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model
-from vomstudio.studio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.studio.tools.polyline import PolylineTool, get_plane, points_text
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
-TWO_ENDS = ("distance", "thickness")
+TWO_POINT_KINDS = ("distance", "thickness")
 MIN_POINTS = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
 
 _HINTS = {
@@ -60,11 +60,11 @@ class MeasureTool(PolylineTool[Dimension]):
         return self._feature.plane_id if self._feature else self.next_plane_id
 
     def hint(self) -> str:
-        if (reason := self._no_plane()) is not None:
+        if (reason := self._missing_plane_finding()) is not None:
             return reason.message
         if self._feature is None:
             return tr(_HINTS[self.kind])
-        if self.kind in TWO_ENDS:
+        if self.kind in TWO_POINT_KINDS:
             return tr(
                 "Measure: click the other end. Press Backspace to remove the first one, Esc to"
                 " cancel."
@@ -77,7 +77,7 @@ class MeasureTool(PolylineTool[Dimension]):
             len(self.vertices),
         )
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         missing_count = MIN_POINTS[self.kind] - len(self.vertices)
@@ -85,10 +85,10 @@ class MeasureTool(PolylineTool[Dimension]):
             return Finding(
                 "feature.too-few-points", count=missing_count, minimum=MIN_POINTS[self.kind]
             )
-        return self._no_plane()
+        return self._missing_plane_finding()
 
-    def _no_plane(self) -> Finding | None:
-        if self.kind == "thickness" and plane_of(self._context, self.plane_id) is None:
+    def _missing_plane_finding(self) -> Finding | None:
+        if self.kind == "thickness" and get_plane(self._context, self.plane_id) is None:
             return Finding("thickness.no-plane")
         return None
 
@@ -96,23 +96,23 @@ class MeasureTool(PolylineTool[Dimension]):
         """Set the kind or plane of the next measurement, and of the open one if it is new."""
         self.next_kind = self.next_kind if kind is None else kind
         self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
-        open_one = self._feature
-        if open_one is None:
+        open_feature = self._feature
+        if open_feature is None:
             self._context.tool_changed()
             return
-        new_kind = open_one.kind if kind is None else kind
+        new_kind = open_feature.kind if kind is None else kind
         new_plane_id = self.next_plane_id if new_kind == "thickness" else ""
-        changed_measure = replace(open_one, kind=new_kind, plane_id=new_plane_id)
+        changed_measure = replace(open_feature, kind=new_kind, plane_id=new_plane_id)
         if self._has_stored_feature:
             return
         steps, points = self._steps, self.vertices
-        if changed_measure.kind in TWO_ENDS and len(points) > 2:
+        if changed_measure.kind in TWO_POINT_KINDS and len(points) > 2:
             changed_measure = replace(changed_measure, vertices=(points[0], points[-1]))
             steps = [*steps, points]
-        if changed_measure != open_one:
+        if changed_measure != open_feature:
             self._store_step(changed_measure, steps, None)
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
         return Dimension(
             id=new_id("dimension"),
             name="",
@@ -124,24 +124,24 @@ class MeasureTool(PolylineTool[Dimension]):
         )
 
     def _append(self, position: Point) -> None:
-        if self.kind not in TWO_ENDS:
+        if self.kind not in TWO_POINT_KINDS:
             super()._append(position)
             return
         self._set_vertices((*self.vertices[:1], position))
         if (
             len(self.vertices) == 2
             and not self._has_stored_feature
-            and self.why_not_finish() is None
+            and self.finish_refusal() is None
         ):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
         """Insert a vertex, except between the ends of a distance or thickness."""
-        if self.kind not in TWO_ENDS:
+        if self.kind not in TWO_POINT_KINDS:
             super().insert_vertex(position)
 
     def _edit(self, feature: Dimension) -> Edit:
-        if (reason := self.why_not_finish()) is not None:
+        if (reason := self.finish_refusal()) is not None:
             raise GeometryError(reason)
         measurement = self.measurement
         if measurement is None or measurement.problem:
@@ -155,12 +155,12 @@ class MeasureTool(PolylineTool[Dimension]):
         return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Dimension) -> dict[str, Any]:
+    def _extra_state(self, feature: Dimension) -> dict[str, Any]:
         return {"kind": feature.kind, "plane_id": feature.plane_id}
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset for another project, because the plane belongs to this project."""
-        super().forget()
+        super().clear_state()
         self.next_plane_id = ""
 
     def _feature_from_draft(
@@ -185,7 +185,7 @@ class MeasureTool(PolylineTool[Dimension]):
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
         if surface is not None and self.vertices:
-            resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
+            resolution = surface.local_resolution(np.asarray(self.vertices, dtype=np.float64))
             self._feature = replace(self._feature, resolution=resolution)
         super()._measure_live()
 
@@ -198,8 +198,8 @@ class MeasureTool(PolylineTool[Dimension]):
 
     def _surrounding_patch(self) -> FloatArray | None:
         """Return an outline of the plane of a thickness, through the base of the measurement."""
-        plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
-        measurement = self._live()
+        plane = get_plane(self._context, self.plane_id) if self.kind == "thickness" else None
+        measurement = self._measured_dimension()
         if (
             plane is None
             or plane.plane is None
@@ -210,10 +210,10 @@ class MeasureTool(PolylineTool[Dimension]):
         max_distance = float(np.linalg.norm(measurement.points[-1] - measurement.points[0]))
         return disc(measurement.points[0], plane.plane.normal(), max(max_distance, 1e-9))
 
-    def _live(self) -> Measurement | None:
+    def _measured_dimension(self) -> Measurement | None:
         """Return the measurement including the point under the cursor."""
         position, points = self._hovered_point(), self.vertices
-        is_complete = self.kind in TWO_ENDS and len(points) > 1
+        is_complete = self.kind in TWO_POINT_KINDS and len(points) > 1
         if (
             self._feature is None
             or is_complete
@@ -224,7 +224,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return self._context.measure(replace(self._feature, vertices=(*points, position)))
 
     def _reading_lines(self) -> tuple[str, ...]:
-        measurement = self._live()
+        measurement = self._measured_dimension()
         if measurement is None or not measurement.dimension:
             return (points_text(len(self.vertices)),)
         return tuple(words(measurement))

@@ -11,11 +11,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.geometry.matrices import Point
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Picked
+from vomstudio.project.records import PickedFeature
 from vomstudio.studio.tools.interaction_types import Hit
 from vomstudio.studio.tools.tool_context import ToolContext
 
-F = TypeVar("F", bound=Picked)
+F = TypeVar("F", bound=PickedFeature)
 
 
 def step_label(old_vertices: Sequence[Any], new_vertices: Sequence[Any]) -> str:
@@ -92,7 +92,7 @@ class SteppedFeature(Generic[F]):
     def undo_label(self) -> str | None:
         if self._steps:
             return step_label(self._steps[-1], self.vertices)
-        return f"Continue {self._feature.name}" if self._feature and self._unchanged() else None
+        return f"Continue {self._feature.name}" if self._feature and self._is_unchanged() else None
 
     @property
     def redo_label(self) -> str | None:
@@ -101,13 +101,13 @@ class SteppedFeature(Generic[F]):
         feature, steps = self._undone_steps[-1]
         return step_label(self.vertices, feature.vertices) if steps else f"Continue {feature.name}"
 
-    def _unchanged(self) -> bool:
+    def _is_unchanged(self) -> bool:
         stored_record = (
             self._context.session.records.get(self._feature.id) if self._feature else None
         )
         return (
             self._has_stored_feature
-            and isinstance(stored_record, Picked)
+            and isinstance(stored_record, PickedFeature)
             and stored_record.vertices == self.vertices
         )
 
@@ -150,7 +150,9 @@ class SteppedFeature(Generic[F]):
         if not self._steps or not (vertices or self._has_stored_feature):
             self._close()
         else:
-            self._store_step(self._feature.but(vertices=vertices), self._steps[:-1], None)
+            self._store_step(
+                self._feature.replace_fields(vertices=vertices), self._steps[:-1], None
+            )
         self._undone_steps = undone_steps
         self._context.tool_changed()
         return True
@@ -162,7 +164,7 @@ class SteppedFeature(Generic[F]):
         *remaining, (feature, steps) = self._undone_steps
         if self._feature is not None:
             # The type of the feature may have been changed in the meantime.
-            feature = self._feature.but(vertices=feature.vertices)
+            feature = self._feature.replace_fields(vertices=feature.vertices)
         stored_record = self._context.session.records.get(feature.id)
         self._has_stored_feature = isinstance(stored_record, self.record)
         self._store_step(feature, steps, None)
@@ -175,7 +177,7 @@ class SteppedFeature(Generic[F]):
 
     def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
         assert self._feature is not None
-        feature = self._feature.but(vertices=vertices)
+        feature = self._feature.replace_fields(vertices=vertices)
         self._undone_steps = []
         self._store_step(feature, [*self._steps, self.vertices], mark)
 
@@ -197,6 +199,6 @@ def _nearest_segment(line: FloatArray, position: FloatArray) -> int:
     """Return the index of the segment of a line (k, 3) nearest to a position (3,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-300)
-    fractions_along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
-    gap = np.linalg.norm(start + fractions_along[:, None] * step - position, axis=1)
+    segment_fractions = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
+    gap = np.linalg.norm(start + segment_fractions[:, None] * step - position, axis=1)
     return int(gap.argmin())

@@ -8,9 +8,9 @@ import numpy as np
 
 from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.patches import runs_to_ids
-from vomstudio.project.records import Model, Painted
+from vomstudio.project.records import Model, PaintedFeature
 from vomstudio.studio.tools.interaction_types import Area
 
 # Additional points of a cloud would only cover each other.
@@ -20,7 +20,7 @@ MAX_FILLED_FACES = 120_000
 MAX_BORDERED_FACES = 30_000
 
 
-def known_ids(patch: Painted, count: int) -> IntArray:
+def known_ids(patch: PaintedFeature, count: int) -> IntArray:
     """Return the element indices (k,) of a patch that exist in a model of `count` elements."""
     ids = runs_to_ids(patch.runs)
     return ids[ids < count]
@@ -38,7 +38,7 @@ def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Floa
     return local_points.reshape(corners.shape)
 
 
-def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
+def patch_area(patch: PaintedFeature, model: Model, surface: SelectableSurface) -> Area | None:
     """Return a patch for drawing, or None if the model has none of its elements."""
     ids = known_ids(patch, surface.count)
     if not len(ids) or surface.element != patch.element:
@@ -83,20 +83,20 @@ def merge_areas(areas: Sequence[Area]) -> Area | None:
     )
 
 
-def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area | None:
+def enclosed_area(ring: FloatArray, model: Model, surface: SelectableSurface) -> Area | None:
     """Return the area inside an outline (n, 3) in the file frame, without a border.
 
     Returns None if the area is unknown, as it is for point clouds.
     """
-    corners = surface.part_inside(ring)
+    corners = surface.clip_to_outline(ring)
     if corners is None or not len(corners):
         return None
     origin = transform.apply(model.to_world, [ring.mean(axis=0)])[0]
-    no_border = np.zeros((0, 2, 3), np.float32)
-    return Area(origin, local_corners(corners, model, origin), no_border)
+    empty_border = np.zeros((0, 2, 3), np.float32)
+    return Area(origin, local_corners(corners, model, origin), empty_border)
 
 
-def selection_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
+def selection_area(ids: IntArray, model: Model, surface: SelectableSurface) -> Area:
     """Return selected faces or points for drawing; fast for any number of elements.
 
     If there are many faces, they are drawn as dots. Only a few faces have a border.

@@ -20,14 +20,14 @@ from vomstudio.core.errors import DocumentError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry import transform
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.geometry.patches import runs_to_ids
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Model, get
-from vomstudio.studio.tools.brush_stroke import Stroke, record_figures
+from vomstudio.studio.tools.brush_stroke import Stroke, patch_fields
 from vomstudio.studio.tools.element_preview import new_patch
 from vomstudio.studio.tools.element_selection import Combine, ElementSelection, combine_masks
 from vomstudio.studio.tools.element_tool import ElementTool, combination
@@ -43,9 +43,9 @@ from vomstudio.studio.tools.interaction_types import (
 from vomstudio.studio.tools.plane_readout import plane_reading
 from vomstudio.studio.tools.polyline import BLANK_COLOR, rgb
 from vomstudio.studio.tools.selection_messages import (
-    ERASED,
-    GROWN,
-    PAINTED,
+    ERASE_LABEL,
+    GROW_LABEL,
+    PAINT_LABEL,
     SHAPE_HINTS,
     ElementMode,
     count_text,
@@ -152,12 +152,12 @@ class PlaneTool(ElementTool):
         hint_text = tr(_PICK_HINT) if self.mode == "pick" else tr(SHAPE_HINTS[self.mode])
         return tr(_HINT, how=hint_text, count=count_text(0))
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._shape is not None:
-            return self._shape.why_not_close()
+            return self._shape.close_refusal()
         return None if self.is_open else Finding("plane.nothing-chosen")
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         return None if self.is_open else Finding("tool.nothing-open")
 
     # --- settings ----------------------------------------------------------------------------
@@ -170,11 +170,11 @@ class PlaneTool(ElementTool):
 
     def larger(self) -> None:
         """Enlarge the brush by one step."""
-        self.set_radius(_two_digits(self.radius * RADIUS_FACTOR))
+        self.set_radius(_round_to_two_digits(self.radius * RADIUS_FACTOR))
 
     def smaller(self) -> None:
         """Shrink the brush by one step."""
-        self.set_radius(_two_digits(self.radius / RADIUS_FACTOR))
+        self.set_radius(_round_to_two_digits(self.radius / RADIUS_FACTOR))
 
     def set_tolerance(
         self, *, angle_deg: float | None = None, distance: float | None = None
@@ -190,7 +190,7 @@ class PlaneTool(ElementTool):
         """Show the plane in the colour of the next type."""
         self._preview.forget_measurement()
         if self.count:
-            self._keep_draft()
+            self._store_draft()
         if self.is_open or self._hover_hit is not None:
             self._show_preview()
 
@@ -202,7 +202,7 @@ class PlaneTool(ElementTool):
             self.regrow()
             return
         if event.kind is Pointer.MOVE:
-            self._hover_hit, self._is_removing = event.hit, self._erases(event)
+            self._hover_hit, self._is_removing = event.hit, self._removes_elements(event)
             if self._shape is None:
                 self._show_preview()
         if self.mode != "pick":
@@ -210,7 +210,7 @@ class PlaneTool(ElementTool):
         elif event.button is Button.LEFT:
             self._handle_pick(event)
 
-    def _erases(self, event: PointerEvent) -> bool:
+    def _removes_elements(self, event: PointerEvent) -> bool:
         return combination(event, self.combine) == "subtract"
 
     def _handle_pick(self, event: PointerEvent) -> None:
@@ -233,16 +233,16 @@ class PlaneTool(ElementTool):
             self._context.hint(Finding("tool.no-surface"))
             return
         combination_mode = combination(event, self.combine)
-        if combination_mode != "new" and self._is_elsewhere(event.hit):
+        if combination_mode != "new" and self._is_on_other_model(event.hit):
             self._context.hint(Finding("tool.other-model"))
             return
         self._waiting.append(Seed(event.hit, combination_mode))
-        self._grow_waiting()
+        self._grow_waiting_seeds()
 
-    def _is_elsewhere(self, hit: Hit) -> bool:
+    def _is_on_other_model(self, hit: Hit) -> bool:
         return self.selection is not None and hit.model_id != self.selection.model_id
 
-    def _grow_waiting(self) -> None:
+    def _grow_waiting_seeds(self) -> None:
         """Grow from the waiting clicks in order, as soon as the neighbour graph is built."""
         while self._waiting:
             seed = self._waiting[0]
@@ -251,7 +251,7 @@ class PlaneTool(ElementTool):
                 self._keep_plane()
                 continue
             try:
-                piece = self.growth.piece(seed.hit, self._grow_waiting)
+                piece = self.growth.piece(seed.hit, self._grow_waiting_seeds)
             except VomError as error:
                 self._waiting.clear()
                 self._context.report(error)
@@ -261,7 +261,7 @@ class PlaneTool(ElementTool):
                 return
             self._waiting.pop(0)
             if piece is not None:
-                self.take(seed.hit.model_id, piece.mask, seed.how, tr(GROWN))
+                self.take(seed.hit.model_id, piece.mask, seed.combination_mode, tr(GROW_LABEL))
                 self.growth.seed = seed
         self._notify_change()
 
@@ -271,8 +271,12 @@ class PlaneTool(ElementTool):
         if seed is not None and selection is not None and selection.last_step is not None:
             piece = self.growth.piece(seed.hit, lambda: None)
             if piece is not None:
-                selection.change_last(combine_masks(selection.before_last(), piece.mask, seed.how))
-                self._keep_draft()
+                selection.change_last_step(
+                    combine_masks(
+                        selection.mask_before_last_step(), piece.mask, seed.combination_mode
+                    )
+                )
+                self._store_draft()
         self._notify_change()
 
     # --- painting ----------------------------------------------------------------------------
@@ -292,7 +296,7 @@ class PlaneTool(ElementTool):
         problem: Finding | None = None
         if model is None or surface is None:
             problem = Finding("model.removed")
-        elif self._stroke_combination != "new" and self._is_elsewhere(hit):
+        elif self._stroke_combination != "new" and self._is_on_other_model(hit):
             problem = Finding("tool.other-model")
         elif self._stroke_combination in ("subtract", "intersect") and selection is None:
             problem = Finding("selection.empty")
@@ -323,7 +327,7 @@ class PlaneTool(ElementTool):
         self._stop_stroke()
         if stroke is not None and stroke.count:
             # The stroke already contains the previous selection.
-            step_name = ERASED if stroke.is_removing else PAINTED
+            step_name = ERASE_LABEL if stroke.is_removing else PAINT_LABEL
             next_combine: Combine = "intersect" if combination_mode == "intersect" else "new"
             self.take(stroke.model.id, stroke.is_selected, next_combine, tr(step_name))
         self._notify_change()
@@ -349,9 +353,9 @@ class PlaneTool(ElementTool):
             self._context, stroke.model, stroke.surface.element
         )
         self._live_measurement = self._context.measure(
-            patch.but(**stroke.figures(ids, is_whole=False))
+            patch.replace_fields(**stroke.figures(ids, is_whole=False))
         )
-        stroke.note_measured(start_time)
+        stroke.record_measurement(start_time)
 
     def take(self, model_id: str, mask: BoolArray, combination: Combine, step: str) -> None:
         self.growth.seed = None
@@ -426,8 +430,8 @@ class PlaneTool(ElementTool):
         except VomError as error:
             self._context.report(error)
             return None
-        self._drop()
-        self._context.created(patch.id)
+        self._discard_state()
+        self._context.report_created(patch.id)
         return patch.id
 
     def _surrounding_patch(self, selection: ElementSelection) -> Patch | None:
@@ -437,7 +441,7 @@ class PlaneTool(ElementTool):
         stored = get(self._context.session.records, self._continued_patch.id, Patch)
         if surface is None or surface.count != len(selection.mask):
             return None
-        return replace(stored or self._continued_patch, **record_figures(surface, selection.ids()))
+        return replace(stored or self._continued_patch, **patch_fields(surface, selection.ids()))
 
     def _edit(self, patch: Patch) -> Edit:
         records = self._context.session.records
@@ -445,7 +449,7 @@ class PlaneTool(ElementTool):
             return edits.change_feature(records, patch)
         return edits.add_features(records, [patch])
 
-    def _set_continued(self, patch: Patch | None) -> None:
+    def _set_continued_patch(self, patch: Patch | None) -> None:
         self._continued_patch = patch
 
     def cancel(self) -> None:
@@ -459,12 +463,14 @@ class PlaneTool(ElementTool):
             super().cancel()
         elif (selection := self.selection) is not None:
             if selection.last_step is None:
-                self._drop()
-                self._keep_draft()
+                self._discard_state()
+                self._store_draft()
                 return
-            restore_continued = partial(self._set_continued, self._continued_patch)
+            restore_continued_patch = partial(self._set_continued_patch, self._continued_patch)
             self._discard_selection(
-                selection, f"Discard the changes of {self._continued_patch.name}", restore_continued
+                selection,
+                f"Discard the changes of {self._continued_patch.name}",
+                restore_continued_patch,
             )
 
     def _cancel_stroke(self) -> None:
@@ -484,10 +490,10 @@ class PlaneTool(ElementTool):
         self._waiting.clear()
         return super().release()
 
-    def _drop(self) -> None:
+    def _discard_state(self) -> None:
         self._stop_stroke()
         self._continued_patch, self.growth.seed = None, None
-        super()._drop()
+        super()._discard_state()
 
     def leave(self) -> None:
         """End an unfinished stroke and discard an unfinished shape; the plane remains."""
@@ -498,11 +504,11 @@ class PlaneTool(ElementTool):
             self._continued_patch = None
         super().leave()
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         self._waiting.clear()
         self._stop_stroke()
         self._continued_patch, self.growth.seed, self._hover_hit = None, None, None
-        super().forget()
+        super().clear_state()
 
     def document_changed(self) -> None:
         super().document_changed()
@@ -514,7 +520,7 @@ class PlaneTool(ElementTool):
             self._show_preview()
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self) -> dict[str, Any]:
+    def _extra_state(self) -> dict[str, Any]:
         return {
             "type_id": self._context.next_type_id,
             "set_name": self._context.next_set,
@@ -533,7 +539,7 @@ class PlaneTool(ElementTool):
         return True
 
     # --- preview ------------------------------------------------------------------------------
-    def _suggest_radius(self, model: Model, surface: PaintSurface) -> None:
+    def _suggest_radius(self, model: Model, surface: SelectableSurface) -> None:
         if self._radius is None:
             radius = surface.extent * transform.scale_factor(model.to_world) * DEFAULT_RADIUS_SHARE
             self._radius = max(_round(radius), MIN_RADIUS_M)
@@ -560,7 +566,7 @@ class PlaneTool(ElementTool):
                 brush=brush,
                 area=None if is_replaced else self._preview.area(self.selection),
                 stroke=None if self._stroke is None else self._stroke.area(),
-                erases=self._is_removing,
+                is_erasing=self._is_removing,
                 outline=None if self._shape is None else self._shape.outline(),
                 pending_places=pending_places,
             )
@@ -575,7 +581,7 @@ class PlaneTool(ElementTool):
 
     def _pending_places(self) -> FloatArray | None:
         hits = [seed.hit for seed in self._waiting if seed is not None]
-        return self._context.world_places(hits) if hits else None
+        return self._context.world_positions(hits) if hits else None
 
     def _brush(self) -> BrushRing | None:
         hit = self._hover_hit
@@ -585,7 +591,7 @@ class PlaneTool(ElementTool):
             return None
         self._suggest_radius(model, surface)
         radius = self.radius / transform.scale_factor(model.to_world)
-        normal = surface.normal_near(hit.index, hit.position, radius)
+        normal = surface.local_normal(hit.index, hit.position, radius)
         return BrushRing(
             transform.apply(model.to_world, [hit.position])[0],
             self.radius,
@@ -600,7 +606,7 @@ def _round(length: float) -> float:
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))
 
 
-def _two_digits(length: float) -> float:
+def _round_to_two_digits(length: float) -> float:
     return float(f"{length:.2g}")
 
 

@@ -6,7 +6,7 @@ from textwrap import wrap
 
 from vomstudio.core.words import tr
 from vomstudio.project.measurement_cache import Measurement
-from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
+from vomstudio.studio.tools.fit_summary import WRAP_WIDTH, first_reason_lines
 from vomstudio.studio.tools.tool_context import ToolContext
 
 
@@ -30,7 +30,7 @@ def plane_reading(
     verdict = measurement.verdict
     if measurement.fit is None or verdict is None:
         problem = tr("No plane yet: {problem}", problem=measurement.problem)
-        return tuple(wrap(problem, WIDTH))
+        return tuple(wrap(problem, WRAP_WIDTH))
     attitude = context.format_attitude(measurement)
     # The text must not cover the surface that is painted next; the panel shows the reason.
-    return (attitude,) if is_painting else (attitude, *first_reason(verdict))
+    return (attitude,) if is_painting else (attitude, *first_reason_lines(verdict))

@@ -21,10 +21,10 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.project.edit import Edit
 from vomstudio.project.kind import may_have_plane
 from vomstudio.project.measurement import Measurement, world_points
-from vomstudio.project.records import FeatureType, Model, Picked, get_feature
+from vomstudio.project.records import FeatureType, Model, PickedFeature, get_feature
 from vomstudio.studio.tools.interaction_types import (
     Button,
-    Discarded,
+    DiscardedFeature,
     Hit,
     Pointer,
     PointerEvent,
@@ -33,7 +33,7 @@ from vomstudio.studio.tools.interaction_types import (
 from vomstudio.studio.tools.open_steps import SteppedFeature
 from vomstudio.studio.tools.tool_context import ToolContext
 
-F = TypeVar("F", bound=Picked)
+F = TypeVar("F", bound=PickedFeature)
 
 BLANK_COLOR = "#e69f00"
 
@@ -55,10 +55,10 @@ class PolylineTool(SteppedFeature[F]):
     def hint(self) -> str:
         raise NotImplementedError
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         raise NotImplementedError
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> F:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> F:
         """Create the feature at the first click."""
         raise NotImplementedError
 
@@ -66,7 +66,7 @@ class PolylineTool(SteppedFeature[F]):
         """Create the edit that stores a feature. Raises VomError if the feature is not valid."""
         raise NotImplementedError
 
-    def _more_state(self, feature: F) -> dict[str, Any]:
+    def _extra_state(self, feature: F) -> dict[str, Any]:
         """Return the entries of a draft other than the vertices."""
         raise NotImplementedError
 
@@ -113,7 +113,7 @@ class PolylineTool(SteppedFeature[F]):
     def document_changed(self) -> None:
         """Do nothing, because an unfinished feature is not part of the document."""
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         return None if self.is_open else Finding("tool.nothing-open")
 
     # --- gestures ----------------------------------------------------------------------------
@@ -171,7 +171,7 @@ class PolylineTool(SteppedFeature[F]):
             self._context.report(Finding("model.removed"))
             return
         self._undone_steps = []
-        self._store_step(self._new(model, (hit.position,)), [()], None)
+        self._store_step(self._create_feature(model, (hit.position,)), [()], None)
 
     def _drag(self, hit: Hit | None) -> None:
         index = self.current_vertex
@@ -181,7 +181,7 @@ class PolylineTool(SteppedFeature[F]):
             return
         vertices = list(self.vertices)
         vertices[index] = hit.position
-        self._feature = self._feature.but(vertices=tuple(vertices))
+        self._feature = self._feature.replace_fields(vertices=tuple(vertices))
         self._measure_live()
         self._show_preview()
 
@@ -190,7 +190,7 @@ class PolylineTool(SteppedFeature[F]):
         assert self._feature is not None
         vertices_before, vertices_after, self._drag_start = self._drag_start, self.vertices, None
         if vertices_before != vertices_after:
-            self._feature = self._feature.but(vertices=vertices_before)
+            self._feature = self._feature.replace_fields(vertices=vertices_before)
             self._set_vertices(vertices_after, self.current_vertex)
 
     # --- start and end ------------------------------------------------------------------------
@@ -220,7 +220,7 @@ class PolylineTool(SteppedFeature[F]):
             self._context.report(error)
             return None
         self._reset()
-        self._context.created(feature.id)
+        self._context.report_created(feature.id)
         return feature.id
 
     def cancel(self) -> None:
@@ -230,21 +230,23 @@ class PolylineTool(SteppedFeature[F]):
         would restore it.
         """
         feature, steps, continued = self._feature, self._steps, self._has_stored_feature
-        is_changed = not self._unchanged()
+        is_changed = not self._is_unchanged()
         if feature is None or not (self._close() and is_changed):
             return
 
-        def bring_back() -> bool:
+        def restore_work() -> bool:
             self._has_stored_feature = continued
             self._store_step(feature, steps, None)
             self._has_stored_feature = continued and self.is_open
             return self.is_open
 
-        def untouched() -> bool:
+        def is_untouched() -> bool:
             return self.is_open and (self._steps, self.vertices) == (steps, feature.vertices)
 
         subject = f"Discard the open {self.noun or self.name}"
-        self._context.discarded(Discarded(self.name, subject, bring_back, untouched))
+        self._context.report_discarded(
+            DiscardedFeature(self.name, subject, restore_work, is_untouched)
+        )
 
     def _close(self) -> bool:
         try:
@@ -255,7 +257,7 @@ class PolylineTool(SteppedFeature[F]):
         self._reset()
         return True
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset because the project is being closed; the open feature remains as a draft."""
         self._undone_steps = []
         if self._feature is not None:
@@ -283,7 +285,7 @@ class PolylineTool(SteppedFeature[F]):
             "model_id": feature.model_id,
             "model_hash": feature.model_hash,
             "vertices": [list(v) for v in feature.vertices],
-            **self._more_state(feature),
+            **self._extra_state(feature),
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
@@ -377,7 +379,7 @@ def rgb(color: str) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
+def get_plane(context: ToolContext, plane_id: str) -> Measurement | None:
     """Return the measurement of a plane of the document, or None if it does not exist."""
     feature = get_feature(context.session.records, plane_id)
     if feature is None or not may_have_plane(feature):

@@ -10,7 +10,7 @@ from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.interaction_types import Outline, PointerEvent
 from vomstudio.studio.tools.selection_messages import ShapeMode
 
-Place = tuple[float, float]
+ScreenPoint = tuple[float, float]
 
 CLOSING_DISTANCE_PX = 8.0
 """Maximum distance from the first or last corner at which a click closes a polygon."""
@@ -24,10 +24,10 @@ class DrawnShape:
     `combine` defines how the elements inside are combined with the selection.
     """
 
-    def __init__(self, mode: ShapeMode, combine: Combine, start: Place) -> None:
+    def __init__(self, mode: ShapeMode, combine: Combine, start: ScreenPoint) -> None:
         self.mode, self.combine = mode, combine
-        self._places: list[Place] = [start]
-        self._cursor: Place = start
+        self._places: list[ScreenPoint] = [start]
+        self._cursor: ScreenPoint = start
 
     @property
     def corners(self) -> int:
@@ -53,25 +53,25 @@ class DrawnShape:
             < CLOSING_DISTANCE_PX
         )
         if distance:
-            return self.why_not_close() is None
+            return self.close_refusal() is None
         self._places.append(cursor)
         return False
 
-    def take_back(self) -> bool:
+    def remove_last_corner(self) -> bool:
         """Remove the last corner. Return False if no corner remains."""
         if self.mode != "polygon" or len(self._places) < 2:
             return False
         self._places.pop()
         return True
 
-    def ring(self) -> list[Place]:
+    def ring(self) -> list[ScreenPoint]:
         """Return the corners of the closed shape."""
         if self.mode != "rectangle":
             return self._places
         (x0, y0), (x1, y1) = self._places[0], self._cursor
         return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
-    def why_not_close(self) -> Finding | None:
+    def close_refusal(self) -> Finding | None:
         """Return why the shape is not complete, or None if it is."""
         if self.mode == "polygon" and len(self._places) < 3:
             return Finding("feature.too-few-points", count=3 - len(self._places), minimum=3)
@@ -81,7 +81,7 @@ class DrawnShape:
         """Describe the effect of the next click."""
         if self.mode != "polygon":
             return tr("Release the button to close the shape; press Esc to discard it.")
-        if self.why_not_close() is not None:
+        if self.close_refusal() is not None:
             return tr("Click the next corner; press Esc to discard the polygon.")
         return tr(
             "Click the next corner, or the first one (or Enter) to close the polygon; press"

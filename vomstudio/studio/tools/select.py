@@ -53,8 +53,8 @@ class SelectTool(ElementTool):
         hint_text = tr(SHAPE_HINTS[mode])
         return tr(_HINTS[self.target], how=hint_text, count=count_text(self.count))
 
-    def why_not_finish(self) -> Finding | None:
-        return Finding("tool.no-shape") if self._shape is None else self._shape.why_not_close()
+    def finish_refusal(self) -> Finding | None:
+        return Finding("tool.no-shape") if self._shape is None else self._shape.close_refusal()
 
     def set_target(self, target: Target) -> None:
         """Set whether shapes select features or the surface of a model."""
@@ -63,7 +63,7 @@ class SelectTool(ElementTool):
         self._notify_change()
 
     @property
-    def selects(self) -> bool:
+    def selects_feature(self) -> bool:
         """Whether a click selects the feature under the cursor."""
         return self.target == "features" and self.mode != "polygon" and self._shape is None
 
@@ -75,7 +75,7 @@ class SelectTool(ElementTool):
         if self.target == "surface":
             super()._apply_shape(shape, snapshot)
             return
-        positions = self._context.feature_places()
+        positions = self._context.feature_positions()
         ids = list(positions)
         pixels = snapshot.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
         filled_ring = snapshot.filled(shape.ring())

@@ -21,7 +21,11 @@ UNDO_LABELS = {
     "show": to_translate("Show hidden elements"),
 }
 """Labels of the steps that undo takes back, other than changes of the selection."""
-GROWN, PAINTED, ERASED = to_translate("Grow"), to_translate("Paint"), to_translate("Erase")
+GROW_LABEL, PAINT_LABEL, ERASE_LABEL = (
+    to_translate("Grow"),
+    to_translate("Paint"),
+    to_translate("Erase"),
+)
 """Labels of the steps of the mode "pick"."""
 SHAPE_HINTS: dict[ShapeMode, str] = {
     "rectangle": to_translate("drag a rectangle."),
@@ -29,7 +33,7 @@ SHAPE_HINTS: dict[ShapeMode, str] = {
     "polygon": to_translate("click the corners of a polygon."),
 }
 _EMPTY = to_translate("The right button orbits.")
-_CHOSEN = to_translate("{count:,} selected: Shift adds, Alt removes.")
+_SELECTION_HINT = to_translate("{count:,} selected: Shift adds, Alt removes.")
 
 
 def count_text(count: int) -> str:
@@ -43,4 +47,4 @@ def count_text(count: int) -> str:
     -------
     str
     """
-    return tr(_CHOSEN, count=count) if count else tr(_EMPTY)
+    return tr(_SELECTION_HINT, count=count) if count else tr(_EMPTY)

@@ -13,7 +13,7 @@ class SetMemory:
         """Forget all sets, for another project."""
         self._sets.clear()
 
-    def set_for(self, current: tuple[str, str], type_id: str, set_name: str) -> str:
+    def choose_set(self, current: tuple[str, str], type_id: str, set_name: str) -> str:
         """Return the set of the next feature after a choice of the user.
 
         Parameters

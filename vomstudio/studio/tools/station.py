@@ -47,7 +47,7 @@ class StationTool(PolylineTool[Station]):
             )
         return tr("Field station: click the position of a station or sample on the outcrop.")
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         return None if self.vertices else Finding("feature.too-few-points", count=1, minimum=1)
@@ -57,7 +57,7 @@ class StationTool(PolylineTool[Station]):
         self.next_station = replace(self.next_station, **values)  # type: ignore[arg-type]
         self._context.tool_changed()
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Station:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Station:
         return Station(
             new_id("station"),
             "",
@@ -73,7 +73,7 @@ class StationTool(PolylineTool[Station]):
         super()._begin_feature(hit)
         if self._feature is not None and self.finish() is not None:
             self.next_station = replace(
-                self.next_station, number=number_after(self.next_station.number), photo=""
+                self.next_station, number=increment_number(self.next_station.number), photo=""
             )
             self._context.tool_changed()
 
@@ -91,12 +91,12 @@ class StationTool(PolylineTool[Station]):
         return edits.set_line(records, feature.id, feature.vertices)
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Station) -> dict[str, Any]:
+    def _extra_state(self, feature: Station) -> dict[str, Any]:
         return {"what": feature.what, "number": feature.number, "photo": feature.photo}
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset for another project, which has its own numbers."""
-        super().forget()
+        super().clear_state()
         self.next_station = NextStation()
 
     def _feature_from_draft(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
@@ -121,7 +121,7 @@ class StationTool(PolylineTool[Station]):
         return () if feature is None else (feature.number or feature.name,)
 
 
-def number_after(number: str) -> str:
+def increment_number(number: str) -> str:
     """Return the label after a numbered label, such as KB-10 after KB-09, or ""."""
     match = re.search(r"(\d+)(\D*)$", number)
     if match is None:

@@ -8,13 +8,13 @@ from typing import Any, ClassVar, Protocol, TypeVar
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.brush import SelectableSurface
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import Feature
 from vomstudio.project.session import Session
 from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.followed_line import PathFinder
-from vomstudio.studio.tools.interaction_types import Discarded, Hit, PointerEvent, Preview
+from vomstudio.studio.tools.interaction_types import DiscardedFeature, Hit, PointerEvent, Preview
 from vomstudio.studio.tools.outcrop_elements import OutcropElements
 
 T = TypeVar("T")
@@ -60,10 +60,10 @@ class Tool(Protocol):
     def hint(self) -> str:
         """Describe the effect of the next click for the status line."""
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         """Return why `finish` cannot be called now, or None if it can."""
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         """Return why `cancel` cannot be called now, or None if it can."""
 
     def pointer(self, event: PointerEvent) -> None: ...
@@ -85,7 +85,7 @@ class Tool(Protocol):
     def document_changed(self) -> None:
         """Handle a change of the document, including changes by undo."""
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         """Reset because the project is being closed; an unfinished feature remains as a draft."""
 
     def restore(self, state: Mapping[str, Any]) -> bool:
@@ -112,7 +112,7 @@ class ToolContext(Protocol):
     def set_next(self, type_id: str, set_name: str) -> None:
         """Set the feature type and set of the next feature."""
 
-    def surface(self, model_id: str) -> PaintSurface | None:
+    def surface(self, model_id: str) -> SelectableSurface | None:
         """Return the surface of a model, or None while the model is not loaded."""
 
     def run_in_background(
@@ -138,10 +138,10 @@ class ToolContext(Protocol):
     def format_attitude(self, measurement: Measurement) -> str:
         """Format a plane or line with its 95 % error, in the user's notation."""
 
-    def world_places(self, hits: Sequence[Hit]) -> FloatArray:
+    def world_positions(self, hits: Sequence[Hit]) -> FloatArray:
         """Return the places (k, 3) of hits in the World frame."""
 
-    def feature_places(self) -> dict[str, FloatArray]:
+    def feature_positions(self) -> dict[str, FloatArray]:
         """Return the centres (3,) of the visible features in the World frame, by id."""
 
     def select(self, feature_ids: Sequence[str], combination: Combine) -> None:
@@ -159,8 +159,8 @@ class ToolContext(Protocol):
     def tool_changed(self) -> None:
         """Report a change of the tool's state, so that the panel and commands are updated."""
 
-    def discarded(self, discarded_work: Discarded) -> None:
+    def report_discarded(self, discarded_work: DiscardedFeature) -> None:
         """Report discarded work, which undo restores."""
 
-    def created(self, feature_id: str) -> None:
+    def report_created(self, feature_id: str) -> None:
         """Select a feature that the tool has created or changed."""

@@ -17,7 +17,7 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE, Model
-from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
+from vomstudio.studio.tools.fit_summary import WRAP_WIDTH, first_reason_lines
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.local_surface import measure_surroundings
 from vomstudio.studio.tools.polyline import points_text, type_of_draft
@@ -70,7 +70,7 @@ class TraceTool(FollowingTool[Trace]):
             count,
         )
 
-    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
+    def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         type_id, set_name = self._next_type
         return Trace(
             id=new_id("trace"),
@@ -83,7 +83,7 @@ class TraceTool(FollowingTool[Trace]):
             axis="auto",
         )
 
-    def begin_followed(
+    def begin_followed_trace(
         self, model: Model, way_points: tuple[Point, ...], cost: str | None, notes: str
     ) -> str | None:
         """Open a new trace that follows a cost through way-points on a model.
@@ -94,14 +94,14 @@ class TraceTool(FollowingTool[Trace]):
         self._line.cost = cost
         # Avoids a rubber band to the last position of the cursor.
         self._hover_hit, self._undone_steps = None, []
-        self._store_step(replace(self._new(model, way_points), notes=notes), [()], None)
+        self._store_step(replace(self._create_feature(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
 
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
         if not self._has_stored_feature:
             if self.is_path:
-                notes = f"{feature.notes} {self._followed_words(feature)}".strip()
+                notes = f"{feature.notes} {self._path_note(feature)}".strip()
                 feature = replace(self._whole_path(feature), notes=notes, doubtful=self._stretches)
             return edits.add_trace(records, feature)
         return edits.set_vertices(
@@ -114,7 +114,7 @@ class TraceTool(FollowingTool[Trace]):
         )
 
     # --- drafts ------------------------------------------------------------------------------
-    def _more_state(self, feature: Trace) -> dict[str, Any]:
+    def _extra_state(self, feature: Trace) -> dict[str, Any]:
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
         if feature.notes and not self._has_stored_feature:
             state["notes"] = feature.notes
@@ -194,12 +194,15 @@ class TraceTool(FollowingTool[Trace]):
     def _reading_lines(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if self.is_searching:
-            return self._searching_words()
+            return self._search_lines()
         if measurement is None or measurement.fit is None or measurement.verdict is None:
             if count < 3 or measurement is None or not measurement.problem:
                 return (points_text(count),)
-            return (points_text(count), *wrap(str(measurement.problem), WIDTH))
-        return (self._context.format_attitude(measurement), *first_reason(measurement.verdict))
+            return (points_text(count), *wrap(str(measurement.problem), WRAP_WIDTH))
+        return (
+            self._context.format_attitude(measurement),
+            *first_reason_lines(measurement.verdict),
+        )
 
 
 TOOL = ToolEntry(

@@ -130,9 +130,9 @@ class Actions(QObject):
             self._report_refusal(QKeySequence(event.keyCombination()))
         return False
 
-    def _report_refusal(self, pressed: QKeySequence) -> None:
+    def _report_refusal(self, key_sequence: QKeySequence) -> None:
         for name, command in self._commands.items():
-            if command.is_viewport_key and pressed in self.all[name].shortcuts():
+            if command.is_viewport_key and key_sequence in self.all[name].shortcuts():
                 reason = command.why_not()
                 if reason is not None:
                     self.refused.emit(reason)

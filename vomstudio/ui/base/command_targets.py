@@ -14,14 +14,21 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.paths import PROJECT_SUFFIX
-from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
+from vomstudio.project.records import (
+    Feature,
+    Model,
+    ModelFeature,
+    PickedFeature,
+    TypedFeature,
+    get_feature,
+)
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.project.measurement import Measurement
 
-Line = TypeVar("Line", bound=Picked)
+Line = TypeVar("Line", bound=PickedFeature)
 
 
 def selected_features(studio: Studio) -> list[str]:
@@ -30,7 +37,7 @@ def selected_features(studio: Studio) -> list[str]:
     return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
-def why_no_feature(studio: Studio) -> Finding | None:
+def missing_feature_finding(studio: Studio) -> Finding | None:
     """Return a finding if no feature is selected, otherwise None."""
     records = studio.records
     # Runs at every click; the first id is nearly always sufficient.
@@ -38,12 +45,12 @@ def why_no_feature(studio: Studio) -> Finding | None:
     return None if has_feature else Finding("action.no-feature")
 
 
-def why_no_model(studio: Studio) -> Finding | None:
+def missing_model_finding(studio: Studio) -> Finding | None:
     """Return a finding if no model is open, otherwise None."""
     return None if studio.models else Finding("action.no-model")
 
 
-def why_no_open_model(studio: Studio) -> Finding | None:
+def closed_model_finding(studio: Studio) -> Finding | None:
     """Return why no model is current and open, or None.
 
     Parameters
@@ -65,20 +72,20 @@ def current_model(studio: Studio) -> Model | None:
     records, models = studio.records, studio.session.of(Model)
     for id_ in reversed(studio.selection.ids):
         record = records.get(id_)
-        if isinstance(record, OnAModel):
+        if isinstance(record, ModelFeature):
             record = records.get(record.model_id)
         if isinstance(record, Model):
             return record
-    undeclared = [m for m in models if m.frame.kind == "undeclared"]
-    if len(undeclared) == 1:
-        return undeclared[0]
+    undeclared_models = [m for m in models if m.frame.kind == "undeclared"]
+    if len(undeclared_models) == 1:
+        return undeclared_models[0]
     return models[-1] if models else None
 
 
 def current_feature(studio: Studio) -> Feature | None:
     """Return the feature that was selected last, or None without a selection."""
-    current = studio.selection.current if studio.has_project else None
-    return None if current is None else get_feature(studio.records, current)
+    current_id = studio.selection.current if studio.has_project else None
+    return None if current_id is None else get_feature(studio.records, current_id)
 
 
 def current_line(studio: Studio, line_class: type[Line], min_vertices: int = 2) -> Line | None:
@@ -129,12 +136,12 @@ def results_folder(studio: Studio) -> Path:
     )
     folders = [
         studio.results_folder,
-        None if studio.project.untitled else studio.project.folder.parent,
+        None if studio.project.is_untitled else studio.project.folder.parent,
         Path(studio.settings.results_folder) if studio.settings.results_folder else None,
         *(path.parent for path in recent_projects),
     ]
-    existing = (folder for folder in folders if folder is not None and is_folder(folder))
-    return next(existing, Path(documents_folder()))
+    existing_folders = (folder for folder in folders if folder is not None and is_folder(folder))
+    return next(existing_folders, Path(documents_folder()))
 
 
 def remember_target(studio: Studio, path: Path) -> None:
@@ -153,7 +160,7 @@ def ask_for_target(
     parent: QWidget,
     studio: Studio,
     title: str,
-    proposed_text: str | Path,
+    default_name: str | Path,
     formats: Mapping[str, str],
 ) -> Path | None:
     """Return the output file that the user selects, or None.
@@ -164,15 +171,15 @@ def ask_for_target(
     studio : Studio
     title : str
         Title of the dialog.
-    proposed_text : str or Path
+    default_name : str or Path
         Proposed file, by default in the folder of results.
     formats : mapping of str to str
         Names of the formats, keyed by file extension. The extension of the selected format is
         added if the user does not type one.
     """
     patterns = {f"{label} (*.{suffix})": f".{suffix}" for suffix, label in formats.items()}
-    file = results_folder(studio) / proposed_text
-    answer = ask_for_file(parent, title, file, patterns, use_ending=True)
+    file = results_folder(studio) / default_name
+    answer = ask_for_file(parent, title, file, patterns, allow_any_extension=True)
     if answer is None:
         return None
     remember_target(studio, answer[0])
@@ -185,7 +192,7 @@ def ask_for_file(
     default_path: Path,
     patterns: Mapping[str, str],
     *,
-    use_ending: bool = False,
+    allow_any_extension: bool = False,
 ) -> tuple[Path, str] | None:
     """Return the output file that the user selects and its pattern, or None.
 
@@ -199,7 +206,7 @@ def ask_for_file(
     patterns : mapping of str to str
         File patterns of the dialog, with the ending (such as ".csv" or "_faults.txt") that is
         added if the user does not type its extension.
-    use_ending : bool
+    allow_any_extension : bool
         Whether the extension of another pattern is also accepted.
     """
     selected_filter = next(
@@ -213,7 +220,7 @@ def ask_for_file(
             return None
         if pattern not in patterns:
             pattern = selected_filter
-        endings = patterns.values() if use_ending else (patterns[pattern],)
+        endings = patterns.values() if allow_any_extension else (patterns[pattern],)
         if Path(filename).suffix.lower() in {Path(f"name{suffix}").suffix for suffix in endings}:
             return Path(filename), pattern
         path = Path(filename + patterns[pattern])
@@ -225,11 +232,11 @@ def ask_for_file(
 
 def current_measurement(studio: Studio) -> Measurement | None:
     """Return the measurement of the selected feature if it has an attitude."""
-    if not studio.has_project or (current := studio.selection.current) is None:
+    if not studio.has_project or (current_id := studio.selection.current) is None:
         return None
-    if not isinstance(studio.records.get(current), Typed):
+    if not isinstance(studio.records.get(current_id), TypedFeature):
         return None
-    return studio.measured([current])[current]
+    return studio.measured([current_id])[current_id]
 
 
 def confirm_replacement(parent: QWidget, names: list[str]) -> bool:

@@ -40,7 +40,7 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.numbers import is_partial_quantity, parse_quantity
 
 # Height of a few rows of a panel and of the arrows of the scroll bar.
-_MIN_HEIGHT = 100
+_MIN_HEIGHT_PX = 100
 MAX_FORM_WIDTH_PX = 560
 """Maximum width of a form in a page as wide as the window, in logical pixels."""
 
@@ -109,7 +109,7 @@ class SpinBox(QSpinBox):
 
     def __init__(self) -> None:
         super().__init__()
-        _prepare(self)
+        _configure_spin_box(self)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         return _validator_state(_parse_box_text(self, text)), text, position
@@ -139,7 +139,7 @@ class DoubleSpinBox(QDoubleSpinBox):
     def __init__(self) -> None:
         super().__init__()
         self.automatic_value: float | None = None
-        _prepare(self)
+        _configure_spin_box(self)
 
     def stepBy(self, steps: int) -> None:  # noqa: N802
         if self.automatic_value is not None and self.value() == self.minimum():
@@ -167,7 +167,7 @@ class DoubleSpinBox(QDoubleSpinBox):
         event.ignore()
 
 
-def _prepare(box: QAbstractSpinBox) -> None:
+def _configure_spin_box(box: QAbstractSpinBox) -> None:
     box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     # All numbers of the window have a decimal point; a comma can be typed, too.
     box.setLocale(QLocale.c())
@@ -180,10 +180,10 @@ def _validator_state(number: float | None) -> QValidator.State:
 
 def _parse_box_text(box: SpinBox | DoubleSpinBox, text: str) -> float | None:
     """Return the number in the text of a field, or None if it is invalid or out of range."""
-    special, number_text = box.specialValueText(), _number_text(box, text)
-    if special and special in (text, number_text):
+    special_text, format_number = box.specialValueText(), _number_text(box, text)
+    if special_text and special_text in (text, format_number):
         return box.minimum()
-    number = parse_quantity(number_text, box.suffix().strip())
+    number = parse_quantity(format_number, box.suffix().strip())
     if number is None or (isinstance(box, SpinBox) and not number.is_integer()):
         return None
     if isinstance(box, DoubleSpinBox):
@@ -208,9 +208,11 @@ def continues_unit(box: SpinBox | DoubleSpinBox, letter: str) -> bool:
     -------
     bool
     """
-    line = box.lineEdit()
-    start = line.selectionStart() if line.hasSelectedText() else line.cursorPosition()
-    text = line.text()[:start].removeprefix(box.prefix())
+    line_edit = box.lineEdit()
+    start = (
+        line_edit.selectionStart() if line_edit.hasSelectedText() else line_edit.cursorPosition()
+    )
+    text = line_edit.text()[:start].removeprefix(box.prefix())
     return is_partial_quantity(text + letter, box.suffix().strip())
 
 
@@ -237,7 +239,7 @@ class Slider(QSlider):
         event.ignore()
 
 
-def allow(widget: QWidget, why_not: Finding | None) -> None:
+def set_enabled(widget: QWidget, why_not: Finding | None) -> None:
     """Enable a widget, or disable it and show the reason in its tooltip.
 
     Parameters
@@ -246,14 +248,14 @@ def allow(widget: QWidget, why_not: Finding | None) -> None:
         Reason why the widget is disabled. If None, it is enabled and its tooltip is restored.
     """
     tooltip = widget.toolTip()
-    own_tip = (
+    original_tooltip = (
         widget.property("own_tip") if tooltip and tooltip == widget.property("refusal") else tooltip
     )
     refusal = "" if why_not is None else escape_markup(tr("Not now: {reason}", reason=why_not))
-    widget.setProperty("own_tip", own_tip)
+    widget.setProperty("own_tip", original_tooltip)
     widget.setProperty("refusal", refusal)
     widget.setEnabled(why_not is None)
-    widget.setToolTip(refusal or own_tip)
+    widget.setToolTip(refusal or original_tooltip)
 
 
 def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
@@ -306,9 +308,9 @@ class HintLabel(ElidedLabel):
         """Return the longest beginning of a line that fits and ends with a clause."""
         metrics = self.fontMetrics()
         ends = [match.start() for match in re.finditer(r"[.;,] ", line)]
-        for part in (line, *(f"{line[:end]}." for end in reversed(ends))):
-            if metrics.horizontalAdvance(part) <= width_px:
-                return part
+        for candidate in (line, *(f"{line[:end]}." for end in reversed(ends))):
+            if metrics.horizontalAdvance(candidate) <= width_px:
+                return candidate
         return super().shorten(line, width_px)
 
 
@@ -340,8 +342,8 @@ class PanelScrollArea(QScrollArea):
         super().event(QEvent(QEvent.Type.LayoutRequest))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
-        bar = self.verticalScrollBar().sizeHint().width()
-        return QSize(self._panel.minimumSizeHint().width() + bar, _MIN_HEIGHT)
+        bar_width = self.verticalScrollBar().sizeHint().width()
+        return QSize(self._panel.minimumSizeHint().width() + bar_width, _MIN_HEIGHT_PX)
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
@@ -351,26 +353,26 @@ class LazyScrollArea(PanelScrollArea):
     """Scroll area that creates its panel when it is first painted or requested."""
 
     def __init__(self, create_content: Callable[[], QWidget]) -> None:
-        self._create_content, self._is_made = create_content, False
-        super().__init__(_Placeholder(self._create_later))
+        self._create_content, self._is_created = create_content, False
+        super().__init__(_Placeholder(self._schedule_creation))
 
     def widget(self) -> QWidget:
-        if not self._is_made:
-            self._is_made = True
+        if not self._is_created:
+            self._is_created = True
             self._panel = self._create_content()
             self.setWidget(self._panel)
         return self._panel
 
-    def renew(self) -> None:
+    def discard_panel(self) -> None:
         """Delete the panel, which is created again when it is next painted or requested."""
-        if self._is_made:
-            self._is_made = False
+        if self._is_created:
+            self._is_created = False
             # A slot of the panel may be running.
             self.takeWidget().deleteLater()
-            self._panel = _Placeholder(self._create_later)
+            self._panel = _Placeholder(self._schedule_creation)
             self.setWidget(self._panel)
 
-    def _create_later(self) -> None:
+    def _schedule_creation(self) -> None:
         # The placeholder must not be deleted while it is painted.
         QTimer.singleShot(0, self, self.widget)
 
@@ -423,11 +425,11 @@ def create_column() -> tuple[QWidget, QVBoxLayout]:
 def create_row(*widgets: QWidget) -> QWidget:
     """Arrange widgets in a row without margins; text fields take the remaining width."""
     row = QWidget()
-    line = QHBoxLayout(row)
-    line.setContentsMargins(0, 0, 0, 0)
-    line.setSpacing(4)
+    layout = QHBoxLayout(row)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(4)
     for widget in widgets:
-        line.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
+        layout.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
     return row
 
 
@@ -504,46 +506,50 @@ def fold_button(name: str, text: str = "") -> QToolButton:
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setArrowType(Qt.ArrowType.RightArrow)
     button.toggled.connect(
-        lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+        lambda is_checked: button.setArrowType(
+            Qt.ArrowType.DownArrow if is_checked else Qt.ArrowType.RightArrow
+        )
     )
     return button
 
 
-def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
+def file_field(
+    name: str, button_text: str, browse: Callable[[], object]
+) -> tuple[QLineEdit, QWidget]:
     """Create a field for a file path, and a row that contains it and its button.
 
     Parameters
     ----------
     name : str
         Object name of the field.
-    choose : str
+    button_text : str
         Text of the button.
     browse : callable
         Called when the button is clicked.
     """
     field = QLineEdit()
     field.setObjectName(name)
-    button = QPushButton(choose)
+    button = QPushButton(button_text)
     # Enter in a field must not open the dialog.
     button.setAutoDefault(False)
     button.clicked.connect(lambda _=False: browse())
     row = QWidget()
-    line = QHBoxLayout(row)
-    line.setContentsMargins(0, 0, 0, 0)
-    line.addWidget(field, 1)
-    line.addWidget(button)
+    layout = QHBoxLayout(row)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.addWidget(field, 1)
+    layout.addWidget(button)
     return field, row
 
 
 def add_splitter(page: QWidget, left: QWidget, right: QWidget, sizes: list[int]) -> None:
     """Fill a page with two widgets and a splitter; the right widget grows with the page."""
-    split = QSplitter(Qt.Orientation.Horizontal)
-    split.addWidget(left)
-    split.addWidget(right)
-    split.setStretchFactor(1, 1)
-    split.setSizes(sizes)
-    split.setChildrenCollapsible(False)
-    QHBoxLayout(page).addWidget(split)
+    splitter = QSplitter(Qt.Orientation.Horizontal)
+    splitter.addWidget(left)
+    splitter.addWidget(right)
+    splitter.setStretchFactor(1, 1)
+    splitter.setSizes(sizes)
+    splitter.setChildrenCollapsible(False)
+    QHBoxLayout(page).addWidget(splitter)
 
 
 def narrow_form() -> QFormLayout:

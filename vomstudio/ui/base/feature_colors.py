@@ -6,10 +6,10 @@ import colorsys
 
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
-from vomstudio.project.kind import color_of
+from vomstudio.project.kind import get_color
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
-from vomstudio.project.records import Feature, FeatureType, Typed
+from vomstudio.project.records import Feature, FeatureType, TypedFeature
 from vomstudio.rendering.qt.legend_painting import ColorEntry
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.base.number_formatting import natural_sort_key
@@ -24,7 +24,7 @@ COLOR_MODES: dict[str, str] = {
 """Properties by which features are coloured, with their titles."""
 UNKNOWN_COLOR = "#9a9a9a"
 """Colour of features without the property."""
-WINDS = (_("N"), _("NE"), _("E"), _("SE"), _("S"), _("SW"), _("W"), _("NW"))
+OCTANT_NAMES = (_("N"), _("NE"), _("E"), _("SE"), _("S"), _("SW"), _("W"), _("NW"))
 """Classes of dip directions, each 45 degrees wide."""
 MAX_LEGEND_ROWS = 10
 _LIGHTNESS, _SATURATION = 0.52, 0.8
@@ -44,20 +44,22 @@ def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
     from vomstudio.products.net.contents import OKABE_ITO
 
     order = {feature_type.id: i for i, feature_type in enumerate(records.of(FeatureType))}
-    sets = {(f.type_id, f.set_name) for f in records.of(Typed) if f.set_name}
-    names = sorted(sets, key=lambda each: (order.get(each[0], 0), natural_sort_key(each[1])))
+    sets = {(f.type_id, f.set_name) for f in records.of(TypedFeature) if f.set_name}
+    names = sorted(
+        sets, key=lambda set_key: (order.get(set_key[0], 0), natural_sort_key(set_key[1]))
+    )
     # Black is invisible on the dark legend and on shaded rock.
     palette = [color for color in OKABE_ITO if color != "#000000"]
     return {name: palette[i % len(palette)] for i, name in enumerate(names)}
 
 
-def _wind_color(number: int) -> str:
+def _octant_color(octant: int) -> str:
     """Return the colour of one of the eight winds on the colour wheel, red at North."""
-    channels = colorsys.hls_to_rgb(number / 8.0, _LIGHTNESS, _SATURATION)
+    channels = colorsys.hls_to_rgb(octant / 8.0, _LIGHTNESS, _SATURATION)
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
 
 
-def _wind_of(measurement: Measurement) -> int | None:
+def _find_octant(measurement: Measurement) -> int | None:
     """Return the number of the wind nearest to a dip direction or trend, or None without one."""
     if measurement.plane is not None:
         return round(measurement.plane.dip_direction_deg / 45.0) % 8
@@ -80,8 +82,8 @@ def feature_class(studio: Studio, feature: Feature, measurement: Measurement) ->
     ColorEntry
     """
     mode = studio.settings.color_by
-    if mode == "type" or not isinstance(feature, Typed):
-        return ColorEntry(color_of(feature, studio.records), "")
+    if mode == "type" or not isinstance(feature, TypedFeature):
+        return ColorEntry(get_color(feature, studio.records), "")
     if mode == "set":
         colors = studio.session.records.cached(set_colors)
         color = colors.get((feature.type_id, feature.set_name), UNKNOWN_COLOR)
@@ -90,10 +92,10 @@ def feature_class(studio: Studio, feature: Feature, measurement: Measurement) ->
         quality = measurement.verdict.quality if measurement.verdict else ""
         text = tr(quality) if quality else tr("no verdict")
         return ColorEntry(VERDICT_COLORS.get(quality, UNKNOWN_COLOR), text, quality)
-    wind = _wind_of(measurement)
-    if wind is None:
+    octant = _find_octant(measurement)
+    if octant is None:
         return ColorEntry(UNKNOWN_COLOR, tr("no direction"))
-    return ColorEntry(_wind_color(wind), tr(WINDS[wind]))
+    return ColorEntry(_octant_color(octant), tr(OCTANT_NAMES[octant]))
 
 
 def feature_color(studio: Studio, feature: Feature, measurement: Measurement) -> str:
@@ -133,7 +135,10 @@ def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
     if mode == "quality":
         rows = [ColorEntry(color, tr(name), name) for name, color in VERDICT_COLORS.items()]
     elif mode == "dip_direction":
-        rows = [ColorEntry(_wind_color(i), tr(wind)) for i, wind in enumerate(WINDS)]
+        rows = [
+            ColorEntry(_octant_color(i), tr(octant_name))
+            for i, octant_name in enumerate(OCTANT_NAMES)
+        ]
     else:
         rows = _set_rows(studio.session.records)
     return title, rows
@@ -151,6 +156,6 @@ def _set_rows(records: RecordMap) -> list[ColorEntry]:
             *rows[: MAX_LEGEND_ROWS - 1],
             ColorEntry(UNKNOWN_COLOR, tr("and {count} more", count=count)),
         ]
-    if any(not feature.set_name for feature in records.of(Typed)):
+    if any(not feature.set_name for feature in records.of(TypedFeature)):
         rows.append(ColorEntry(UNKNOWN_COLOR, tr("no set")))
     return rows

@@ -13,7 +13,7 @@ def _patterns(endings: Iterable[str]) -> str:
     return " ".join(f"*{suffix}" for suffix in variants)
 
 
-def _and_all(name_filter: str) -> str:
+def _add_all_files(name_filter: str) -> str:
     return ";;".join((name_filter, tr("All files (*)")))
 
 
@@ -21,19 +21,19 @@ def models() -> str:
     """Return the filter for meshes, point clouds and height models."""
     from vomstudio.io.models.registry import extensions
 
-    return _and_all(tr("Models ({patterns})", patterns=_patterns(extensions())))
+    return _add_all_files(tr("Models ({patterns})", patterns=_patterns(extensions())))
 
 
 def photos() -> str:
     from vomstudio.io.photos.reading import PHOTO_ENDINGS
 
-    return _and_all(tr("Photos ({patterns})", patterns=_patterns(PHOTO_ENDINGS)))
+    return _add_all_files(tr("Photos ({patterns})", patterns=_patterns(PHOTO_ENDINGS)))
 
 
 def videos() -> str:
     from vomstudio.photogrammetry.survey.video import VIDEO_ENDINGS
 
-    return _and_all(tr("Videos ({patterns})", patterns=_patterns(VIDEO_ENDINGS)))
+    return _add_all_files(tr("Videos ({patterns})", patterns=_patterns(VIDEO_ENDINGS)))
 
 
 def tables() -> str:
@@ -42,7 +42,7 @@ def tables() -> str:
     from vomstudio.io.text.tables import TABLE_EXTENSIONS
 
     endings = (*TABLE_EXTENSIONS, *LAYER_EXTENSIONS)
-    return _and_all(tr("Tables ({patterns})", patterns=_patterns(endings)))
+    return _add_all_files(tr("Tables ({patterns})", patterns=_patterns(endings)))
 
 
 def layers_and_tables() -> str:
@@ -50,29 +50,29 @@ def layers_and_tables() -> str:
     from vomstudio.io.text.tables import TABLE_EXTENSIONS
 
     endings = (".gpkg", ".geojson", ".json", ".shp", ".kml", ".dxf", ".xml", *TABLE_EXTENSIONS)
-    return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
+    return _add_all_files(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
 
 
 def drawings() -> str:
     """Return the filter for lines that were drawn on an orthophoto."""
     endings = (".gpkg", ".geojson", ".json", ".shp", ".dxf", ".svg", ".svgz")
-    return _and_all(tr("Drawings ({patterns})", patterns=_patterns(endings)))
+    return _add_all_files(tr("Drawings ({patterns})", patterns=_patterns(endings)))
 
 
 def sidecars() -> str:
     """Return the filter for sidecar files of orthophotos."""
-    return _and_all(tr("Orthophoto sidecars ({patterns})", patterns=_patterns([".json"])))
+    return _add_all_files(tr("Orthophoto sidecars ({patterns})", patterns=_patterns([".json"])))
 
 
 def cameras() -> str:
     """Return the filter for files with the cameras of photos."""
     from vomstudio.io.photos.own_cameras.reading import EXTENSIONS
 
-    return _and_all(tr("Cameras ({patterns})", patterns=_patterns(EXTENSIONS)))
+    return _add_all_files(tr("Cameras ({patterns})", patterns=_patterns(EXTENSIONS)))
 
 
 def ground_control() -> str:
     """Return the filter for ground control points and image marks."""
     from vomstudio.io.control.registry import extensions
 
-    return _and_all(tr("Ground control ({patterns})", patterns=_patterns(extensions())))
+    return _add_all_files(tr("Ground control ({patterns})", patterns=_patterns(extensions())))

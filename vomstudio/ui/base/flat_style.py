@@ -23,8 +23,12 @@ _FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
 """Shares of the text colour in the frame of a button, and in its fill under the cursor."""
 
 _Control, _Primitive, _State = QStyle.ControlElement, QStyle.PrimitiveElement, QStyle.StateFlag
-_Complex = QStyle.ComplexControl
-_BOXES = (_Complex.CC_ComboBox, _Complex.CC_Slider, _Complex.CC_GroupBox)
+_ComplexControl = QStyle.ComplexControl
+_FRAMED_CONTROLS = (
+    _ComplexControl.CC_ComboBox,
+    _ComplexControl.CC_Slider,
+    _ComplexControl.CC_GroupBox,
+)
 
 
 class FlatStyle(QProxyStyle):
@@ -83,7 +87,7 @@ class FlatStyle(QProxyStyle):
             painter.fillRect(option.rect, option.palette.color(QPalette.ColorRole.Button))
         else:
             super().drawControl(element, option, painter, widget)
-            if element == _Control.CE_TabBarTabLabel and _is_reached_by_key(option):
+            if element == _Control.CE_TabBarTabLabel and _has_keyboard_focus(option):
                 draw_focus(painter, QRectF(option.rect).adjusted(3, 3, -3, -3), option.palette)
 
     def drawComplexControl(  # noqa: N802 - Qt's name
@@ -95,12 +99,14 @@ class FlatStyle(QProxyStyle):
     ) -> None:
         """Draw the focus frame around boxes and sliders."""
         super().drawComplexControl(control, option, painter, widget)
-        is_text = control == _Complex.CC_SpinBox and option.state & _State.State_HasFocus
-        if is_text or (control in _BOXES and _is_reached_by_key(option)):
+        is_focused_field = (
+            control == _ComplexControl.CC_SpinBox and option.state & _State.State_HasFocus
+        )
+        if is_focused_field or (control in _FRAMED_CONTROLS and _has_keyboard_focus(option)):
             draw_focus(painter, QRectF(option.rect), option.palette)
 
 
-def _is_reached_by_key(option: QStyleOption) -> bool:
+def _has_keyboard_focus(option: QStyleOption) -> bool:
     """Return whether a widget has the focus and the last focus change was made by a key."""
     needed_state = _State.State_HasFocus | _State.State_KeyboardFocusChange
     return option.state & needed_state == needed_state
@@ -137,7 +143,7 @@ def _draw_button(option: QStyleOption, painter: QPainter, is_default: bool) -> N
     painter.drawRoundedRect(frame, _RADIUS_PX, _RADIUS_PX)
     painter.restore()
     # Fusion shows the focus of a button in its panel.
-    if _is_reached_by_key(option):
+    if _has_keyboard_focus(option):
         draw_focus(painter, QRectF(option.rect), option.palette)
 
 
@@ -164,8 +170,8 @@ def draw_focus(painter: QPainter, rect: QRectF, palette: QPalette) -> None:
 def _mix(palette: QPalette, role: QPalette.ColorRole, share: float) -> QColor:
     """Mix a colour of the palette with a share of the text colour."""
     background, text = palette.color(role), palette.color(QPalette.ColorRole.ButtonText)
-    parts = [
+    channels = [
         round((1.0 - share) * a + share * b)
         for a, b in zip(background.getRgb()[:3], text.getRgb()[:3], strict=True)  # type: ignore[index]
     ]
-    return QColor(*parts)
+    return QColor(*channels)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from vomstudio.project.figures import Figure
 
-_PROPERTY = "explained_by"
+_TOPIC_PROPERTY = "explained_by"
 
 HelpTopic = str | Figure
 """Address in the documentation, "PAGE.md#HEADING", or a figure."""
@@ -18,7 +18,7 @@ TopicFinder = Callable[[QPoint], HelpTopic | None]
 """Returns the topic at a position in a widget, in pixels."""
 
 
-def explain(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
+def set_help_topic(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
     """Set the help topic that F1 opens for a widget.
 
     Parameters
@@ -26,7 +26,7 @@ def explain(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:
     topic : HelpTopic or TopicFinder
         The topic, or a function that returns it for a position in the widget.
     """
-    widget.setProperty(_PROPERTY, _Holder(topic))
+    widget.setProperty(_TOPIC_PROPERTY, _TopicHolder(topic))
 
 
 def current_help_topic() -> HelpTopic | None:
@@ -34,9 +34,11 @@ def current_help_topic() -> HelpTopic | None:
     position = QCursor.pos()
     widget = QApplication.widgetAt(position)
     topic = None if widget is None else find_help_topic(widget, position)
-    focused = QApplication.focusWidget()
-    if topic is None and focused is not None:
-        topic = find_help_topic(focused, focused.mapToGlobal(focused.rect().center()))
+    focus_widget = QApplication.focusWidget()
+    if topic is None and focus_widget is not None:
+        topic = find_help_topic(
+            focus_widget, focus_widget.mapToGlobal(focus_widget.rect().center())
+        )
     return topic
 
 
@@ -50,8 +52,8 @@ def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
     """
     ancestor: QWidget | None = widget
     while ancestor is not None:
-        holder = ancestor.property(_PROPERTY)
-        if isinstance(holder, _Holder):
+        holder = ancestor.property(_TOPIC_PROPERTY)
+        if isinstance(holder, _TopicHolder):
             source = holder.topic
             topic = source(ancestor.mapFromGlobal(position)) if callable(source) else source
             if topic is not None:
@@ -60,7 +62,7 @@ def find_help_topic(widget: QWidget, position: QPoint) -> HelpTopic | None:
     return None
 
 
-class _Holder:
+class _TopicHolder:
     """Wrapper of a topic, because Qt would convert a string or a list."""
 
     def __init__(self, topic: HelpTopic | TopicFinder) -> None:

@@ -13,7 +13,7 @@ from vomstudio.geology.notation import format_error_deg
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project.figures import number
-from vomstudio.project.kinds import kind_named
+from vomstudio.project.kinds import find_kind
 from vomstudio.project.measurement import Measurement
 
 area, length = area_text, length_text
@@ -23,7 +23,7 @@ __all__ = [
     "area",
     "extent_points",
     "format_error_deg",
-    "gigabytes",
+    "gigabytes_text",
     "length",
     "marked_attitude",
     "natural_sort_key",
@@ -37,7 +37,7 @@ def orientation_text(measurement: Measurement, notation: str) -> str:
     """Return the attitude of a feature with its 95 % error, or a summary for other kinds."""
     if measurement.plane is not None or measurement.line is not None:
         return measurement.attitude(notation)
-    feature_kind = kind_named(measurement.kind)
+    feature_kind = find_kind(measurement.kind)
     return (feature_kind.headline(measurement) if feature_kind is not None else None) or "–"
 
 
@@ -76,9 +76,9 @@ def extent_points(measurement: Measurement) -> FloatArray:
     return np.concatenate([measurement.points, fit.centroid + half_axes, fit.centroid - half_axes])
 
 
-def gigabytes(size: float) -> str:
+def gigabytes_text(size_bytes: float) -> str:
     """Return a number of bytes as gigabytes with two significant digits."""
-    value = size / 1e9
+    value = size_bytes / 1e9
     return f"{value:.1f} GB" if value < 9.95 else f"{value:.0f} GB"
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from math import isfinite
 
-_METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
+_METRES_PER_UNIT = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
 """Lengths in metres of the units that a field for a length converts."""
-_QUANTITY = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
+_QUANTITY_PATTERN = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
 
 
 def parse_number(text: str) -> float | None:
@@ -27,12 +27,14 @@ def parse_number(text: str) -> float | None:
     digits = re.sub(r"[\s'’]", "", text).replace("−", "-")
     marks = re.sub(r"[^.,]", "", digits)
     if len(set(marks)) == 2 or len(marks) > 1:
-        decimal = marks[-1] if len(set(marks)) == 2 else ""
-        group = "." if decimal == "," else "," if decimal == "." else marks[0]
-        whole, _, decimals = digits.rpartition(decimal) if decimal else (digits, "", "")
-        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group)}\d{{3}})+", whole):
+        decimal_mark = marks[-1] if len(set(marks)) == 2 else ""
+        group_mark = "." if decimal_mark == "," else "," if decimal_mark == "." else marks[0]
+        integer_digits, _, decimals = (
+            digits.rpartition(decimal_mark) if decimal_mark else (digits, "", "")
+        )
+        if not re.fullmatch(rf"[+-]?\d{{1,3}}(?:{re.escape(group_mark)}\d{{3}})+", integer_digits):
             return None
-        digits = whole.replace(group, "") + "." + decimals
+        digits = integer_digits.replace(group_mark, "") + "." + decimals
     try:
         value = float(digits.replace(",", "."))
     except ValueError:
@@ -55,14 +57,14 @@ def parse_quantity(text: str, unit: str) -> float | None:
     float or None
         The number in `unit`; None if the text is not a number with such a unit.
     """
-    match = _QUANTITY.fullmatch(text.strip())
+    match = _QUANTITY_PATTERN.fullmatch(text.strip())
     if match is None or not unit:
         return parse_number(text)
     number, typed_unit = parse_number(match[1]), match[2]
     if number is None or typed_unit == unit:
         return number
-    if typed_unit in _METRES and unit in _METRES:
-        return number * _METRES[typed_unit] / _METRES[unit]
+    if typed_unit in _METRES_PER_UNIT and unit in _METRES_PER_UNIT:
+        return number * _METRES_PER_UNIT[typed_unit] / _METRES_PER_UNIT[unit]
     return None
 
 
@@ -79,12 +81,12 @@ def is_partial_quantity(text: str, unit: str) -> bool:
     -------
     bool
     """
-    match = _QUANTITY.fullmatch(text.strip())
+    match = _QUANTITY_PATTERN.fullmatch(text.strip())
     return (
         match is not None
-        and unit in _METRES
+        and unit in _METRES_PER_UNIT
         and parse_number(match[1]) is not None
-        and any(name.startswith(match[2]) for name in _METRES)
+        and any(name.startswith(match[2]) for name in _METRES_PER_UNIT)
     )
 
 

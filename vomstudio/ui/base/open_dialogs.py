@@ -9,7 +9,7 @@ from typing import TypeVar
 from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
-from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.window_fitting import fit_to_screen
 
 D = TypeVar("D", bound=QWidget)
 
@@ -21,7 +21,7 @@ class OpenDialogs:
         self._dialogs: dict[tuple[type[QWidget], Hashable], weakref.ref[QWidget]] = {}
         self._general_kinds: set[type[QWidget]] = set()
 
-    def close_of_project(self) -> None:
+    def close_project_dialogs(self) -> None:
         """Close the dialogs that show data of the project, because another one is opened."""
         for (dialog_class, _), reference in self._dialogs.items():
             dialog = reference()
@@ -62,13 +62,13 @@ class OpenDialogs:
         """
         if is_general:
             self._general_kinds.add(dialog_class)
-        open_dialog_of_kind = self.find_visible(dialog_class, key)
-        if open_dialog_of_kind is not None:
-            open_dialog_of_kind.raise_()
-            open_dialog_of_kind.activateWindow()
-            return open_dialog_of_kind
-        if (open_dialog := self._find_dialog(dialog_class, key)) is not None:
-            open_dialog.deleteLater()
+        visible_dialog = self.find_visible(dialog_class, key)
+        if visible_dialog is not None:
+            visible_dialog.raise_()
+            visible_dialog.activateWindow()
+            return visible_dialog
+        if (hidden_dialog := self._find_dialog(dialog_class, key)) is not None:
+            hidden_dialog.deleteLater()
         dialog = create()
         self._dialogs[dialog_class, key] = weakref.ref(dialog)
         fit_to_screen(dialog)

@@ -12,21 +12,21 @@ from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.files.untrusted.pictures import check_picture
 from vomstudio.core.findings import Finding
 from vomstudio.studio.background import Request
 from vomstudio.ui.base.qt_background import QtBackground
 
-THUMBNAIL = QSize(102, 68)
-_PREVIEW_PIXELS = 1600  # long side of the reduced image of a large photo
+THUMBNAIL_SIZE = QSize(102, 68)
+_PREVIEW_SIZE_PX = 1600  # long side of the reduced image of a large photo
 _MAX_IMAGE_MB = 4096  # 100 megapixels need 400 MB
-_CACHE_BYTES = 700_000_000
+_MAX_CACHE_BYTES = 700_000_000
 _BAND_ROWS = 128
-_PICTURE = "picture"
-PATIENCE_S = 5.0
+_PICTURE_KEY = "picture"
+MAX_WAIT_S = 5.0
 """Maximum time to wait for a photo that is being decoded, when a window closes."""
-_Turn = QImageIOHandler.Transformation
+_Transformation = QImageIOHandler.Transformation
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class PhotoPyramid:
     is_complete: bool = True
 
     @property
-    def bytes(self) -> int:
+    def size_bytes(self) -> int:
         return sum(level.sizeInBytes() for level in self.levels)
 
 
@@ -62,14 +62,14 @@ def orientation_transform(
     w, h = float(width), float(height)
     # x' = m11 x + m21 y + dx, y' = m12 x + m22 y + dy
     rows = {
-        _Turn.TransformationNone: (1, 0, 0, 1, 0, 0),
-        _Turn.TransformationMirror: (-1, 0, 0, 1, w, 0),
-        _Turn.TransformationFlip: (1, 0, 0, -1, 0, h),
-        _Turn.TransformationRotate180: (-1, 0, 0, -1, w, h),
-        _Turn.TransformationRotate90: (0, 1, -1, 0, h, 0),
-        _Turn.TransformationMirrorAndRotate90: (0, -1, -1, 0, h, w),
-        _Turn.TransformationFlipAndRotate90: (0, 1, 1, 0, 0, 0),
-        _Turn.TransformationRotate270: (0, -1, 1, 0, 0, w),
+        _Transformation.TransformationNone: (1, 0, 0, 1, 0, 0),
+        _Transformation.TransformationMirror: (-1, 0, 0, 1, w, 0),
+        _Transformation.TransformationFlip: (1, 0, 0, -1, 0, h),
+        _Transformation.TransformationRotate180: (-1, 0, 0, -1, w, h),
+        _Transformation.TransformationRotate90: (0, 1, -1, 0, h, 0),
+        _Transformation.TransformationMirrorAndRotate90: (0, -1, -1, 0, h, w),
+        _Transformation.TransformationFlipAndRotate90: (0, 1, 1, 0, 0, 0),
+        _Transformation.TransformationRotate270: (0, -1, 1, 0, 0, w),
     }
     return QTransform(*(float(v) for v in rows[orientation]))
 
@@ -94,7 +94,7 @@ class PhotoImages(QObject):
         QImageReader.setAllocationLimit(_MAX_IMAGE_MB)
         self._pictures: OrderedDict[str, PhotoPyramid] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
-        self._reading: str | None = None
+        self._requested_key: str | None = None
         self._background = QtBackground(self, "photos", threads=1)
 
     def picture(self, path: Path) -> PhotoPyramid | None:
@@ -104,13 +104,13 @@ class PhotoImages(QObject):
         if cached_picture is not None:
             self._pictures.move_to_end(key)
             return cached_picture
-        if self._reading != key or not self._background.is_waiting(_PICTURE):
-            self._reading = key
+        if self._requested_key != key or not self._background.is_waiting(_PICTURE_KEY):
+            self._requested_key = key
             self._background.run_request(
                 partial(_read_pyramid, path),
-                partial(self._store, key),
+                partial(self._store_picture, key),
                 lambda error: self.picture_loaded.emit(key, error.message),
-                key=_PICTURE,
+                key=_PICTURE_KEY,
                 is_first=True,
             )
         return None
@@ -129,15 +129,15 @@ class PhotoImages(QObject):
         return cached_thumbnail
 
     def close(self) -> None:
-        self._background.stop(wait_s=PATIENCE_S)
+        self._background.stop(wait_s=MAX_WAIT_S)
 
-    def _store(self, key: str, picture: PhotoPyramid) -> None:
+    def _store_picture(self, key: str, picture: PhotoPyramid) -> None:
         if picture.is_complete:
             self._pictures[key] = picture
             self._pictures.move_to_end(key)
             while (
                 len(self._pictures) > 1
-                and sum(p.bytes for p in self._pictures.values()) > _CACHE_BYTES
+                and sum(p.size_bytes for p in self._pictures.values()) > _MAX_CACHE_BYTES
             ):
                 self._pictures.popitem(last=False)
         self.picture_loaded.emit(key, picture)
@@ -148,26 +148,32 @@ class PhotoImages(QObject):
 
 
 def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
-    _check(path)
-    reader = _reader(path)
+    _check_photo_file(path)
+    reader = _create_reader(path)
     reader.setAutoTransform(False)
     size, orientation = reader.size(), reader.transformation()
-    orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
+    orientation = (
+        _Transformation(orientation.value) if hasattr(orientation, "value") else orientation
+    )
     width, height = size.width(), size.height()
-    if max(width, height) > 2 * _PREVIEW_PIXELS:
-        preview_reader = _reader(path)
+    if max(width, height) > 2 * _PREVIEW_SIZE_PX:
+        preview_reader = _create_reader(path)
         preview_reader.setAutoTransform(False)
-        preview_reader.setScaledSize(size.scaled(QSize(_PREVIEW_PIXELS, _PREVIEW_PIXELS), _KEEP))
+        preview_reader.setScaledSize(
+            size.scaled(QSize(_PREVIEW_SIZE_PX, _PREVIEW_SIZE_PX), _KEEP_ASPECT_RATIO)
+        )
         image = preview_reader.read()
         if not image.isNull():
             to_upright = orientation_transform(orientation, width, height)
-            request.emit(PhotoPyramid((_drawable(image),), width, height, to_upright, False))
+            request.emit(
+                PhotoPyramid((_convert_for_drawing(image),), width, height, to_upright, False)
+            )
         request.check()
     image = reader.read()
     if image.isNull():
         raise InputError(Finding("photo.unreadable", reason=reader.errorString()))
     width, height = image.width(), image.height()
-    levels = [_drawable(image)]
+    levels = [_convert_for_drawing(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
         levels.append(_halve_size(levels[-1]))
     return PhotoPyramid(
@@ -176,16 +182,16 @@ def _read_pyramid(path: Path, request: Request[PhotoPyramid]) -> PhotoPyramid:
 
 
 def _read_thumbnail(path: Path) -> QImage:
-    _check(path)
-    reader = _reader(path)
+    _check_photo_file(path)
+    reader = _create_reader(path)
     reader.setAutoTransform(True)
     size = reader.size()
     if size.isValid():
-        reader.setScaledSize(size.scaled(THUMBNAIL * 2, _KEEP))
-    return _drawable(reader.read())
+        reader.setScaledSize(size.scaled(THUMBNAIL_SIZE * 2, _KEEP_ASPECT_RATIO))
+    return _convert_for_drawing(reader.read())
 
 
-def _check(path: Path) -> None:
+def _check_photo_file(path: Path) -> None:
     try:
         check_picture(path)
     except OSError as error:
@@ -193,19 +199,31 @@ def _check(path: Path) -> None:
         raise InputError(Finding("file.unreadable", reason=reason)) from error
 
 
-def _reader(path: Path) -> QImageReader:
+def _create_reader(path: Path) -> QImageReader:
     """Return a reader limited to the formats of photos, whatever plugins Qt has."""
     format_name = b""
-    with contextlib.suppress(OSError, InputError), open_regular(path) as file:
+    with contextlib.suppress(OSError, InputError), open_regular_file(path) as file:
         header = file.read(4)
-        format_name = next((name for mark, name in _KINDS.items() if header.startswith(mark)), b"")
+        format_name = next(
+            (
+                name
+                for signature, name in _FORMATS_BY_SIGNATURE.items()
+                if header.startswith(signature)
+            ),
+            b"",
+        )
     reader = QImageReader(str(path) if format_name else "", format_name)
     reader.setAutoDetectImageFormat(False)
     return reader
 
 
-_KINDS = {b"\xff\xd8": b"jpeg", b"\x89PNG": b"png", b"II*\0": b"tiff", b"MM\0*": b"tiff"}
-_KEEP = Qt.AspectRatioMode.KeepAspectRatio
+_FORMATS_BY_SIGNATURE = {
+    b"\xff\xd8": b"jpeg",
+    b"\x89PNG": b"png",
+    b"II*\0": b"tiff",
+    b"MM\0*": b"tiff",
+}
+_KEEP_ASPECT_RATIO = Qt.AspectRatioMode.KeepAspectRatio
 
 
 def _halve_size(image: QImage) -> QImage:
@@ -223,6 +241,6 @@ def _halve_size(image: QImage) -> QImage:
     return result
 
 
-def _drawable(image: QImage) -> QImage:
+def _convert_for_drawing(image: QImage) -> QImage:
     """Return an image in the format that Qt draws fastest."""
     return image if image.isNull() else image.convertToFormat(QImage.Format.Format_RGB32)

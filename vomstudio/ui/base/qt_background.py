@@ -10,21 +10,21 @@ from PySide6.QtCore import QObject, QTimer
 from shiboken6 import isValid
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.threads import PROCESSORS
+from vomstudio.core.threads import PROCESSOR_COUNT
 from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.studio.background import Background
 
-Work = Callable[[], Any]
+Task = Callable[[], Any]
 
-_SLOW_MS = 200
-_KEY = "newest"
+_SLOW_DELAY_MS = 200
+_REQUEST_KEY = "newest"
 
 
 class QtBackground(Background):
     """Background tasks of a widget, which also stop when Qt deletes the widget."""
 
     def __init__(
-        self, owner: QObject, name: str = "background", *, threads: int = PROCESSORS
+        self, owner: QObject, name: str = "background", *, threads: int = PROCESSOR_COUNT
     ) -> None:
         super().__init__(poster(owner), name, threads=threads)
         self._owner = owner
@@ -35,7 +35,7 @@ class QtBackground(Background):
         return super().is_stopped or not isValid(self._owner)
 
 
-class NewestResult:
+class LatestRequestRunner:
     """Runs one function at a time and delivers only the result of the newest request.
 
     Parameters
@@ -55,15 +55,15 @@ class NewestResult:
     ) -> None:
         self._background = QtBackground(owner)
         self._finished_callback, self._fail = finished_callback, fail
-        self._slow_timer = QTimer(owner, singleShot=True, interval=_SLOW_MS)
+        self._slow_timer = QTimer(owner, singleShot=True, interval=_SLOW_DELAY_MS)
         self._slow_timer.timeout.connect(slow_callback)
 
     @property
     def is_waiting(self) -> bool:
         """Whether a result is pending."""
-        return self._background.is_waiting(_KEY)
+        return self._background.is_waiting(_REQUEST_KEY)
 
-    def run_now(self, task: Work) -> None:
+    def run_now(self, task: Task) -> None:
         """Run a short function in the calling thread; cancels earlier requests."""
         self.cancel()
         try:
@@ -73,7 +73,7 @@ class NewestResult:
         else:
             self._finished_callback(result)
 
-    def request(self, task: Work) -> None:
+    def request(self, task: Task) -> None:
         """Run a function in a worker thread; cancels earlier requests."""
         if not self.is_waiting:
             self._slow_timer.start()
@@ -81,13 +81,13 @@ class NewestResult:
             task,
             partial(self._deliver_result, self._finished_callback),
             partial(self._deliver_result, self._fail),
-            key=_KEY,
+            key=_REQUEST_KEY,
         )
 
     def cancel(self) -> None:
         """Cancel earlier requests."""
         self._slow_timer.stop()
-        self._background.cancel(_KEY)
+        self._background.cancel(_REQUEST_KEY)
 
     def close(self) -> None:
         """Stop the delivery of results."""

@@ -38,10 +38,10 @@ class QtTimer:
     def __init__(self, parent: QObject, seconds: float, call: Call) -> None:
         self._timer = QTimer(parent, singleShot=True)
         self._timer.timeout.connect(lambda: call())
-        self._seconds = seconds
+        self._delay_s = seconds
 
     def start(self, seconds: float | None = None) -> None:
-        self._timer.start(round(1000 * (self._seconds if seconds is None else seconds)))
+        self._timer.start(round(1000 * (self._delay_s if seconds is None else seconds)))
 
     def stop(self) -> None:
         self._timer.stop()

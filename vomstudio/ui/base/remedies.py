@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 
-CONTINUE, REGISTER = "edit_feature", "register_model"
+CONTINUE_COMMAND, REGISTER_COMMAND = "edit_feature", "register_model"
 
 
 @dataclass(frozen=True)
@@ -32,36 +32,46 @@ class Remedy:
 
 
 REMEDIES: dict[str, Remedy] = {
-    "feature.too-few-points": Remedy(_("Too few points: add points"), CONTINUE),
-    "line.off-plane": Remedy(_("Off its plane: pick it on the plane"), CONTINUE),
+    "feature.too-few-points": Remedy(_("Too few points: add points"), CONTINUE_COMMAND),
+    "line.off-plane": Remedy(_("Off its plane: pick it on the plane"), CONTINUE_COMMAND),
     "line.plane-error-unknown": Remedy(_("Its plane has no error: measure it again")),
     "line.plane-missing": Remedy(_("Its plane is missing: choose another")),
-    "line.registration": Remedy(_("Uncertain north: register the model better"), REGISTER),
+    "line.registration": Remedy(_("Uncertain north: register the model better"), REGISTER_COMMAND),
     "line.scattered-set": Remedy(_("Scattered planes: use one limb or the fold axis")),
-    "line.two-points": Remedy(_("Two points give no error: add points"), CONTINUE),
-    "line.uncertain": Remedy(_("Uncertain: pick a longer line"), CONTINUE),
+    "line.two-points": Remedy(_("Two points give no error: add points"), CONTINUE_COMMAND),
+    "line.uncertain": Remedy(_("Uncertain: pick a longer line"), CONTINUE_COMMAND),
     "line.uncertain-plane": Remedy(_("Uncertain planes: measure them better")),
     "plane.bowed": Remedy(_("Curved face: use it only where it is planar")),
-    "plane.collinear": Remedy(_("Too straight: add a point where the trace bends"), CONTINUE),
-    "plane.in-face": Remedy(_("Along the face: pick where it cuts in"), CONTINUE),
-    "plane.levels": Remedy(_("Two levels: keep one of them"), CONTINUE),
-    "plane.long-roughness": Remedy(_("Rough over its length: pick a longer trace"), CONTINUE),
-    "plane.not-coplanar": Remedy(_("Not one plane: keep points of a single plane"), CONTINUE),
-    "plane.registration": Remedy(_("Uncertain north: register the model better"), REGISTER),
-    "plane.resolution": Remedy(_("Too small for this model: pick a larger one"), CONTINUE),
-    "plane.three-distinct-points": Remedy(_("Three points give no error: add points"), CONTINUE),
-    "plane.three-points": Remedy(_("Three points give no error: add points"), CONTINUE),
-    "plane.three-straight-points": Remedy(
-        _("Too straight: add a point where the trace bends"), CONTINUE
+    "plane.collinear": Remedy(
+        _("Too straight: add a point where the trace bends"), CONTINUE_COMMAND
     ),
-    "plane.too-few-points": Remedy(_("Few points: add more"), CONTINUE),
-    "plane.too-small": Remedy(_("Too small for this model: pick a longer one"), CONTINUE),
-    "plane.too-straight": Remedy(_("Too straight: add a point where the trace bends"), CONTINUE),
-    "plane.uncertain": Remedy(_("Uncertain: add points where the trace bends"), CONTINUE),
-    "plane.uncertain-patch": Remedy(_("Uncertain: enlarge the patch"), CONTINUE),
-    "points.collinear": Remedy(_("All on one line: add a point off it"), CONTINUE),
-    "points.coincident": Remedy(_("All points coincide: add points"), CONTINUE),
-    "trace.beside": Remedy(_("The path leaves the contact: add a way-point"), CONTINUE),
+    "plane.in-face": Remedy(_("Along the face: pick where it cuts in"), CONTINUE_COMMAND),
+    "plane.levels": Remedy(_("Two levels: keep one of them"), CONTINUE_COMMAND),
+    "plane.long-roughness": Remedy(
+        _("Rough over its length: pick a longer trace"), CONTINUE_COMMAND
+    ),
+    "plane.not-coplanar": Remedy(
+        _("Not one plane: keep points of a single plane"), CONTINUE_COMMAND
+    ),
+    "plane.registration": Remedy(_("Uncertain north: register the model better"), REGISTER_COMMAND),
+    "plane.resolution": Remedy(_("Too small for this model: pick a larger one"), CONTINUE_COMMAND),
+    "plane.three-distinct-points": Remedy(
+        _("Three points give no error: add points"), CONTINUE_COMMAND
+    ),
+    "plane.three-points": Remedy(_("Three points give no error: add points"), CONTINUE_COMMAND),
+    "plane.three-straight-points": Remedy(
+        _("Too straight: add a point where the trace bends"), CONTINUE_COMMAND
+    ),
+    "plane.too-few-points": Remedy(_("Few points: add more"), CONTINUE_COMMAND),
+    "plane.too-small": Remedy(_("Too small for this model: pick a longer one"), CONTINUE_COMMAND),
+    "plane.too-straight": Remedy(
+        _("Too straight: add a point where the trace bends"), CONTINUE_COMMAND
+    ),
+    "plane.uncertain": Remedy(_("Uncertain: add points where the trace bends"), CONTINUE_COMMAND),
+    "plane.uncertain-patch": Remedy(_("Uncertain: enlarge the patch"), CONTINUE_COMMAND),
+    "points.collinear": Remedy(_("All on one line: add a point off it"), CONTINUE_COMMAND),
+    "points.coincident": Remedy(_("All points coincide: add points"), CONTINUE_COMMAND),
+    "trace.beside": Remedy(_("The path leaves the contact: add a way-point"), CONTINUE_COMMAND),
 }
 """Remedies by the code of the reason."""
 
@@ -81,7 +91,7 @@ def short_reason(reason: Finding) -> str:
     return reason.message if remedy is None else tr(remedy.text)
 
 
-def command_for(reason: Finding) -> str:
+def remedy_command(reason: Finding) -> str:
     """Return the name of the command that acts on a reason, or "" without such a command.
 
     Parameters

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from vomstudio.core.words import to_translate, tr
 
 _WORD = re.compile(r"\w+(?:[-/]\w+)*")
-_WHOLE, _PREFIX, _PART, _NONE = range(4)
-_KINDS = 3
+_WHOLE_WORD, _WORD_PREFIX, _WORD_PART, _NO_MATCH = range(4)
+_MATCH_KIND_COUNT = 3
 
 SYNONYMS: dict[str, str] = {
     "open": to_translate("load, mesh, point cloud, obj, ply, las, laz, e57, gltf"),
@@ -134,7 +134,7 @@ class SearchEntry:
     description: str = ""
 
 
-def synonyms_of(name: str) -> tuple[str, ...]:
+def command_synonyms(name: str) -> tuple[str, ...]:
     """Return the phrases that mean a command, in the user's language."""
     phrases = tr(SYNONYMS[name]).split(",") if name in SYNONYMS else ()
     return tuple(phrase.strip() for phrase in phrases)
@@ -150,15 +150,15 @@ def rank(
     use, then by the order of the entries; a query without words returns all entries.
     """
     words = _words(query)
-    scored_commands = []
+    scored_entries = []
     for position, entry in enumerate(entries):
         score = _score(words, entry)
         if score is not None:
-            used_index = (
+            recency_rank = (
                 recent_names.index(entry.key) if entry.key in recent_names else len(recent_names)
             )
-            scored_commands.append(((*score, used_index, position), entry))
-    return [entry for _, entry in sorted(scored_commands, key=lambda each: each[0])]
+            scored_entries.append(((*score, recency_rank, position), entry))
+    return [entry for _, entry in sorted(scored_entries, key=lambda scored_entry: scored_entry[0])]
 
 
 def _words(text: str) -> list[str]:
@@ -176,22 +176,23 @@ def _score(words: list[str], entry: SearchEntry) -> tuple[int, int, int] | None:
     if words in phrases:
         return (1, phrases.index(words), 0)
     fields = (title, [word for phrase in phrases for word in phrase], _words(entry.description))
-    total = 0
+    total_score = 0
     for word in words:
         scores = [
-            _KINDS * field + match_kind
+            _MATCH_KIND_COUNT * field + match_kind
             for field, texts in enumerate(fields)
-            if (match_kind := min((_kind(word, text) for text in texts), default=_NONE)) != _NONE
+            if (match_kind := min((_match_kind(word, text) for text in texts), default=_NO_MATCH))
+            != _NO_MATCH
         ]
         if not scores:
             return None
-        total += min(scores)
-    return (2, total, len(title))
+        total_score += min(scores)
+    return (2, total_score, len(title))
 
 
-def _kind(word: str, text: str) -> int:
+def _match_kind(word: str, text: str) -> int:
     if word == text:
-        return _WHOLE
+        return _WHOLE_WORD
     if text.startswith(word):
-        return _PREFIX
-    return _PART if len(word) > 1 and word in text else _NONE
+        return _WORD_PREFIX
+    return _WORD_PART if len(word) > 1 and word in text else _NO_MATCH

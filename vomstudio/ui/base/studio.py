@@ -75,11 +75,11 @@ class Studio(QObject):
         self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
         self.results_folder: Path | None = None
         """Folder of the result that was written last in the project."""
-        self._forward()
+        self._bind_methods()
         self._connect_signals()
-        self.workspace.projects.leaving.connect(self._forget_results)
+        self.workspace.projects.leaving.connect(self._forget_results_folder)
 
-    def _forward(self) -> None:
+    def _bind_methods(self) -> None:
         """Bind the methods of the workspace that widgets use."""
         w = self.workspace
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
@@ -87,13 +87,13 @@ class Studio(QObject):
         self.fields, self.facets = w.fields, w.facets
         self.proposed_traces, self.fold = w.proposed_traces, w.fold
         self.models, self.tools = w.models.open_models, w.tools.tools
-        self.tool_of = w.tools.of
+        self.get_tool = w.tools.of
 
         self.new_project, self.open_project = w.projects.new, w.projects.open
         self.save, self.save_as, self.discard = w.projects.save, w.projects.save_as, w.discard
         self.offer_recovery, self.close = w.offer_recovery, w.close
         self.remember, self.keep_settings = w.preferences.remember, w.preferences.keep
-        self.keep_window = w.preferences.keep_window
+        self.store_window = w.preferences.store_window
 
         self.apply, self.attempt = w.editing.apply, w.editing.attempt
         self.undo, self.redo = w.history.undo, w.history.redo
@@ -139,7 +139,7 @@ class Studio(QObject):
         w.recovery_found.connect(self.recovery_found.emit)
         w.selection.changed.connect(self.selection_changed.emit)
         w.models.loaded.connect(self.model_loaded.emit)
-        w.models.frame_wanted.connect(self.frame_requested.emit)
+        w.models.frame_needed.connect(self.frame_requested.emit)
         w.tools.next_changed.connect(self.next_changed.emit)
         w.tools.changed.connect(self.tool_changed_signal.emit)
         w.tools.active_changed.connect(self.active_tool_changed.emit)
@@ -152,7 +152,7 @@ class Studio(QObject):
         w.layers.written.connect(self.layers_written.emit)
         w.jobs.changed.connect(self.jobs_changed.emit)
 
-    def _forget_results(self) -> None:
+    def _forget_results_folder(self) -> None:
         self.results_folder = None
 
     # --- state of the current project and tool -----------------------------------------------

@@ -78,9 +78,9 @@ def _apply_palette() -> None:
     # Not every desktop reports a colour scheme or supports one per program.
     application.setPalette(_palette(is_dark() if name not in _SCHEMES else name == "dark"))
     _outline_boxes()
-    for toggles in list(_TOGGLES):
-        if isValid(toggles):
-            toggles.follow()
+    for styler in list(_TOGGLE_STYLERS):
+        if isValid(styler):
+            styler.update_style_sheet()
 
 
 def _outline_boxes() -> None:
@@ -91,15 +91,15 @@ def _outline_boxes() -> None:
     """
     role = QPalette.ColorRole.Window
     window = QApplication.palette().color(role)
-    for kinds, color in (
+    for widget_classes, color in (
         (_INNER_WIDGETS, window),
         (_FRAMED_WIDGETS, QColor(_FRAME_COLOR) if is_dark() else window),
     ):
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
-        for pixmap_kind in kinds:
+        for widget_class in widget_classes:
             # The method accepts a name, although its type stub does not.
-            QApplication.setPalette(palette, pixmap_kind)  # type: ignore[arg-type]
+            QApplication.setPalette(palette, widget_class)  # type: ignore[arg-type]
 
 
 def is_dark() -> bool:
@@ -163,24 +163,24 @@ def toggle_style_sheet() -> str:
     )
 
 
-_TOGGLES: WeakSet[_Toggles] = WeakSet()
+_TOGGLE_STYLERS: WeakSet[_ToggleStyler] = WeakSet()
 
 
-class _Toggles(QObject):
+class _ToggleStyler(QObject):
     """Keeps the style sheet of a widget consistent with the theme."""
 
     def __init__(self, widget: QWidget) -> None:
         super().__init__(widget)
-        self._widget, self._sheet = widget, ""
+        self._widget, self._style_sheet = widget, ""
         # A widget with its own style sheet does not receive palette changes.
-        QApplication.styleHints().colorSchemeChanged.connect(self.follow)
-        _TOGGLES.add(self)
-        self.follow()
+        QApplication.styleHints().colorSchemeChanged.connect(self.update_style_sheet)
+        _TOGGLE_STYLERS.add(self)
+        self.update_style_sheet()
 
-    def follow(self, *_: object) -> None:
+    def update_style_sheet(self, *_: object) -> None:
         sheet = toggle_style_sheet()
-        if sheet != self._sheet:
-            self._sheet = sheet
+        if sheet != self._style_sheet:
+            self._style_sheet = sheet
             self._widget.setStyleSheet(sheet)
 
 
@@ -189,7 +189,7 @@ def highlight_toggles(widget: QWidget) -> None:
 
     A style sheet of the whole window would slow down every panel.
     """
-    _Toggles(widget)
+    _ToggleStyler(widget)
 
 
 class _PaletteIcon(QIconEngine):
@@ -229,11 +229,11 @@ def _glyphs() -> tuple[str, dict[str, str]]:
     assert package is not None
     assert package.origin is not None
     folder = Path(package.origin).parent / "fonts"
-    font = next(folder.glob("materialdesignicons6-webfont-[0-9]*.ttf"))
-    names = next(folder.glob("materialdesignicons6-webfont-charmap-*.json"))
-    number = QFontDatabase.addApplicationFont(str(font))
-    codes: dict[str, str] = json.loads(read_small_text(names))
-    return QFontDatabase.applicationFontFamilies(number)[0], codes
+    font_file = next(folder.glob("materialdesignicons6-webfont-[0-9]*.ttf"))
+    charmap_file = next(folder.glob("materialdesignicons6-webfont-charmap-*.json"))
+    font_id = QFontDatabase.addApplicationFont(str(font_file))
+    codes: dict[str, str] = json.loads(read_small_text(charmap_file))
+    return QFontDatabase.applicationFontFamilies(font_id)[0], codes
 
 
 def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> None:
@@ -262,7 +262,7 @@ def verdict_icon(verdict: str | None) -> QIcon:
 
             draw_verdict_shape(painter, QRectF(4, 4, 24, 24), verdict)
 
-    return _painted(f"verdict {verdict}", draw)
+    return _create_icon(f"verdict {verdict}", draw)
 
 
 def picture_icon(path: str | None, size: QSize) -> QIcon:
@@ -294,7 +294,7 @@ def swatch(color: str) -> QIcon:
         painter.setPen(QPen(QColor(0, 0, 0, 140), 1.5))
         painter.drawEllipse(QPointF(16, 16), 11, 11)
 
-    return _painted(f"swatch {color}", draw)
+    return _create_icon(f"swatch {color}", draw)
 
 
 def type_icon(color: str, symbol: str) -> QIcon:
@@ -307,8 +307,8 @@ def type_icon(color: str, symbol: str) -> QIcon:
         if corners is None:
             painter.drawEllipse(QPointF(16, 16), 11, 11)
             return
-        count, start_deg, inner = corners
-        radii = (13.5, 13.5 * inner) if inner else (13.5,)
+        count, start_deg, inner_ratio = corners
+        radii = (13.5, 13.5 * inner_ratio) if inner_ratio else (13.5,)
         steps = count * len(radii)
         painter.drawPolygon(
             QPolygonF(
@@ -323,7 +323,7 @@ def type_icon(color: str, symbol: str) -> QIcon:
             )
         )
 
-    return _painted(f"type {color} {symbol}", draw)
+    return _create_icon(f"type {color} {symbol}", draw)
 
 
 # Number of corners, angle of the first corner, and radius ratio of the inner corners.
@@ -349,7 +349,7 @@ COLORS: tuple[tuple[str, str], ...] = (
 )
 
 
-def _painted(key: str, draw: Callable[[QPainter], None]) -> QIcon:
+def _create_icon(key: str, draw: Callable[[QPainter], None]) -> QIcon:
     """Return a cached icon, because tables request their icons at every repaint."""
     pixmap = QPixmap()
     if not QPixmapCache.find(f"vomstudio {key}", pixmap):

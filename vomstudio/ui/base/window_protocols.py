@@ -22,7 +22,7 @@ class Docks(Protocol):
     def ensure_height(self, name: str, height: int) -> None:
         """Ensure that a docked page is at least `height` pixels high."""
 
-    def place_of(self, name: str) -> QWidget | None:
+    def find_page_widget(self, name: str) -> QWidget | None:
         """Return the visible widget around a page, or None if the page is hidden."""
 
     def titles(self) -> dict[str, str]:

@@ -23,12 +23,13 @@ def focused_filter(studio: Studio) -> Callable[[Iterable[str]], set[str]] | None
     callable or None
         None if no filtered list has the focus.
     """
-    focus = QApplication.focusWidget()
+    focus_widget = QApplication.focusWidget()
     return next(
         (
-            find_hidden
-            for widget, find_hidden in studio.filters
-            if focus is not None and (widget is focus or widget.isAncestorOf(focus))
+            find_hidden_ids
+            for widget, find_hidden_ids in studio.filters
+            if focus_widget is not None
+            and (widget is focus_widget or widget.isAncestorOf(focus_widget))
         ),
         None,
     )
@@ -41,13 +42,13 @@ def delete_selected(studio: Studio) -> None:
     that no list shows is reported.
     """
     ids = selected_features(studio)
-    find_hidden = focused_filter(studio)
-    if find_hidden is not None:
-        hidden_ids = find_hidden(ids)
-        studio.delete_selected(but=hidden_ids)
+    find_hidden_ids = focused_filter(studio)
+    if find_hidden_ids is not None:
+        hidden_ids = find_hidden_ids(ids)
+        studio.delete_selected(excluded_ids=hidden_ids)
         if hidden_ids:
             studio.info(Finding("delete.hidden-left", count=len(hidden_ids)))
         return
-    unlisted_ids = set().union(*(find_hidden(ids) for _, find_hidden in studio.filters))
+    unlisted_ids = set().union(*(find_hidden_ids(ids) for _, find_hidden_ids in studio.filters))
     if studio.delete_selected() and unlisted_ids:
         studio.info(Finding("delete.hidden-deleted", count=len(unlisted_ids)))

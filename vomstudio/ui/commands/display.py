@@ -16,7 +16,7 @@ from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
 _DOCK_NAME = "display"
 
-MODE_NAMES = {
+MODES_BY_COMMAND = {
     "display_textured": "textured",
     "display_colors": "vertex_colors",
     "display_plain": "plain shaded",
@@ -29,7 +29,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
     """Create the display commands; `docks` contains the display page."""
     state = studio.display
 
-    def models() -> list[display.Data]:
+    def models() -> list[display.ModelData]:
         return [m.data for m in studio.models.values()]
 
     def set_mode(value: str) -> Callable[[], None]:
@@ -39,18 +39,18 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
         return lambda: current_mode() == value
 
     def current_mode() -> str:
-        return display.mode_shown(state.mode, models())
+        return display.effective_mode(state.mode, models())
 
     def toggle_lighting() -> None:
         state.set_lit(current_mode(), not state.lit[current_mode()])
 
-    def why_not_mode(value: str) -> Callable[[], Finding | None]:
-        return lambda: display.why_not_mode(value, models())
+    def mode_refusal(value: str) -> Callable[[], Finding | None]:
+        return lambda: display.mode_refusal(value, models())
 
-    def set_size(value: float | None) -> Callable[[], None]:
+    def set_point_size(value: float | None) -> Callable[[], None]:
         return lambda: state.set_point_size(value)
 
-    def is_size(value: float | None) -> Callable[[], bool]:
+    def is_point_size(value: float | None) -> Callable[[], bool]:
         return lambda: state.point_size == value
 
     table = [
@@ -58,10 +58,10 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             name,
             tr(display.MODES[value]),
             set_mode(value),
-            why_not=why_not_mode(value),
+            why_not=mode_refusal(value),
             is_checked=is_mode(value),
         )
-        for name, value in MODE_NAMES.items()
+        for name, value in MODES_BY_COMMAND.items()
     ]
     table += [
         Command(
@@ -77,7 +77,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("&Lighting"),
             toggle_lighting,
             tip=tr("Shade the surface with a light; turn off to see true colours."),
-            why_not=lambda: display.why_not_lit(models()),
+            why_not=lambda: display.lighting_refusal(models()),
             is_checked=lambda: state.lit[current_mode()],
         ),
         Command(
@@ -85,7 +85,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("&Eye-dome lighting"),
             lambda: state.set_eye_dome(not state.eye_dome),
             tip=tr("Shade a point cloud by depth while the view is still."),
-            why_not=lambda: display.why_not_eye_dome(models()),
+            why_not=lambda: display.eye_dome_refusal(models()),
             is_checked=lambda: state.eye_dome,
         ),
         Command(
@@ -100,14 +100,14 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
         Command(
             "display_size_auto",
             tr("Automatic (fill gaps)"),
-            set_size(None),
+            set_point_size(None),
             why_not=view.why_not,
-            is_checked=is_size(None),
+            is_checked=is_point_size(None),
         ),
         Command(
             "clipping_box",
             tr("&Clipping box"),
-            lambda: toggle_clip(studio, view, docks),
+            lambda: toggle_clipping_box(studio, view, docks),
             icon="cube-scan",
             tip=tr("Show and pick only the part of the model inside a box."),
             why_not=view.why_not,
@@ -116,7 +116,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
         Command(
             "clipping_reset",
             tr("Fit clipping box"),
-            lambda: fit_clip(studio, view),
+            lambda: fit_clipping_box(studio, view),
             why_not=lambda: None if state.clipping else Finding("action.no-clipping-box"),
         ),
         Command(
@@ -129,9 +129,9 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             Command(
                 f"display_size_{pixels:g}",
                 text,
-                set_size(pixels),
+                set_point_size(pixels),
                 why_not=view.why_not,
-                is_checked=is_size(pixels),
+                is_checked=is_point_size(pixels),
             )
         )
     return table
@@ -148,7 +148,7 @@ def choose_field(studio: Studio, docks: Docks) -> None:
     docks.bring_forward(_DOCK_NAME)
 
 
-def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
+def toggle_clipping_box(studio: Studio, view: OutcropView, docks: Docks) -> None:
     """Switch the clipping box on or off, first fitting an empty box to the models."""
     state = studio.display
     if state.clipping:
@@ -157,11 +157,11 @@ def toggle_clip(studio: Studio, view: OutcropView, docks: Docks) -> None:
         state.set_clip(state.box, True)
         docks.bring_forward(_DOCK_NAME)
     else:
-        fit_clip(studio, view)
+        fit_clipping_box(studio, view)
         docks.bring_forward(_DOCK_NAME)
 
 
-def fit_clip(studio: Studio, view: OutcropView) -> None:
+def fit_clipping_box(studio: Studio, view: OutcropView) -> None:
     """Fit the clipping box to all visible models."""
     box = view.models_box()
     if box is not None:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.records import Model
@@ -26,7 +26,7 @@ from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.models import find_placed_model
 from vomstudio.studio.notices import UPDATE_DRAWN, Notice
 from vomstudio.ui.base import file_filters
-from vomstudio.ui.base.command_targets import current_model, start_folder, why_no_model
+from vomstudio.ui.base.command_targets import current_model, missing_model_finding, start_folder
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 
@@ -47,9 +47,9 @@ class DrawingImport(QObject):
         studio.project_opened.connect(self._clear)
 
     def why_not(self) -> Finding | None:
-        return why_no_model(self._studio)
+        return missing_model_finding(self._studio)
 
-    def choose(self) -> None:
+    def choose_file(self) -> None:
         """Ask for a drawing, and for the sidecar file of the picture if it is elsewhere."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
@@ -132,20 +132,20 @@ class DrawingImport(QObject):
     def _find_model(self, content_hash: str) -> Model | None:
         """Return the open model that the picture shows, otherwise the current model."""
         studio = self._studio
-        current = current_model(studio)
-        models = sorted(studio.session.of(Model), key=lambda m: m is not current)
+        preferred_model = current_model(studio)
+        models = sorted(studio.session.of(Model), key=lambda m: m is not preferred_model)
         matches = [m for m in models if m.content_hash == content_hash]
         return next((m for m in (*matches, *models) if m.id in studio.models), None)
 
     def _report_error(self, error: VomError) -> None:
         # The field is an option of the command line.
-        cause = cause_of(error)
+        cause = cause_finding(error)
         self._studio.warn(cause if error.file is None else cause.with_file(error.file), "error")
 
     def _add_traces(self, drawing: Path, model: Model, drawn_traces: DrawnTraces) -> None:
         studio = self._studio
-        current = studio.records.get(model.id)
-        if not isinstance(current, Model) or current.to_world != model.to_world:
+        current_record = studio.records.get(model.id)
+        if not isinstance(current_record, Model) or current_record.to_world != model.to_world:
             studio.warn(Finding("model.moved"))
             return
         if drawn_traces.traces and not studio.attempt(edits.add_features, drawn_traces.traces):
@@ -163,7 +163,7 @@ class DrawingImport(QObject):
         # The edited traces do not exist in another project.
         self._edited_traces = ()
 
-    def why_no_update(self) -> Finding | None:
+    def missing_update_finding(self) -> Finding | None:
         """Return why no traces can be updated, or None if the last drawing edited some."""
         return None if self._edited_traces else Finding("action.no-edited-traces")
 

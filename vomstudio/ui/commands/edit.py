@@ -12,9 +12,9 @@ from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.studio.history import step_title
 from vomstudio.ui.base.actions import Actions, Command
-from vomstudio.ui.base.command_targets import selected_features, why_no_feature
-from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.command_targets import missing_feature_finding, selected_features
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.commands.deletion import delete_selected, focused_filter
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
     """Create the editing commands; `find` opens the search."""
 
-    def why_no_selection() -> Finding | None:
-        return why_no_feature(studio)
+    def missing_selection_finding() -> Finding | None:
+        return missing_feature_finding(studio)
 
-    def why_not_undo() -> Finding | None:
+    def undo_refusal() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
 
-    def why_not_redo() -> Finding | None:
+    def redo_refusal() -> Finding | None:
         if studio.redo_label:
             return None
         if studio.session.redo_label and studio.open_tool is not None:
@@ -46,17 +46,17 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         return tr("&Redo {step}", step=_menu_text(label)) if label else tr("&Redo")
 
     def rename() -> None:
-        current = selected_features(studio)[-1]
-        old_name = studio.records[current].name
+        feature_id = selected_features(studio)[-1]
+        old_name = studio.records[feature_id].name
         name, is_accepted = QInputDialog.getText(parent, tr("Rename"), tr("Name"), text=old_name)
         if is_accepted and name.strip() != old_name:
-            studio.attempt(edits.set_attributes, [current], name=name.strip())
+            studio.attempt(edits.set_attributes, [feature_id], name=name.strip())
 
     def select_all() -> None:
         """Select all features, or those that the focused list shows."""
         ids = [feature.id for feature in studio.session.features()]
-        find_hidden = focused_filter(studio)
-        hidden_ids = set() if find_hidden is None else find_hidden(ids)
+        find_hidden_ids = focused_filter(studio)
+        hidden_ids = set() if find_hidden_ids is None else find_hidden_ids(ids)
         studio.selection.set(id_ for id_ in ids if id_ not in hidden_ids)
 
     return [
@@ -66,7 +66,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             studio.undo,
             icon="undo",
             shortcut="Ctrl+Z",
-            why_not=why_not_undo,
+            why_not=undo_refusal,
             current_text=undo_text,
         ),
         Command(
@@ -75,7 +75,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             studio.redo,
             icon="redo",
             shortcut=("Ctrl+Shift+Z", "Ctrl+Y"),
-            why_not=why_not_redo,
+            why_not=redo_refusal,
             current_text=redo_text,
         ),
         Command(
@@ -83,9 +83,9 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             tr("&Delete features"),
             lambda: delete_selected(studio),
             icon="delete-outline",
-            why_not=why_no_selection,
+            why_not=missing_selection_finding,
         ),
-        Command("rename", tr("&Rename…"), rename, shortcut="F2", why_not=why_no_selection),
+        Command("rename", tr("&Rename…"), rename, shortcut="F2", why_not=missing_selection_finding),
         Command(
             "select_all",
             tr("Select &all features"),

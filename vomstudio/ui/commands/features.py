@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import selected_features, why_no_feature
+from vomstudio.ui.base.command_targets import missing_feature_finding, selected_features
 from vomstudio.ui.base.feature_colors import COLOR_MODES
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
@@ -40,17 +40,17 @@ PLANE_STYLES = (
 )
 
 
-def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
-    """Create the feature commands; `open_types` opens the dialog of feature types."""
+def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Command]:
+    """Create the feature commands; `open_types_dialog` opens the dialog of feature types."""
     surroundings = studio.workspace.surroundings
 
     def selected_ids() -> list[str]:
         return selected_features(studio)
 
-    def why_no_selection() -> Finding | None:
-        return why_no_feature(studio)
+    def missing_selection_finding() -> Finding | None:
+        return missing_feature_finding(studio)
 
-    def why_not_show_all() -> Finding | None:
+    def show_all_refusal() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")
 
     def set_plane_style(value: str) -> Callable[[], None]:
@@ -77,7 +77,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
         Command(
             "feature_types",
             tr("Feature &types…"),
-            open_types,
+            open_types_dialog,
             icon="shape-outline",
             tip=tr("Add, rename, colour and remove feature types."),
         ),
@@ -94,7 +94,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             lambda: studio.set_visible(selected_ids(), True),
             icon="eye-outline",
             tip=tr("Show the selected features in the outcrop and on the stereonet."),
-            why_not=why_no_selection,
+            why_not=missing_selection_finding,
         ),
         Command(
             "hide_chosen",
@@ -103,14 +103,14 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             icon="eye-off-outline",
             shortcut="Ctrl+H",
             tip=tr("Hide the selected features in the outcrop and on the stereonet."),
-            why_not=why_no_selection,
+            why_not=missing_selection_finding,
         ),
         Command(
             "show_only",
             tr("Show &only selected"),
             lambda: studio.show_only(selected_ids()),
             tip=tr("Hide all features except the selected ones."),
-            why_not=why_no_selection,
+            why_not=missing_selection_finding,
         ),
         Command(
             "show_all",
@@ -118,7 +118,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             studio.show_all,
             shortcut="Ctrl+Shift+H",
             tip=tr("Show all features, feature types and models."),
-            why_not=why_not_show_all,
+            why_not=show_all_refusal,
         ),
     ]
     for value, title in COLOR_MODES.items():
@@ -144,7 +144,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     return table
 
 
-def open_types(
+def open_types_dialog(
     parent: QWidget, studio: Studio, dialogs: OpenDialogs, type_id: str = ""
 ) -> TypesDialog:
     """Open the dialog of feature types beside the window, so that changes are visible."""

@@ -14,7 +14,7 @@ from vomstudio.ui.commands.project_files import Files
 def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -> list[Command]:
     """Create the file commands; `quit_program` ends the program."""
 
-    def why_no_features() -> Finding | None:
+    def missing_features_finding() -> Finding | None:
         return None if studio.session.features() else Finding("export.no-features")
 
     def open_sample() -> None:
@@ -64,7 +64,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             icon="table-arrow-right",
             shortcut="Ctrl+E",
             tip=tr("Export the orientation table as CSV, with errors and verdicts."),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "export_gpkg",
@@ -72,21 +72,21 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             lambda: files.export("gpkg"),
             icon="layers-outline",
             tip=tr("Export all features as layers of a GeoPackage."),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "export_shp",
             tr("Export &shapefiles…"),
             lambda: files.export("shp"),
             tip=tr("Export all features as shapefiles, one per layer."),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "export_dxf",
             tr("Export &DXF…"),
             lambda: files.export("dxf"),
             tip=tr("Export all features for CAD, one layer per type."),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "export_program",
@@ -96,7 +96,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
                 "Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
                 "GeMS, KML, GeoJSON."
             ),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "project_report",
@@ -104,15 +104,15 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.write_report,
             icon="file-document-outline",
             tip=tr("Write all results of the project as an HTML page."),
-            why_not=why_no_features,
+            why_not=missing_features_finding,
         ),
         Command(
             "copy_export",
             tr("&Copy export command"),
-            files.copy_export,
+            files.copy_export_command,
             icon="console",
             tip=tr("Copy the shell command that repeats the last export."),
-            why_not=files.why_no_export,
+            why_not=files.missing_export_finding,
         ),
         Command("quit", tr("&Quit"), quit_program, shortcut="Ctrl+Q"),
     ]

@@ -11,8 +11,8 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.project.kind import may_have_plane, planes_among
-from vomstudio.project.records import Picked
+from vomstudio.project.kind import may_have_plane, select_plane_features
+from vomstudio.project.records import PickedFeature
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.copied_command import (
@@ -21,7 +21,7 @@ from vomstudio.ui.widgets.copied_command import (
     copy_with_file,
     format_numbers,
 )
-from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.figure_file import choose_figure_file
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
@@ -31,7 +31,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         # The search stops at the first plane, since it runs after every edit on thousands of
         # records.
         has_planes = any(
-            isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values()
+            isinstance(r, PickedFeature) and may_have_plane(r) for r in studio.records.values()
         )
         return None if has_planes else Finding("planes.none")
 
@@ -55,19 +55,21 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
     ]
 
 
-def planes_to_fit(studio: Studio) -> Sequence[Picked]:
+def planes_to_fit(studio: Studio) -> Sequence[PickedFeature]:
     """Return the selected planes that were fitted to picked points, or else all such planes."""
     records = studio.records
     selected_features = [
-        f for f in planes_among(records, studio.selection.ids) if isinstance(f, Picked)
+        f
+        for f in select_plane_features(records, studio.selection.ids)
+        if isinstance(f, PickedFeature)
     ]
     return selected_features or [
-        f for f in planes_among(records, list(records)) if isinstance(f, Picked)
+        f for f in select_plane_features(records, list(records)) if isinstance(f, PickedFeature)
     ]
 
 
 def _ask_for_figure(studio: Studio, parent: QWidget) -> None:
-    path = ask_for_figure_file(parent, studio, tr("Plane shapes figure"), "shapes")
+    path = choose_figure_file(parent, studio, tr("Plane shapes figure"), "shapes")
     if path is not None:
         write_figure(studio, path)
 
@@ -82,8 +84,8 @@ def write_figure(studio: Studio, path: Path) -> None:
         studio.records, studio.measurements, {f.id for f in planes_to_fit(studio)}
     )
     try:
-        with atomic_write(path, True) as temporary:
-            write_shapes(temporary, table.rows, format=path.suffix.lower().removeprefix("."))
+        with atomic_write(path, True) as temporary_path:
+            write_shapes(temporary_path, table.rows, format=path.suffix.lower().removeprefix("."))
     except VomError as error:
         studio.fail(error)
     else:

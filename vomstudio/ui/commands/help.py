@@ -12,10 +12,10 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base.actions import Actions, Command
 from vomstudio.ui.base.help_links import current_help_topic
-from vomstudio.ui.base.long_boxes import show_long_text
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.search import SearchEntry
-from vomstudio.ui.dialogs.help.help_pages import address_of
+from vomstudio.ui.base.window_fitting import show_long_text
+from vomstudio.ui.dialogs.help.help_pages import help_address
 from vomstudio.ui.widgets.failure_notices import Host, save_report
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
         if topic is None:
             _show_shortcuts(parent, actions)
             return
-        _show_help(dialogs, parent).go_to(topic if isinstance(topic, str) else address_of(topic))
+        _show_help(dialogs, parent).go_to(topic if isinstance(topic, str) else help_address(topic))
 
     return [
         Command(

@@ -8,12 +8,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.notices import UPDATE_DRAWN
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model
-from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.command_targets import missing_model_finding
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.commands import domain_splitting
 from vomstudio.ui.commands.drawing_import import DrawingImport
-from vomstudio.ui.commands.plane_import import ListedImport
+from vomstudio.ui.commands.feature_import import FeatureListImport
 from vomstudio.ui.panels.features import plane_relations
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 
@@ -21,7 +21,7 @@ from vomstudio.ui.panels.view.view_panel import ViewPanel
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
     """Create the commands for lines, intersections and imported features."""
 
-    def why_too_few_groups() -> Finding | None:
+    def group_count_finding() -> Finding | None:
         if len(plane_relations.list_plane_groups(studio)) > 1:
             return None
         return Finding("action.one-group")
@@ -31,7 +31,10 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         fit_to_screen(dialog)
         dialog.open()
 
-    drawings, lists = DrawingImport(parent, studio), ListedImport(parent, studio)
+    drawing_import, feature_import = (
+        DrawingImport(parent, studio),
+        FeatureListImport(parent, studio),
+    )
     return [
         Command(
             "keep_intersection",
@@ -39,7 +42,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             lambda: plane_relations.keep_intersection(studio),
             icon="vector-intersection",
             tip=tr("Save the intersection of the two selected planes as a line."),
-            why_not=lambda: plane_relations.why_not_keep(studio),
+            why_not=lambda: plane_relations.keep_refusal(studio),
         ),
         Command(
             "intersection_of_sets",
@@ -47,7 +50,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             ask_for_sets,
             icon="vector-intersection",
             tip=tr("Intersect the mean planes of two types or sets."),
-            why_not=why_too_few_groups,
+            why_not=group_count_finding,
         ),
         Command(
             "part_by_plane",
@@ -60,26 +63,26 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         Command(
             "import_listed",
             tr("Import &features…"),
-            lists.choose,
+            feature_import.choose_file,
             icon="map-marker-plus",
             tip=tr("Import traces, planes, stations and areas of other programs."),
-            why_not=lambda: why_no_model(studio),
+            why_not=lambda: missing_model_finding(studio),
         ),
         Command(
             "import_drawing",
             tr("Import &drawn lines…"),
-            drawings.choose,
+            drawing_import.choose_file,
             icon="vector-polyline-plus",
             tip=tr("Project lines drawn on an orthophoto onto the model as traces."),
-            why_not=drawings.why_not,
+            why_not=drawing_import.why_not,
         ),
         Command(
             UPDATE_DRAWN,
             tr("&Update edited traces"),
-            drawings.update,
+            drawing_import.update,
             icon="vector-polyline-edit",
             tip=tr("Update traces that were edited in the imported drawing."),
-            why_not=drawings.why_no_update,
+            why_not=drawing_import.missing_update_finding,
         ),
         Command(
             "along_line",
@@ -87,7 +90,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             directions.look_along_line,
             shortcut="I",
             tip=tr("Look along the selected lineation or intersection (orthographic)."),
-            why_not=directions.why_no_line,
+            why_not=directions.line_refusal,
             is_viewport_key=True,
         ),
     ]

@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model, why_no_open_model
+from vomstudio.ui.base.command_targets import closed_model_finding, current_model
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
@@ -39,7 +39,7 @@ def commands(
             fit,
             icon="vector-combine",
             tip=tr("Register the model by fitting it to another model."),
-            why_not=lambda: why_no_open_model(studio),
+            why_not=lambda: closed_model_finding(studio),
         ),
         Command(
             "compare_models",
@@ -47,6 +47,6 @@ def commands(
             compare,
             icon="compare-horizontal",
             tip=tr("Compute signed distances from a more accurate model, with their significance."),
-            why_not=lambda: why_no_open_model(studio),
+            why_not=lambda: closed_model_finding(studio),
         ),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.core.words import tr, tr_n
-from vomstudio.io.models.model_copy import photos_of
+from vomstudio.io.models.model_copy import count_photos
 from vomstudio.project.records import Model
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.ui.base.controls import escape_markup
@@ -18,7 +18,7 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
     if path is None:
         return
     cameras = links.cameras_path(model.id)
-    photo_count, size_bytes = (0, 0) if cameras is None else photos_of(path, cameras)
+    photo_count, size_bytes = (0, 0) if cameras is None else count_photos(path, cameras)
     copy_photos = False
     if photo_count:
         box = QMessageBox(parent)

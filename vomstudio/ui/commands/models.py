@@ -13,7 +13,7 @@ from vomstudio.studio.notices import CONVERT
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.studio.tools.control import ControlTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model, why_no_open_model
+from vomstudio.ui.base.command_targets import closed_model_finding, current_model
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import WorkspaceSwitcher
 from vomstudio.ui.commands.model_copying import copy_into_project
@@ -25,15 +25,15 @@ def commands(
 ) -> list[Command]:
     """Create the commands for the current model."""
 
-    def why_no_model() -> Finding | None:
+    def missing_model_finding() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")
 
-    def why_not_copy() -> Finding | None:
+    def copy_refusal() -> Finding | None:
         model = current_model(studio)
-        if model is not None and studio.project.untitled:
+        if model is not None and studio.project.is_untitled:
             return Finding("action.project-untitled")
         if model is None or model.id not in studio.models:
-            return why_no_open_model(studio)
+            return closed_model_finding(studio)
         return None if Path(model.path).is_absolute() else Finding("action.model-in-project")
 
     def register() -> None:
@@ -45,15 +45,15 @@ def commands(
         if model is not None:
             copy_into_project(parent, studio, links, model)
 
-    def why_not_locate() -> Finding | None:
+    def locate_refusal() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return Finding("action.model-located") if model.id in studio.models else None
 
-    def why_not_convert() -> Finding | None:
-        convertible = studio.workspace.models.convertible
-        return Finding("action.no-refused-model") if convertible is None else None
+    def convert_refusal() -> Finding | None:
+        conversion_available = studio.workspace.models.conversion_available
+        return Finding("action.no-refused-model") if conversion_available is None else None
 
     return [
         Command(
@@ -62,7 +62,7 @@ def commands(
             files.declare_frame,
             icon="axis-arrow",
             tip=tr("Specify up axis, unit and CRS, so that orientations are geographic."),
-            why_not=why_no_model,
+            why_not=missing_model_finding,
         ),
         Command(
             "register_model",
@@ -70,7 +70,7 @@ def commands(
             register,
             icon="vector-point-select",
             tip=tr("Register the model by points with known coordinates."),
-            why_not=why_no_model,
+            why_not=missing_model_finding,
         ),
         Command(
             CONVERT,
@@ -78,7 +78,7 @@ def commands(
             studio.workspace.models.convert,
             icon="map-marker-path",
             tip=tr("Open a copy of the rejected model in a metric CRS."),
-            why_not=why_not_convert,
+            why_not=convert_refusal,
         ),
         Command(
             "locate",
@@ -86,7 +86,7 @@ def commands(
             files.locate_model,
             icon="file-search-outline",
             tip=tr("Choose the file of a model that was moved or renamed."),
-            why_not=why_not_locate,
+            why_not=locate_refusal,
         ),
         Command(
             "copy_model",
@@ -94,7 +94,7 @@ def commands(
             copy,
             icon="content-copy",
             tip=tr("Copy the model with textures, cameras and photos into the project folder."),
-            why_not=why_not_copy,
+            why_not=copy_refusal,
         ),
         Command(
             "export_model",
@@ -102,13 +102,13 @@ def commands(
             files.export_model,
             icon="export",
             tip=tr("Export in World coordinates (OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP, DXF)."),
-            why_not=lambda: why_no_open_model(studio),
+            why_not=lambda: closed_model_finding(studio),
         ),
         Command(
             "remove_model",
             tr("&Remove model"),
             files.remove_model,
             icon="close",
-            why_not=why_no_model,
+            why_not=missing_model_finding,
         ),
     ]

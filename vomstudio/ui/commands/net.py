@@ -21,19 +21,19 @@ from vomstudio.project.records import Model
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.command_targets import start_folder
-from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
-from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.figure_file import choose_figure_file
 
 if TYPE_CHECKING:
     from vomstudio.project.imports.field_table import FieldTable
-    from vomstudio.ui.dialogs.readings_dialog import Place
+    from vomstudio.ui.dialogs.readings_dialog import ProjectLocation
 
 
-DEFAULT_CONTOURS = "exponential_kamb"
+DEFAULT_CONTOUR_METHOD = "exponential_kamb"
 
 
 def commands(
@@ -41,7 +41,7 @@ def commands(
     find_net: Callable[[], NetDock | None],
     parent: QWidget,
     dialogs: OpenDialogs,
-    fill_middle: Callable[[str], None],
+    toggle_center: Callable[[str], None],
     show_net: Callable[[], None],
 ) -> list[Command]:
     """Create the commands that export the stereonet and import field measurements.
@@ -53,30 +53,30 @@ def commands(
         Returns the stereonet, or None until its library is loaded.
     parent : QWidget
     dialogs : OpenDialogs
-    fill_middle : callable
+    toggle_center : callable
         Moves a dock to the centre in place of the outcrop, or back.
     show_net : callable
         Brings the stereonet forward.
     """
 
-    def why_no_net() -> Finding | None:
-        no_features = None if studio.session.features() else Finding("action.net-empty")
-        return why_not_loaded() or no_features
+    def missing_net_finding() -> Finding | None:
+        empty_net_finding = None if studio.session.features() else Finding("action.net-empty")
+        return net_loading_finding() or empty_net_finding
 
     def export() -> None:
         if (panel := find_net()) is not None:
-            choose_picture(parent, studio, panel)
+            choose_net_file(parent, studio, panel)
 
     def copy() -> None:
         if (panel := find_net()) is not None:
             copy_net(studio, panel)
 
     def draw_on_net() -> None:
-        from vomstudio.ui.dialogs.net_drawing_dialog import NetTypingDialog
+        from vomstudio.ui.dialogs.net_drawing_dialog import NetDrawingDialog
 
         if (panel := find_net()) is not None:
             dialogs.show(
-                NetTypingDialog, lambda: NetTypingDialog(parent, studio, panel.view_settings)
+                NetDrawingDialog, lambda: NetDrawingDialog(parent, studio, panel.view_settings)
             )
 
     def choose_style() -> None:
@@ -87,17 +87,17 @@ def commands(
                 FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel), is_general=True
             )
 
-    def why_not_loaded() -> Finding | None:
+    def net_loading_finding() -> Finding | None:
         return None if find_net() else Finding("action.net-loading")
 
-    def show_rose() -> None:
+    def toggle_rose() -> None:
         if (panel := find_net()) is not None:
-            shows_rose = studio.settings.net_view == "strike"
-            panel.view_settings.show_view("net" if shows_rose else "strike", "")
+            is_rose_shown = studio.settings.net_view == "strike"
+            panel.view_settings.show_view("net" if is_rose_shown else "strike", "")
             show_net()
 
     def toggle_contours() -> None:
-        studio.settings.contour = "" if studio.settings.contour else DEFAULT_CONTOURS
+        studio.settings.contour = "" if studio.settings.contour else DEFAULT_CONTOUR_METHOD
         studio.keep_settings()
         show_net()
 
@@ -108,7 +108,7 @@ def commands(
             draw_on_net,
             icon="pencil-ruler",
             tip=tr("Draw great and small circles, rotate the data, set contour levels."),
-            why_not=why_not_loaded,
+            why_not=net_loading_finding,
         ),
         Command(
             "figure_style",
@@ -116,15 +116,15 @@ def commands(
             choose_style,
             icon="palette-outline",
             tip=tr("Set size, font, symbols and colours of net and rose figures."),
-            why_not=why_not_loaded,
+            why_not=net_loading_finding,
         ),
         Command(
             "rose_diagram",
             tr("Rose diagram"),
-            show_rose,
+            toggle_rose,
             icon="chart-donut-variant",
             tip=tr("Switch between the rose diagram of strikes and the net."),
-            why_not=why_not_loaded,
+            why_not=net_loading_finding,
             is_checked=lambda: studio.settings.net_view == "strike",
         ),
         Command(
@@ -133,13 +133,13 @@ def commands(
             toggle_contours,
             icon="chart-bell-curve-cumulative",
             tip=tr("Contour the density of poles and lines, or remove the contours."),
-            why_not=why_not_loaded,
+            why_not=net_loading_finding,
             is_checked=lambda: bool(studio.settings.contour),
         ),
         Command(
             "net_in_middle",
             tr("Stereonet in centre"),
-            lambda: fill_middle("stereonet"),
+            lambda: toggle_center("stereonet"),
             icon="fit-to-page-outline",
             shortcut="Shift+F9",
             tip=tr("Show the stereonet in place of the outcrop, or put it back."),
@@ -157,7 +157,7 @@ def commands(
             export,
             icon="export-variant",
             tip=tr("Export the stereonet as SVG, PDF or PNG."),
-            why_not=why_no_net,
+            why_not=missing_net_finding,
         ),
         Command(
             "copy_net",
@@ -165,7 +165,7 @@ def commands(
             copy,
             icon="content-copy",
             tip=tr("Copy the stereonet to the clipboard as SVG and picture."),
-            why_not=why_no_net,
+            why_not=missing_net_finding,
         ),
     ]
 
@@ -210,7 +210,7 @@ def _ask_for_columns(parent: QWidget, studio: Studio, table: FieldTable) -> None
     from vomstudio.ui.dialogs.readings_dialog import ReadingsDialog
 
     dialog = ReadingsDialog(
-        parent, table, dict(studio.records), project_place(studio), type_id=studio.next_type_id
+        parent, table, dict(studio.records), project_location(studio), type_id=studio.next_type_id
     )
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
@@ -229,13 +229,13 @@ def _ask_for_columns(parent: QWidget, studio: Studio, table: FieldTable) -> None
     dialog.open()
 
 
-def project_place(studio: Studio) -> Place:
+def project_location(studio: Studio) -> ProjectLocation:
     """Return the CRS of the project and the centre of its open models in the World frame.
 
     The CRS is returned only if all models that have a CRS share it. The centre is computed from the
     models with north, and is missing without such models.
     """
-    from vomstudio.ui.dialogs.readings_dialog import Place
+    from vomstudio.ui.dialogs.readings_dialog import ProjectLocation
 
     models = studio.session.of(Model)
     codes = {m.frame.crs for m in models if m.frame.kind == "crs"}
@@ -246,15 +246,15 @@ def project_place(studio: Studio) -> Place:
         if m.id in studio.models and m.frame.has_north
     ]
     if not corners:
-        return Place(crs)
+        return ProjectLocation(crs)
     x, y, _ = np.concatenate(corners).mean(axis=0)
-    return Place(crs, float(x), float(y), True)
+    return ProjectLocation(crs, float(x), float(y), True)
 
 
 # --- figure of the net -----------------------------------------------------------------------
-def choose_picture(parent: QWidget, studio: Studio, panel: NetDock) -> None:
+def choose_net_file(parent: QWidget, studio: Studio, panel: NetDock) -> None:
     """Ask for a file and write the stereonet to it."""
-    path = ask_for_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
+    path = choose_figure_file(parent, studio, tr("Export stereonet"), "stereonet")
     if path is not None:
         export_net(studio, panel, path)
 
@@ -263,7 +263,7 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
     """Copy the stereonet to the clipboard as SVG and as an image."""
     images = {}
     try:
-        net_contents = panel.print_contents()
+        net_contents = panel.printable_contents()
         for format_ in ("svg", "png"):
             data = io.BytesIO()
             write_net_figure(data, net_contents, load_figure_style(studio), format_)
@@ -283,10 +283,10 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     from vomstudio.core.files.atomic import atomic_write
 
     try:
-        net_contents = panel.print_contents()
+        net_contents = panel.printable_contents()
         format_ = path.suffix.lower().removeprefix(".")
-        with atomic_write(path, True) as temporary:
-            write_net_figure(Path(temporary), net_contents, load_figure_style(studio), format_)
+        with atomic_write(path, True) as temporary_path:
+            write_net_figure(Path(temporary_path), net_contents, load_figure_style(studio), format_)
     except VomError as error:
         studio.fail(error)
     else:

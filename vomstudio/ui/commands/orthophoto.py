@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 

@@ -12,7 +12,7 @@ from vomstudio.core.words import tr
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import current_model, start_folder, why_no_model
+from vomstudio.ui.base.command_targets import current_model, missing_model_finding, start_folder
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto
@@ -32,10 +32,10 @@ def commands(
 ) -> list[Command]:
     """Create the commands of the panel; `photos` lists the photos that show the selection."""
 
-    def no_model() -> Finding | None:
-        return why_no_model(studio)
+    def model_finding() -> Finding | None:
+        return missing_model_finding(studio)
 
-    def why_no_photo() -> Finding | None:
+    def missing_photo_finding() -> Finding | None:
         return None if photos.count() else Finding("action.no-shown-photo")
 
     def show_panel() -> None:
@@ -71,7 +71,7 @@ def commands(
             icon="image-search-outline",
             shortcut="Ctrl+Shift+P",
             tip=tr("Show the photos of the selection, with the features drawn on them."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "open_cameras",
@@ -79,7 +79,7 @@ def commands(
             open_cameras,
             icon="camera-outline",
             tip=tr("Open the camera file exported by the program that made the model."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "find_photos",
@@ -95,7 +95,7 @@ def commands(
             lambda: photos.step(-1),
             icon="chevron-left",
             shortcut="Alt+Left",
-            why_not=why_no_photo,
+            why_not=missing_photo_finding,
         ),
         Command(
             "next_photo",
@@ -103,7 +103,7 @@ def commands(
             lambda: photos.step(1),
             icon="chevron-right",
             shortcut="Alt+Right",
-            why_not=why_no_photo,
+            why_not=missing_photo_finding,
         ),
         Command(
             "fit_photo",
@@ -111,6 +111,6 @@ def commands(
             feature_photo.canvas.fit,
             icon="fit-to-screen-outline",
             shortcut="Ctrl+0",
-            why_not=why_no_photo,
+            why_not=missing_photo_finding,
         ),
     ]

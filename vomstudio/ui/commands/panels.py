@@ -7,25 +7,25 @@ from functools import partial
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.records import Picked, Typed
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.records import PickedFeature, TypedFeature
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model
+from vomstudio.ui.base.command_targets import missing_model_finding
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
 
 
 def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> list[Command]:
-    def no_model() -> Finding | None:
-        return why_no_model(studio)
+    def model_finding() -> Finding | None:
+        return missing_model_finding(studio)
 
-    def why_no_lines() -> Finding | None:
-        if any(kind_of(f).layer is not None for f in studio.session.of(Picked)):
+    def missing_lines_finding() -> Finding | None:
+        if any(get_kind(f).layer is not None for f in studio.session.of(PickedFeature)):
             return None
         return Finding("traces.none")
 
-    def why_no_planes() -> Finding | None:
-        if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
+    def missing_planes_finding() -> Finding | None:
+        if any(get_kind(f).net is not None for f in studio.session.of(TypedFeature)):
             return None
         return Finding("planes.none")
 
@@ -49,7 +49,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             propose_sets,
             icon="scatter-plot-outline",
             tip=tr("Group planes into sets and review the proposal on the net."),
-            why_not=why_no_planes,
+            why_not=missing_planes_finding,
         ),
         Command(
             "elevation_model",
@@ -57,7 +57,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("elevation"),
             icon="image-filter-hdr",
             tip=tr("Make a raster of heights over any plane, as GeoTIFF."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "section",
@@ -65,7 +65,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("section"),
             icon="box-cutter",
             tip=tr("Cut the model along a plane or line, and project features."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "count_fractures",
@@ -73,7 +73,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("fractures"),
             icon="grid",
             tip=tr("Count traces and measure their length, nodes and spacing."),
-            why_not=why_no_lines,
+            why_not=missing_lines_finding,
         ),
         Command(
             "looked_at",
@@ -81,7 +81,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("looked_at"),
             icon="grid",
             tip=tr("Divide the face into cells and mark the inspected ones."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "repeats",
@@ -89,7 +89,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("repeats"),
             icon="replay",
             tip=tr("Repeat some picks and compare the spread with the stated errors."),
-            why_not=why_no_lines,
+            why_not=missing_lines_finding,
         ),
         Command(
             "fault_displacement",
@@ -97,7 +97,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("displacement"),
             icon="arrow-split-horizontal",
             tip=tr("Compute net slip, throw and heave from cut-off traces."),
-            why_not=why_no_lines,
+            why_not=missing_lines_finding,
         ),
         Command(
             "three_points",
@@ -112,6 +112,6 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("bed_log"),
             icon="layers-triple-outline",
             tip=tr("Measure true bed thicknesses along a line."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
     ]

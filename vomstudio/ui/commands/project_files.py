@@ -23,7 +23,7 @@ from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.paths import PROJECT_SUFFIX, is_project
 from vomstudio.project.records import Model
-from vomstudio.studio.discarded_work import list_discarded_works
+from vomstudio.studio.discarded_work import list_discarded_work
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.base import file_filters
@@ -36,9 +36,9 @@ from vomstudio.ui.base.command_targets import (
     start_folder,
 )
 from vomstudio.ui.base.controls import escape_markup
-from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.dialogs.frame_dialog import FrameDialog
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.widgets.copied_command import CommandArguments, copy_command
@@ -46,7 +46,7 @@ from vomstudio.ui.widgets.copied_command import CommandArguments, copy_command
 if TYPE_CHECKING:
     from vomstudio.products.report.project import ProjectReport
 
-_EXPORTS = {
+_EXPORT_TITLES = {
     "csv": to_translate("Orientation table"),
     "gpkg": to_translate("GeoPackage"),
     "shp": to_translate("Shapefiles"),
@@ -60,7 +60,7 @@ TITLES = {
 }
 """Titles of the window, by the state of the project on the disk."""
 
-_PROGRAMS = {
+_PROGRAM_FORMATS = {
     "geojson": (to_translate("GeoJSON (*.geojson)"), ".geojson"),
     "kml": (to_translate("KML for Google Earth (*.kml)"), ".kml"),
     "stereonet": (to_translate("Stereonet: planes and lines (*.txt)"), "_stereonet.txt"),
@@ -83,7 +83,7 @@ class Files(QObject):
 
     opened = Signal()
     """Emitted when the user has opened a model or a project."""
-    choosing = Signal()
+    choice_started = Signal()
     """Emitted before the user is asked for a model or a project."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
@@ -101,7 +101,7 @@ class Files(QObject):
     def project_name(self) -> str:
         """Return the name of the open project as used in titles, or "untitled"."""
         project = self._studio.project
-        return tr("untitled") if project.untitled else project.name
+        return tr("untitled") if project.is_untitled else project.name
 
     def window_title(self) -> str:
         """Return the window title, which shows whether the project is saved and writable."""
@@ -111,7 +111,7 @@ class Files(QObject):
         }
         projects = self._studio.workspace.projects
         state = "written" if projects.is_written else "unwritable"
-        return tr(TITLES[state if projects.whole_on_disk else "in-memory"], **values)
+        return tr(TITLES[state if projects.is_complete_on_disk else "in-memory"], **values)
 
     def open_path(self, path: Path) -> None:
         """Open a model or a project; before a project is opened, offer to save the current one."""
@@ -122,7 +122,7 @@ class Files(QObject):
 
     def choose_model(self) -> None:
         """Ask for model files and open them."""
-        self.choosing.emit()
+        self.choice_started.emit()
         names, _ = QFileDialog.getOpenFileNames(
             self._parent,
             tr("Open model"),
@@ -134,7 +134,7 @@ class Files(QObject):
 
     def choose_project(self) -> None:
         """Ask for a project folder and open it."""
-        self.choosing.emit()
+        self.choice_started.emit()
         name = QFileDialog.getExistingDirectory(
             self._parent, tr("Open project (a folder NAME.vom)"), start_folder(self._studio)
         )
@@ -153,18 +153,18 @@ class Files(QObject):
         """
         project = self._studio.project
         failure = project.write_failure
-        if project.untitled or (failure is not None and is_lost(failure)):
+        if project.is_untitled or (failure is not None and is_lost(failure)):
             return self.save_as()
         return self.attempt(self._studio.save)
 
     def save_as(self) -> bool:
         """Ask for a folder, save the project there, and return whether it was saved."""
         project = self._studio.project
-        return self._save_to_choice(
-            tr("Save project as"), "outcrop" if project.untitled else project.name
+        return self._save_to_selected_folder(
+            tr("Save project as"), "outcrop" if project.is_untitled else project.name
         )
 
-    def choose_place(self, photos: str) -> bool:
+    def choose_project_folder(self, photos: str) -> bool:
         """Ask for the folder of an untitled project before a model is created in it.
 
         Parameters
@@ -177,23 +177,23 @@ class Files(QObject):
         bool
             False if the user cancelled or the project could not be saved in the folder.
         """
-        if not self._studio.project.untitled:
+        if not self._studio.project.is_untitled:
             return True
         title = tr("Save the project, which will contain the model of {photos}", photos=photos)
-        return self._save_to_choice(title, photos)
+        return self._save_to_selected_folder(title, photos)
 
-    def _save_to_choice(self, title: str, stem: str) -> bool:
+    def _save_to_selected_folder(self, title: str, stem: str) -> bool:
         """Ask for a folder and save the project there; an unused name is proposed."""
         name, _ = QFileDialog.getSaveFileName(
             self._parent,
             title,
-            str(_free_folder(results_folder(self._studio), stem)),
+            str(_unused_folder(results_folder(self._studio), stem)),
             tr("VOM Studio project (*{suffix})", suffix=PROJECT_SUFFIX),
         )
         if not name:
             return False
         folder = Path(name if name.endswith(PROJECT_SUFFIX) else name + PROJECT_SUFFIX)
-        self._survey.stop_to_move()
+        self._survey.stop_before_move()
         return self.attempt(lambda: self._studio.save_as(folder))
 
     def export(self, format_: str) -> None:
@@ -203,30 +203,30 @@ class Files(QObject):
             self._studio,
             tr("Export"),
             f"{self._file_stem()}.{format_}",
-            {format_: tr(_EXPORTS[format_])},
+            {format_: tr(_EXPORT_TITLES[format_])},
         )
         if path is not None:
-            self.export_to(format_, path)
+            self.export_features(format_, path)
 
     def _file_stem(self) -> str:
         project = self._studio.project
-        return "orientations" if project.untitled else project.name
+        return "orientations" if project.is_untitled else project.name
 
     def export_for_program(self) -> None:
         """Ask for a program and a file, and export the features in the format of the program."""
-        formats = {tr(pattern): format_ for format_, (pattern, _) in _PROGRAMS.items()}
+        formats = {tr(pattern): format_ for format_, (pattern, _) in _PROGRAM_FORMATS.items()}
         answer = ask_for_file(
             self._parent,
             tr("Export to program"),
             results_folder(self._studio) / self._file_stem(),
-            {pattern: _PROGRAMS[format_][1] for pattern, format_ in formats.items()},
+            {pattern: _PROGRAM_FORMATS[format_][1] for pattern, format_ in formats.items()},
         )
         if answer is not None:
             path, selected_pattern = answer
             remember_target(self._studio, path)
-            self.export_to(formats[selected_pattern], path)
+            self.export_features(formats[selected_pattern], path)
 
-    def export_to(self, format_: str, path: Path) -> None:
+    def export_features(self, format_: str, path: Path) -> None:
         """Export the features to `path`, replacing an existing file."""
 
         def write() -> None:
@@ -254,7 +254,7 @@ class Files(QObject):
             self._parent,
             studio,
             tr("Write report"),
-            f"{'report' if studio.project.untitled else studio.project.name}.html",
+            f"{'report' if studio.project.is_untitled else studio.project.name}.html",
             {"html": tr("Report")},
         )
         if path is None:
@@ -274,19 +274,19 @@ class Files(QObject):
 
         self._background.run(compute, finish, studio.fail)
 
-    def why_no_export(self) -> Finding | None:
+    def missing_export_finding(self) -> Finding | None:
         """Return a finding if nothing has been exported yet, otherwise None."""
         return Finding("action.nothing-exported") if self._last_export is None else None
 
-    def copy_export(self) -> None:
+    def copy_export_command(self) -> None:
         """Copy the command that repeats the last export to the clipboard."""
         if self._last_export is not None:
             format_, path = self._last_export
             folder = self._studio.project.folder
-            words: CommandArguments = ["export", folder, ("--to", format_)]
+            arguments: CommandArguments = ["export", folder, ("--to", format_)]
             if format_ == REPORT:
-                words = ["project", folder, REPORT]
-            copy_command(self._studio, [*words, ("-o", path), "--force"])
+                arguments = ["project", folder, REPORT]
+            copy_command(self._studio, [*arguments, ("-o", path), "--force"])
 
     def export_model(self) -> None:
         """Start a job that exports the current model in the World frame."""
@@ -302,18 +302,18 @@ class Files(QObject):
             for extension in writer.extensions
         }
         suffix = path.suffix.lower().removeprefix(".")
-        out = ask_for_target(
+        output_path = ask_for_target(
             self._parent,
             self._studio,
             tr("Export {model} as", model=model.name),
             f"{model.name}_export.{suffix if suffix in formats else 'ply'}",
             formats,
         )
-        if out is None:
+        if output_path is None:
             return
 
         def handle_result(result: ExportedModel) -> None:
-            self._studio.written(out)
+            self._studio.written(output_path)
             for warning in result.warnings:
                 self._studio.warn(warning)
 
@@ -328,7 +328,7 @@ class Files(QObject):
                 cache=self._studio.project.cache,
                 to_world=model.to_world,
                 crs=world_crs(model.frame.crs, model.frame.unit_m),
-                out=out,
+                out=output_path,
                 axes=model.frame.axes,
                 registration=model.registration,
             ),
@@ -382,12 +382,12 @@ class Files(QObject):
         The dialog stays beside the window, because the user finds the up axis by rotating the
         model. Models that are opened in the meantime are queued.
         """
-        current = self._frame_dialog
+        open_dialog = self._frame_dialog
         if (
             model_id is not None
-            and current is not None
-            and isValid(current)
-            and current.isVisible()
+            and open_dialog is not None
+            and isValid(open_dialog)
+            and open_dialog.isVisible()
         ):
             self._pending_ids.append(model_id)
             return
@@ -400,13 +400,13 @@ class Files(QObject):
         dialog = FrameDialog(self._parent, model, open_model, self._studio.crs_codes())
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self._apply_frame(model.id, dialog.frame))
-        dialog.finished.connect(self._declare_next)
+        dialog.finished.connect(self._declare_next_frame)
         self._studio.project_opened.connect(dialog.close)
         fit_to_screen(dialog)
         self._frame_dialog = dialog
         dialog.show()
 
-    def _declare_next(self, answer: int) -> None:
+    def _declare_next_frame(self, answer: int) -> None:
         """Show the frame dialog for the next model in the queue, unless the last was cancelled."""
         pending_ids = [
             i for i in self._pending_ids if isinstance(self._studio.records.get(i), Model)
@@ -470,7 +470,7 @@ class Files(QObject):
         if model is not None:
             self._studio.attempt(edits.remove_model, model.id)
 
-    def fill_recent(self, menu: QMenu) -> None:
+    def fill_recent_menu(self, menu: QMenu) -> None:
         """Fill the menu of recent projects and models, in which missing files are disabled."""
         menu.clear()
         for text in self._studio.settings.recent:
@@ -480,10 +480,10 @@ class Files(QObject):
         if menu.isEmpty():
             menu.addAction(tr("No recent files")).setEnabled(False)
 
-    def fill_discarded(self, menu: QMenu) -> None:
+    def fill_discarded_menu(self, menu: QMenu) -> None:
         """Fill the menu of untitled projects that were closed without saving, at most 20."""
         menu.clear()
-        for project in list_discarded_works():
+        for project in list_discarded_work():
             action = menu.addAction(project.describe())
             action.setToolTip(tr("Open the project; Undo restores the discarded work."))
             action.triggered.connect(lambda _=False, p=project.folder: self.open_path(p))
@@ -491,7 +491,7 @@ class Files(QObject):
             menu.addAction(tr("No discarded work")).setEnabled(False)
 
 
-def _free_folder(folder: Path, stem: str) -> Path:
+def _unused_folder(folder: Path, stem: str) -> Path:
     """Return the path of a project folder that does not exist, adding a number if needed."""
     suffixes = ("", *(f"-{number}" for number in range(2, 1000)))
     folders = [folder / f"{stem}{suffix}{PROJECT_SUFFIX}" for suffix in suffixes]

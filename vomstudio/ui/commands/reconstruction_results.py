@@ -32,42 +32,46 @@ def commands(
 
     def find_results() -> Path | None:
         """Return the reconstruction folder of the Photos panel, or else of an open model."""
-        out = survey.output_folder()
-        if out is not None and is_aligned(out):
-            return out
-        return out if out is not None and survey.rows else cameras.folder()
+        output_folder = survey.output_folder()
+        if output_folder is not None and is_aligned(output_folder):
+            return output_folder
+        return output_folder if output_folder is not None and survey.rows else cameras.folder()
 
-    def why_not_aligned() -> Finding | None:
-        out = find_results()
-        if out is None:
+    def alignment_refusal() -> Finding | None:
+        output_folder = find_results()
+        if output_folder is None:
             return Finding("action.no-photos")
-        return None if is_aligned(out) else Finding("action.not-aligned")
+        return None if is_aligned(output_folder) else Finding("action.not-aligned")
 
     def show_alignment() -> None:
         from vomstudio.ui.dialogs.alignment.alignment_dialog import AlignmentDialog
 
-        if (out := find_results()) is not None:
-            dialogs.show(AlignmentDialog, lambda: AlignmentDialog(parent, studio, out), out)
+        if (output_folder := find_results()) is not None:
+            dialogs.show(
+                AlignmentDialog,
+                lambda: AlignmentDialog(parent, studio, output_folder),
+                output_folder,
+            )
 
-    def why_no_tie_points() -> Finding | None:
-        out = find_results()
-        if out is None:
+    def missing_tie_points_finding() -> Finding | None:
+        output_folder = find_results()
+        if output_folder is None:
             return Finding("action.no-photos")
-        return None if (out / TIE_POINT_FILE).exists() else Finding("action.not-aligned")
+        return None if (output_folder / TIE_POINT_FILE).exists() else Finding("action.not-aligned")
 
     def show_tie_points() -> None:
-        if (out := find_results()) is not None:
-            _show_tie_points(studio, out)
+        if (output_folder := find_results()) is not None:
+            _show_tie_points(studio, output_folder)
 
-    def why_no_report() -> Finding | None:
-        out = find_results()
-        if out is not None and (out / REPORT_FILE).exists():
+    def missing_report_finding() -> Finding | None:
+        output_folder = find_results()
+        if output_folder is not None and (output_folder / REPORT_FILE).exists():
             return None
         return Finding("action.no-report")
 
     def open_report() -> None:
-        if (out := find_results()) is not None:
-            open_page(parent, out / REPORT_FILE)
+        if (output_folder := find_results()) is not None:
+            open_page(parent, output_folder / REPORT_FILE)
 
     return [
         Command(
@@ -76,7 +80,7 @@ def commands(
             show_alignment,
             icon="vector-link",
             tip=tr("Matches, camera calibration, residuals and depth maps."),
-            why_not=why_not_aligned,
+            why_not=alignment_refusal,
         ),
         Command(
             "show_tie_points",
@@ -84,7 +88,7 @@ def commands(
             show_tie_points,
             icon="dots-hexagon",
             tip=tr("Show the sparse cloud of tie points, coloured by reprojection error."),
-            why_not=why_no_tie_points,
+            why_not=missing_tie_points_finding,
         ),
         Command(
             "open_report",
@@ -92,14 +96,14 @@ def commands(
             open_report,
             icon="file-document-outline",
             tip=tr("Show the report with all figures of the reconstruction."),
-            why_not=why_no_report,
+            why_not=missing_report_finding,
         ),
     ]
 
 
-def _show_tie_points(studio: Studio, out: Path) -> None:
+def _show_tie_points(studio: Studio, output_folder: Path) -> None:
     """Open the tie points as a model in the frame of the model made from the same photos."""
-    folder = out.resolve()
+    folder = output_folder.resolve()
     # Symbolic links may lead to the same folder, so resolved paths are compared.
     models = {
         model.id: path.resolve()
@@ -118,7 +122,7 @@ def _show_tie_points(studio: Studio, out: Path) -> None:
         studio.display.show_field(model_id, FieldStyle("error_px"))
 
     studio.open_model(
-        out / TIE_POINT_FILE,
+        output_folder / TIE_POINT_FILE,
         tr("Tie points of {model}", model=name),
         reference_id=sibling_id,
         finished_callback=show_errors,

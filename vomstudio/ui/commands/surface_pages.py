@@ -5,7 +5,7 @@ from __future__ import annotations
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model
+from vomstudio.ui.base.command_targets import missing_model_finding
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 
@@ -19,8 +19,8 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
         docks.bring_forward(_DOCK_NAME)
         studio.surface_page_requested.emit(page)
 
-    def no_model() -> Finding | None:
-        return why_no_model(studio)
+    def model_finding() -> Finding | None:
+        return missing_model_finding(studio)
 
     return [
         Command(
@@ -29,7 +29,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("fields"),
             icon="palette-outline",
             tip=tr("Colour the outcrop by dip, dip direction, curvature, roughness or planarity."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "propose_facets",
@@ -37,7 +37,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("facets"),
             icon="vector-polygon",
             tip=tr("Find near-planar parts of the outcrop, and accept or reject each."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
         Command(
             "propose_traces",
@@ -45,6 +45,6 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("traces"),
             icon="vector-polyline",
             tip=tr("Find significant lines on the outcrop, and accept or reject each."),
-            why_not=no_model,
+            why_not=model_finding,
         ),
     ]

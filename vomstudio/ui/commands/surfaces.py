@@ -7,17 +7,17 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.kinds import has_plane
-from vomstudio.project.records import Feature, OnAModel, Painted
+from vomstudio.project.records import Feature, ModelFeature, PaintedFeature
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.long_boxes import fit_to_screen
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_to_screen
 
 
-def selected_patch(studio: Studio) -> Painted | None:
+def selected_patch(studio: Studio) -> PaintedFeature | None:
     """Return the selected feature if it is a patch and the only one selected, else None."""
     ids = studio.selection.ids
     record = studio.records.get(ids[0]) if len(ids) == 1 else None
-    return record if isinstance(record, Painted) else None
+    return record if isinstance(record, PaintedFeature) else None
 
 
 def selected_plane(studio: Studio) -> Feature | None:
@@ -30,7 +30,7 @@ def selected_plane(studio: Studio) -> Feature | None:
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """Create the commands for the selected patch or plane."""
 
-    def why_no_patch() -> Finding | None:
+    def patch_refusal() -> Finding | None:
         patch = selected_patch(studio)
         if patch is None:
             return Finding("selection.no-patch")
@@ -38,11 +38,11 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             return Finding("model.not-open")
         return None
 
-    def why_no_plane() -> Finding | None:
+    def plane_refusal() -> Finding | None:
         plane = selected_plane(studio)
         if plane is None:
             return Finding("selection.no-plane")
-        if not isinstance(plane, OnAModel) or studio.models.get(plane.model_id) is None:
+        if not isinstance(plane, ModelFeature) or studio.models.get(plane.model_id) is None:
             return Finding("plane.model-not-open")
         if studio.measure(plane).fit is None:
             return studio.measure(plane).problem or Finding("field.no-plane")
@@ -73,7 +73,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             show_surface,
             icon="waves",
             tip=tr("Analyse roughness and deviations of the selected patch from its plane."),
-            why_not=why_no_patch,
+            why_not=patch_refusal,
         ),
         Command(
             "extend_plane",
@@ -81,6 +81,6 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             show_extension,
             icon="arrow-expand-horizontal",
             tip=tr("Extend the selected plane through its model, with its error band."),
-            why_not=why_no_plane,
+            why_not=plane_refusal,
         ),
     ]

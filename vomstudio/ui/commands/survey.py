@@ -29,7 +29,7 @@ def commands(
     survey: PhotoSurvey,
     dialogs: SurveyDialogs,
     open_folder: Callable[[Path], None],
-    choose_place: Callable[[str], bool],
+    choose_project_folder: Callable[[str], bool],
 ) -> list[Command]:
     """Create the commands of the Photos panel.
 
@@ -40,7 +40,7 @@ def commands(
     dialogs : SurveyDialogs
     open_folder : callable
         Called with the selected folder of photos.
-    choose_place : callable
+    choose_project_folder : callable
         Called with the name of the photos; returns whether the project has a folder for the
         model of these photos. The user is asked for one if the project is untitled.
     """
@@ -57,10 +57,10 @@ def commands(
 
     def reconstruct() -> None:
         # The results of hours of work must not be saved in a folder that the user does not know.
-        if survey.folder is not None and choose_place(photo_set_name(survey.folder)):
+        if survey.folder is not None and choose_project_folder(photo_set_name(survey.folder)):
             survey.reconstruct()
 
-    def why_no_settings() -> Finding | None:
+    def settings_refusal() -> Finding | None:
         if survey.reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         return None if survey.rows else Finding("action.no-photos")
@@ -94,7 +94,7 @@ def commands(
             dialogs.show_settings,
             icon="tune",
             tip=tr("Quality, ground control, coordinate reference system, threads and memory."),
-            why_not=why_no_settings,
+            why_not=settings_refusal,
         ),
         Command(
             "make_model",
@@ -102,7 +102,7 @@ def commands(
             reconstruct,
             icon="cube-scan",
             tip=tr("Align the photos and reconstruct a textured model in the background."),
-            why_not=survey.why_not_reconstruct,
+            why_not=survey.reconstruction_problem,
         ),
         Command(
             "pause_model",
@@ -156,11 +156,11 @@ class SurveyDialogs:
         from vomstudio.ui.dialogs.reconstruct_dialog import ReconstructDialog
         from vomstudio.ui.panels.photos.region_choice import RegionChoice
 
-        make_action = self._actions["make_model"]
+        reconstruct_action = self._actions["make_model"]
         choice = RegionChoice(self._studio, self._survey)
         self._dialogs.show(
             ReconstructDialog,
-            lambda: ReconstructDialog(self.parent, self._survey, make_action, choice),
+            lambda: ReconstructDialog(self.parent, self._survey, reconstruct_action, choice),
         )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.project.records import Painted
+from vomstudio.project.records import PaintedFeature
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.studio.tools.plane import PlaneTool
@@ -16,7 +16,7 @@ from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.tool_entry import ToolEntry
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_feature, why_no_model
+from vomstudio.ui.base.command_targets import missing_feature_finding, missing_model_finding
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.commands.deletion import delete_selected
@@ -37,39 +37,43 @@ class _OpenFeature:
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
-    def why_no_feature(self) -> Finding | None:
+    def missing_feature_finding(self) -> Finding | None:
         return _NO_OPEN_FEATURE if self._studio.open_tool is None else None
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         tool = self._studio.open_tool or self._studio.tool
-        return _NO_OPEN_FEATURE if tool is None else tool.why_not_finish()
+        return _NO_OPEN_FEATURE if tool is None else tool.finish_refusal()
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         tool = self._studio.open_tool or self._studio.tool
-        return _NO_OPEN_FEATURE if tool is None else tool.why_not_cancel()
+        return _NO_OPEN_FEATURE if tool is None else tool.cancel_refusal()
 
-    def why_no_vertex(self) -> Finding | None:
+    def missing_vertex_finding(self) -> Finding | None:
         if (tool := self.tool) is None:
             return _NO_OPEN_FEATURE
         if tool.current_vertex is None:
             return Finding("action.no-vertex")
         return None
 
-    def why_not_delete(self) -> Finding | None:
-        return self.why_no_vertex() if self.tool is not None else why_no_feature(self._studio)
+    def delete_refusal(self) -> Finding | None:
+        return (
+            self.missing_vertex_finding()
+            if self.tool is not None
+            else missing_feature_finding(self._studio)
+        )
 
-    def why_not_continue(self) -> Finding | None:
+    def continue_refusal(self) -> Finding | None:
         if self._studio.open_tool is not None:
             return Finding("feature.open")
-        target = self._find_continuable()
+        target = self._find_editable_feature()
         if target is None:
             return Finding("action.nothing-to-continue")
         record = self._studio.records.get(target[0])
-        if isinstance(record, Painted) and record.model_id not in self._studio.models:
+        if isinstance(record, PaintedFeature) and record.model_id not in self._studio.models:
             return Finding("model.not-open", model=record.model_id)
         return None
 
-    def _find_continuable(self) -> tuple[str, str] | None:
+    def _find_editable_feature(self) -> tuple[str, str] | None:
         """Return the id and tool of the most recently selected feature that a tool can change."""
         studio = self._studio
         for id_ in reversed(studio.selection.ids):
@@ -82,7 +86,7 @@ class _OpenFeature:
 
     def continue_feature(self) -> None:
         """Activate the tool of the selected feature and continue that feature."""
-        target = self._find_continuable()
+        target = self._find_editable_feature()
         if target is None:
             return
         id_, name = target
@@ -119,13 +123,13 @@ class _ContactFollowing:
         return (
             active_tool
             if isinstance(active_tool, FollowingTool)
-            else self._studio.tool_of(TraceTool)
+            else self._studio.get_tool(TraceTool)
         )
 
     def why_not(self) -> Finding | None:
         if self.tool.is_continued:
             return Finding("follow.continued")
-        return why_no_model(self._studio)
+        return missing_model_finding(self._studio)
 
     def toggle(self) -> None:
         """Switch following with the last cost on or off.
@@ -141,7 +145,7 @@ class _ContactFollowing:
         self.tool.follow(None if cost and is_active else self._last_cost)
 
 
-def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
+def _tool_command(studio: Studio, entry: ToolEntry) -> Command:
     name = entry.name
     return Command(
         name,
@@ -150,7 +154,7 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
         icon=entry.icon,
         shortcut=entry.key,
         tip=tr(entry.tip),
-        why_not=lambda: why_no_model(studio),
+        why_not=lambda: missing_model_finding(studio),
         is_viewport_key=True,
         is_checked=lambda: studio.tool_name == name,
     )
@@ -158,11 +162,11 @@ def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
     """Create the tool commands; `directions` sets the view and `docks` shows the stereonet."""
-    picking, following_commands = _OpenFeature(studio), _ContactFollowing(studio)
+    open_feature, contact_following = _OpenFeature(studio), _ContactFollowing(studio)
 
     def measure_thickness() -> None:
         studio.activate("measure")
-        studio.tool_of(MeasureTool).choose(kind="thickness")
+        studio.get_tool(MeasureTool).choose(kind="thickness")
 
     return [
         Command(
@@ -175,17 +179,17 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             is_viewport_key=True,
             is_checked=lambda: studio.tool_name == "navigate",
         ),
-        *(_choose_tool(studio, entry) for entry in TOOLS),
+        *(_tool_command(studio, entry) for entry in TOOLS),
         Command(
             "follow",
             tr("&Follow contacts"),
-            following_commands.toggle,
+            contact_following.toggle,
             icon="vector-curve",
             shortcut="Shift+T",
             tip=tr("Follow the contact between clicks, or draw straight lines."),
-            why_not=following_commands.why_not,
+            why_not=contact_following.why_not,
             is_viewport_key=True,
-            is_checked=lambda: following_commands.tool.cost is not None,
+            is_checked=lambda: contact_following.tool.cost is not None,
         ),
         Command(
             "finish",
@@ -194,7 +198,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="check",
             shortcut=("Return", "Enter"),
             tip=tr("Finish and save the open feature."),
-            why_not=picking.why_not_finish,
+            why_not=open_feature.finish_refusal,
             is_viewport_key=True,
         ),
         Command(
@@ -204,32 +208,32 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="close",
             shortcut="Esc",
             tip=tr("Discard the open feature, or the changes to an edited one."),
-            why_not=picking.why_not_cancel,
+            why_not=open_feature.cancel_refusal,
             is_viewport_key=True,
         ),
         Command(
             "edit_feature",
             tr("&Edit"),
-            picking.continue_feature,
+            open_feature.continue_feature,
             icon="pencil-outline",
             tip=tr("Edit the vertices or area of the selected feature (double click)."),
-            why_not=picking.why_not_continue,
+            why_not=open_feature.continue_refusal,
         ),
         Command(
             "delete_vertex",
             tr("Delete vertex"),
-            picking.delete_vertex,
+            open_feature.delete_vertex,
             icon="vector-polyline-remove",
             tip=tr("Delete the selected vertex of the open feature (Del)."),
-            why_not=picking.why_no_vertex,
+            why_not=open_feature.missing_vertex_finding,
         ),
         Command(
             "delete_here",
             tr("Delete"),
-            picking.delete,
+            open_feature.delete,
             shortcut="Del",
             tip=tr("Delete the selected vertex of the open feature, or the selected features."),
-            why_not=picking.why_not_delete,
+            why_not=open_feature.delete_refusal,
             is_viewport_key=True,
         ),
         Command(
@@ -237,7 +241,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             tr("Undo last click"),
             studio.undo_click,
             shortcut="Backspace",
-            why_not=picking.why_no_feature,
+            why_not=open_feature.missing_feature_finding,
             is_viewport_key=True,
         ),
         Command(
@@ -246,7 +250,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             directions.look_along_beta,
             shortcut="B",
             tip=tr("Look along the fold axis of the bedding (orthographic)."),
-            why_not=directions.why_no_beta,
+            why_not=directions.fold_axis_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -255,7 +259,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             directions.face,
             shortcut="Shift+P",
             tip=tr("Look perpendicular to the selected plane (orthographic)."),
-            why_not=directions.why_no_plane,
+            why_not=directions.plane_refusal,
             is_viewport_key=True,
         ),
         Command(
@@ -264,7 +268,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             measure_thickness,
             icon="arrow-expand-vertical",
             tip=tr("Measure the distance across a plane between base and top."),
-            why_not=lambda: why_no_model(studio),
+            why_not=lambda: missing_model_finding(studio),
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
     ]

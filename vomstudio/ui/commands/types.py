@@ -16,27 +16,27 @@ from vomstudio.ui.widgets.type_box import TypeBox
 MAX_KEYS = 9
 
 
-def commands(find_box: Callable[[], TypeBox | None]) -> list[Command]:
+def commands(find_type_box: Callable[[], TypeBox | None]) -> list[Command]:
     """Return one command for each of the first nine types.
 
     Parameters
     ----------
-    find_box : callable
+    find_type_box : callable
         Returns the type box of the active tool, or None if the tool has none.
     """
 
     def choose(row: int) -> None:
-        if (box := find_box()) is not None:
+        if (box := find_type_box()) is not None:
             box.choose(row)
 
     def why_not(row: int) -> Finding | None:
-        box = find_box()
+        box = find_type_box()
         if box is None:
             return Finding("action.no-types")
         return None if row < box.count() else Finding("action.no-such-type", number=row + 1)
 
     def name(row: int) -> str:
-        box = find_box()
+        box = find_type_box()
         if box is None or row >= box.count():
             return tr("Type {number}", number=row + 1)
         return tr("Type {number}: {name}", number=row + 1, name=box.itemText(row))

@@ -8,7 +8,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_feature
+from vomstudio.ui.base.command_targets import missing_feature_finding
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import STANDARD_VIEWS, OutcropView
 
@@ -17,7 +17,7 @@ _NOTATIONS = (
     ("notation_strike", to_translate("Strike/dip, right-hand rule (042/41)"), "strike/dip"),
     ("notation_quadrant", to_translate("Quadrant (N42E 41SE)"), "quadrant"),
 )
-_LABELS = (
+_LABEL_MODES = (
     ("auto", to_translate("automatic")),
     ("all", to_translate("all")),
     ("selected", to_translate("selected")),
@@ -33,11 +33,11 @@ _THEMES = (
 def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None]) -> list[Command]:
     """Create the view commands; `toggle_panels` hides or shows all panels."""
 
-    def why_no_selection() -> Finding | None:
-        return why_no_feature(studio) or view.why_not()
+    def missing_selection_finding() -> Finding | None:
+        return missing_feature_finding(studio) or view.why_not()
 
     def show_view(name: str) -> Callable[[], None]:
-        return lambda: view.standard_view(name)
+        return lambda: view.set_standard_view(name)
 
     def set_notation(name: str) -> Callable[[], None]:
         def choose() -> None:
@@ -54,29 +54,29 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
         view.set_turntable(studio.settings.turntable)
         studio.keep_settings()
 
-    def next_labels() -> str:
-        modes = [mode for mode, _ in _LABELS]
+    def next_label_mode() -> str:
+        modes = [mode for mode, _ in _LABEL_MODES]
         return modes[(modes.index(studio.settings.labels) + 1) % len(modes)]
 
-    def switch_labels() -> None:
-        studio.settings.labels = next_labels()
+    def cycle_labels() -> None:
+        studio.settings.labels = next_label_mode()
         view.set_label_mode(studio.settings.labels)
         studio.keep_settings()
 
-    def labels_text() -> str:
-        return tr("La&bels: {mode}", mode=tr(dict(_LABELS)[studio.settings.labels]))
+    def label_mode_text() -> str:
+        return tr("La&bels: {mode}", mode=tr(dict(_LABEL_MODES)[studio.settings.labels]))
 
     table = [
         Command(
             "labels",
             tr("La&bels"),
-            switch_labels,
+            cycle_labels,
             icon="label-outline",
             shortcut="Shift+L",
             tip=tr("Label all features, selected features, or none."),
             why_not=view.why_not,
             is_viewport_key=True,
-            current_text=labels_text,
+            current_text=label_mode_text,
         ),
         Command(
             "home",
@@ -94,28 +94,28 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="image-filter-center-focus",
             shortcut="F",
             tip=tr("Show the selected features."),
-            why_not=why_no_selection,
+            why_not=missing_selection_finding,
             is_viewport_key=True,
         ),
         Command(
             "view_back",
             tr("&Earlier view"),
-            view.history.back,
+            view.history.go_back,
             icon="chevron-left",
             shortcut="Shift+Z",
             tip=tr("Return to the previous camera and clipping box."),
-            why_not=view.history.why_not_back,
+            why_not=view.history.back_refusal,
             is_viewport_key=True,
             depends_on_camera=True,
         ),
         Command(
             "view_forward",
             tr("&Later view"),
-            view.history.forward,
+            view.history.go_forward,
             icon="chevron-right",
             shortcut="Shift+Y",
             tip=tr("Go forward to the later view."),
-            why_not=view.history.why_not_forward,
+            why_not=view.history.forward_refusal,
             is_viewport_key=True,
             depends_on_camera=True,
         ),

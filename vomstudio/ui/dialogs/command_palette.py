@@ -20,7 +20,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base.actions import Actions, strip_mnemonic
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.search import SearchEntry, rank, synonyms_of
+from vomstudio.ui.base.search import SearchEntry, command_synonyms, rank
 from vomstudio.ui.base.texts import first_sentence
 
 MAX_RECENT = 20
@@ -60,16 +60,18 @@ class CommandPalette(QDialog):
         self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._list.itemActivated.connect(lambda _: self._accept_selection())
         self._list.itemClicked.connect(lambda _: self._accept_selection())
-        self._no_match = Label(tr("No command matches."))
-        self._no_match.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._no_match_label = Label(tr("No command matches."))
+        self._no_match_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         layout = QVBoxLayout(self)
         layout.addWidget(self._search)
-        layout.addWidget(self._no_match)
+        layout.addWidget(self._no_match_label)
         layout.addWidget(self._list)
         self._search.returnPressed.connect(self._accept_selection)
         self._commands = {command.name: command for command in actions.commands()}
         entries = (
-            SearchEntry(name, strip_mnemonic(item.text).rstrip("…"), synonyms_of(name), item.tip)
+            SearchEntry(
+                name, strip_mnemonic(item.text).rstrip("…"), command_synonyms(name), item.tip
+            )
             for name, item in self._commands.items()
         )
         self._entries = [*entries, *(item.entry for item in destinations)]
@@ -106,13 +108,13 @@ class CommandPalette(QDialog):
     def _fill(self, text: str) -> None:
         self._list.clear()
         self._actions.refresh()
-        ranked = rank(text, self._entries, self._actions.recent)
-        self._no_match.setVisible(not ranked)
-        for entry in ranked:
-            self._list.addItem(self._item(entry))
+        ranked_entries = rank(text, self._entries, self._actions.recent)
+        self._no_match_label.setVisible(not ranked_entries)
+        for entry in ranked_entries:
+            self._list.addItem(self._create_item(entry))
         self._list.setCurrentRow(0)
 
-    def _item(self, entry: SearchEntry) -> QListWidgetItem:
+    def _create_item(self, entry: SearchEntry) -> QListWidgetItem:
         icon, title = self._empty_icon, entry.title
         reason = self._why_not(entry.key)
         if entry.key in self._commands:

@@ -31,15 +31,15 @@ from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
 from vomstudio.project.records import Feature, Model
 from vomstudio.ui.base.command_targets import ask_for_target
-from vomstudio.ui.base.controls import Label, allow
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.extended_plane_drawings import ExtendedLines
 from vomstudio.ui.widgets.axis_titles import length_unit, project_axes
 from vomstudio.ui.widgets.options_form import OptionFields
 
-FIELD = "extended_plane_m"
+DISTANCE_FIELD = "extended_plane_m"
 """Scalar field with the distance from the plane, for points within the error band."""
 
 
@@ -48,7 +48,7 @@ class ExtendDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, plane: Feature) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#extended-planes")
+        set_help_topic(self, "conventions.md#extended-planes")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Extend {name}", name=plane.name))
         self.setMinimumWidth(520)
@@ -111,10 +111,10 @@ class ExtendDialog(QDialog):
         self._background.run(
             partial(_extend_plane, open_model.data, model, fit, options),
             self._show_result,
-            self._failed,
+            self._handle_failure,
         )
 
-    def _failed(self, error: VomError) -> None:
+    def _handle_failure(self, error: VomError) -> None:
         self._is_busy = False
         self.summary.setText(error.message)
         self._refresh_buttons()
@@ -140,7 +140,7 @@ class ExtendDialog(QDialog):
         if open_model is None or bands is None:
             return
         values = np.where(bands.is_in_band, bands.distance_m, np.nan).astype(np.float32)
-        if not open_model.give_fields({FIELD: values}):
+        if not open_model.add_fields({DISTANCE_FIELD: values}):
             self._studio.warn(Finding("model.fields-too-large"))
             return
         self._max_distance_m = (
@@ -154,7 +154,9 @@ class ExtendDialog(QDialog):
         if self._max_distance_m is None:
             return
         if self.color_box.isChecked():
-            style = FieldStyle(FIELD, -self._max_distance_m, self._max_distance_m, palette="PuOr_r")
+            style = FieldStyle(
+                DISTANCE_FIELD, -self._max_distance_m, self._max_distance_m, palette="PuOr_r"
+            )
             display.show_field(self._model_id, style)
         else:
             self._restore_colors()
@@ -163,12 +165,12 @@ class ExtendDialog(QDialog):
         display = self._studio.display
         style = display.styles.get(self._model_id)
         # Another field may have been selected in the meantime.
-        if style is None or style.name != FIELD:
+        if style is None or style.name != DISTANCE_FIELD:
             return
         if self._previous_style is not None:
             display.show_field(self._model_id, self._previous_style)
         else:
-            display.show_no_field(self._model_id)
+            display.hide_field(self._model_id)
         if display.mode == "field":
             display.set_mode(self._previous_mode)
 
@@ -182,8 +184,8 @@ class ExtendDialog(QDialog):
 
     def _refresh_buttons(self) -> None:
         busy_finding = Finding("extension.pending") if self._is_busy else None
-        allow(self.show_button, busy_finding)
-        allow(
+        set_enabled(self.show_button, busy_finding)
+        set_enabled(
             self.save_button,
             busy_finding or (None if self.extension else Finding("extension.missing")),
         )
@@ -193,9 +195,9 @@ class ExtendDialog(QDialog):
         name = f"{self._plane.name}_extended.gpkg"
         path = ask_for_target(self, self._studio, tr("Save traces"), name, formats)
         if path is not None:
-            self.save_to(path)
+            self.save_traces(path)
 
-    def save_to(self, path: Path) -> None:
+    def save_traces(self, path: Path) -> None:
         """Write the traces in World coordinates to a file."""
         model = self._studio.records.get(self._model_id)
         if self.extension is None or not isinstance(model, Model):

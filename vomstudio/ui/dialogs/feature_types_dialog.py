@@ -28,7 +28,7 @@ from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.records import DEFAULT_TYPES, FeatureType, Typed
+from vomstudio.project.records import DEFAULT_TYPES, FeatureType, TypedFeature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ComboBox, Label
 from vomstudio.ui.base.studio import Studio
@@ -81,8 +81,8 @@ class TypesDialog(QDialog):
         self._fill(type_id or studio.next_type_id)
 
     def _arrange_widgets(self) -> None:
-        colors = QWidget()
-        row = QHBoxLayout(colors)
+        color_row = QWidget()
+        row = QHBoxLayout(color_row)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(2)
         for name, color in theme.COLORS:
@@ -107,7 +107,7 @@ class TypesDialog(QDialog):
         row.addStretch()
         form = QFormLayout()
         form.addRow(tr("Name"), self.name)
-        form.addRow(tr("Colour"), colors)
+        form.addRow(tr("Colour"), color_row)
         form.addRow(tr("Symbol"), self.symbol)
         form.addRow(tr("Features"), self.geometry_box)
         form.addRow("", self.usage)
@@ -179,7 +179,7 @@ class TypesDialog(QDialog):
         self.symbol.setCurrentIndex(max(0, self.symbol.findData(feature_type.symbol)))
         self.geometry_box.setCurrentIndex(self.geometry_box.findData(feature_type.geometry))
         count = sum(
-            isinstance(f, Typed) and f.type_id == feature_type.id
+            isinstance(f, TypedFeature) and f.type_id == feature_type.id
             for f in self._studio.session.features()
         )
         self.usage.setText(
@@ -238,7 +238,7 @@ class TypesDialog(QDialog):
             feature_type for feature_type in DEFAULT_TYPES if feature_type.id not in present_ids
         ]
         if not missing_types:
-            self._add_custom()
+            self._add_custom_type()
             return
         menu = QMenu(self)
         for feature_type in missing_types:
@@ -247,11 +247,11 @@ class TypesDialog(QDialog):
             )
             action.triggered.connect(partial(self._apply, edits.add_type, feature_type))
         menu.addSeparator()
-        menu.addAction(tr("Custom type"), self._add_custom)
+        menu.addAction(tr("Custom type"), self._add_custom_type)
         menu.exec(self.add_button.mapToGlobal(self.add_button.rect().bottomLeft()))
 
-    def _add_custom(self) -> None:
-        feature_type = new_type(self._studio)
+    def _add_custom_type(self) -> None:
+        feature_type = create_custom_type(self._studio)
         if self._apply(edits.add_type, feature_type):
             self.select(feature_type.id)
 
@@ -270,12 +270,12 @@ class TypesDialog(QDialog):
         return True
 
 
-def new_type(studio: Studio) -> FeatureType:
+def create_custom_type(studio: Studio) -> FeatureType:
     """Create a custom type with an unused name and an unused colour and symbol."""
-    kinds = studio.session.of(FeatureType)
-    names = {feature_type.name.casefold() for feature_type in kinds}
+    feature_types = studio.session.of(FeatureType)
+    names = {feature_type.name.casefold() for feature_type in feature_types}
     name = next(n for i in range(1, 1000) if (n := f"Type {i}").casefold() not in names)
-    styles = [(feature_type.color, feature_type.symbol) for feature_type in kinds]
+    styles = [(feature_type.color, feature_type.symbol) for feature_type in feature_types]
     used_colors = [color for color, _ in styles]
     color = min((c for _, c in theme.COLORS), key=used_colors.count)
     symbol = next((s for s in theme.SYMBOLS if (color, s) not in styles), "circle")

@@ -28,7 +28,7 @@ from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle, fonts
 from vomstudio.products.net.style import PRINT
 from vomstudio.ui.base.controls import ComboBox, Label
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.figure_export import NetDock, load_figure_style, write_net_figure
 from vomstudio.ui.widgets.options_form import OptionFields, fill_choices
@@ -49,7 +49,7 @@ class FigureStyleDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, panel: NetDock) -> None:
         super().__init__(parent)
-        explain(self, "numbers.md#the-net")
+        set_help_topic(self, "numbers.md#the-net")
         self._studio, self._panel = studio, panel
         self.setWindowTitle(tr("Figure style"))
         self.options = OptionFields(StereonetFigure, "figure")
@@ -63,7 +63,7 @@ class FigureStyleDialog(QDialog):
         form = QFormLayout()
         self.options.add_rows(form)
         self.colors: dict[str, QPushButton] = {}
-        form.addRow(tr("Colours"), self._color_buttons())
+        form.addRow(tr("Colours"), self._create_color_buttons())
         self.preview = Label()
         self.preview.setMinimumSize(_PREVIEW_SIZE)
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -87,7 +87,7 @@ class FigureStyleDialog(QDialog):
         self._show_style(load_figure_style(studio))
         self._timer.start()
 
-    def _color_buttons(self) -> QWidget:
+    def _create_color_buttons(self) -> QWidget:
         """Create a button for each colour on the net."""
         row = QWidget()
         layout = QHBoxLayout(row)
@@ -111,8 +111,8 @@ class FigureStyleDialog(QDialog):
 
     def _choose_color(self, color: str) -> None:
         style = load_figure_style(self._studio)
-        current = QColor(style.colors.get(color, color))
-        selection = QColorDialog.getColor(current, self, tr("Colour in figures"))
+        current_color = QColor(style.colors.get(color, color))
+        selection = QColorDialog.getColor(current_color, self, tr("Colour in figures"))
         if selection.isValid():
             self.recolor(color, selection.name())
 
@@ -139,7 +139,7 @@ class FigureStyleDialog(QDialog):
         self._show_style(FigureStyle())
 
     def _save(self, style: FigureStyle) -> None:
-        self._studio.settings.figure_style = style.to_keep()
+        self._studio.settings.figure_style = style.to_settings()
         self._studio.keep_settings()
         self._show_colors(style)
         self._timer.start()
@@ -157,7 +157,7 @@ class FigureStyleDialog(QDialog):
             button.setIcon(QIcon(swatch))
 
     def _draw_preview(self) -> None:
-        net_contents = self._panel.print_contents()
+        net_contents = self._panel.printable_contents()
         if (
             isinstance(net_contents, NetContents)
             and sum(map(len, net_contents.sets)) > _MAX_PREVIEW_ORIENTATIONS

@@ -18,16 +18,16 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.project.records import Model
 from vomstudio.studio.model_loading import OpenModel
-from vomstudio.ui.base.controls import ComboBox, Label, allow
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import fit_height_to_text
+from vomstudio.ui.base.controls import ComboBox, Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.window_fitting import fit_height_to_text
 from vomstudio.ui.widgets.crs_field import CrsField
 
 _UNITS = (
@@ -38,7 +38,7 @@ _UNITS = (
     (to_translate("US survey foot"), 1200 / 3937),
     (to_translate("kilometre"), 1000.0),
 )
-_CODE = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
+_CRS_CODE_PATTERN = re.compile(r"(EPSG:)?\d{4,}", re.IGNORECASE)
 
 
 class FrameDialog(QDialog):
@@ -62,7 +62,7 @@ class FrameDialog(QDialog):
         project_crs: Sequence[str] = (),
     ) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#frames")
+        set_help_topic(self, "conventions.md#frames")
         self.setWindowTitle(tr("Frame of {model}", model=model.name))
         self.setMinimumWidth(480)
         self.frame = model.frame
@@ -110,19 +110,19 @@ class FrameDialog(QDialog):
         return (self._crs_button, self._crs, self._crs_message, *buttons[1:])
 
     def _make_form(self) -> QFormLayout:
-        self._up = ComboBox()
-        self._up.addItem(tr("Z (x east, y north)"), "z")
-        self._up.addItem(tr("Y (x east, z south)"), "y")
+        self._up_axis_box = ComboBox()
+        self._up_axis_box.addItem(tr("Z (x east, y north)"), "z")
+        self._up_axis_box.addItem(tr("Y (x east, z south)"), "y")
         self._unit = ComboBox()
         for name, metres in _UNITS:
             self._unit.addItem(tr(name), metres)
         form = QFormLayout()
-        form.addRow(tr("Up axis"), self._up)
+        form.addRow(tr("Up axis"), self._up_axis_box)
         form.addRow(tr("Unit"), self._unit)
         return form
 
     def _fill(self, frame: Frame, has_large_coordinates: bool) -> None:
-        self._up.setCurrentIndex(self._up.findData(frame.up_axis))
+        self._up_axis_box.setCurrentIndex(self._up_axis_box.findData(frame.up_axis))
         self._unit.setCurrentIndex(max(0, self._unit.findData(frame.unit_m)))
         if frame.kind == "crs" or (frame.kind == "undeclared" and has_large_coordinates):
             self._crs_button.setChecked(True)
@@ -136,38 +136,38 @@ class FrameDialog(QDialog):
 
     # --- validation --------------------------------------------------------------------------
     def _schedule_check(self, text: str) -> None:
-        if not text.strip() or _CODE.fullmatch(text.strip()):
+        if not text.strip() or _CRS_CODE_PATTERN.fullmatch(text.strip()):
             self._check()
         else:
             ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-            allow(ok_button, Finding("action.crs-pending"))
+            set_enabled(ok_button, Finding("action.crs-pending"))
             self._check_timer.start()
 
     def _check(self, *_: object) -> None:
         self._check_timer.stop()
         ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        no_crs_button = Finding("action.frame-without-crs")
-        allow(self._crs, None if self._crs_button.isChecked() else no_crs_button)
-        unknown_frame = Finding("action.frame-unknown")
-        allow(self._unit, unknown_frame if self._unknown_button.isChecked() else None)
+        missing_crs_finding = Finding("action.frame-without-crs")
+        set_enabled(self._crs, None if self._crs_button.isChecked() else missing_crs_finding)
+        unknown_frame_finding = Finding("action.frame-unknown")
+        set_enabled(self._unit, unknown_frame_finding if self._unknown_button.isChecked() else None)
         if not self._crs_button.isChecked():
             self._show_message("")
-            allow(ok_button, None)
+            set_enabled(ok_button, None)
             return
         if not self._crs.text().strip():
             problem = Finding("action.no-crs")
             self._show_message(problem.message)
-            allow(ok_button, problem)
+            set_enabled(ok_button, problem)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
             self._show_message(error.message)
-            allow(ok_button, cause_of(error))
+            set_enabled(ok_button, cause_finding(error))
             return
         self._show_message(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))
-        allow(ok_button, None)
+        set_enabled(ok_button, None)
 
     def _show_message(self, text: str) -> None:
         self._crs_message.setText(text)
@@ -176,16 +176,16 @@ class FrameDialog(QDialog):
 
     def accept(self) -> None:
         """Set `frame` to the entered frame, and close."""
-        up, unit = self._up.currentData(), float(self._unit.currentData())
+        up_axis, unit = self._up_axis_box.currentData(), float(self._unit.currentData())
         if self._crs_button.isChecked():
             code, _ = parse_crs(self._crs.text())
-            self.frame = Frame("crs", code, unit, up)
+            self.frame = Frame("crs", code, unit, up_axis)
         elif self._local_button.isChecked():
-            self.frame = Frame("local", None, unit, up)
+            self.frame = Frame("local", None, unit, up_axis)
         elif self._scaled_button.isChecked():
-            self.frame = Frame("scaled", None, unit, up)
+            self.frame = Frame("scaled", None, unit, up_axis)
         else:
-            self.frame = Frame("undeclared", None, 1.0, up)
+            self.frame = Frame("undeclared", None, 1.0, up_axis)
         super().accept()
 
 

@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.interpretation import LEGEND, PARTS
 from vomstudio.project.records import Feature
-from vomstudio.ui.base.controls import allow
+from vomstudio.ui.base.controls import set_enabled
 from vomstudio.ui.base.studio import Studio
 
 
@@ -69,4 +69,4 @@ class InterpretationBox(QWidget):
                 reason = Finding("action.no-sheet")
             elif part == LEGEND and not self.selected_parts:
                 reason = Finding("interpretation.legend-alone")
-            allow(box, reason)
+            set_enabled(box, reason)

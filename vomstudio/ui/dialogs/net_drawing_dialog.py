@@ -21,15 +21,15 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.figure_options import parse_levels
 from vomstudio.products.net.net_options import (
-    Turning,
+    NetRotation,
     parse_cone,
     parse_net_plane,
     parse_plane_circle,
     parse_rotation,
     parse_slip,
 )
-from vomstudio.ui.base.controls import Label, allow
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.net.view_settings import NetViewSettings
 
@@ -69,12 +69,12 @@ _FIELDS = (
 )
 
 
-class NetTypingDialog(QDialog):
+class NetDrawingDialog(QDialog):
     """Dialog that draws entered elements immediately, and reports invalid input."""
 
     def __init__(self, parent: QWidget, studio: Studio, view_settings: NetViewSettings) -> None:
         super().__init__(parent)
-        explain(self, "numbers.md#the-net")
+        set_help_topic(self, "numbers.md#the-net")
         self._studio, self._view_settings = studio, view_settings
         self.setWindowTitle(tr("Draw and rotate"))
         self.fields: dict[str, QLineEdit] = {}
@@ -131,7 +131,7 @@ class NetTypingDialog(QDialog):
         marks = tuple(mark for _, mark in slips)
         if levels != self._view_settings.levels:
             self._view_settings.set_levels(levels)
-        self._view_settings.set_drawings(texts, circles, marks, Turning(plane, *rotation))
+        self._view_settings.set_drawings(texts, circles, marks, NetRotation(plane, *rotation))
 
     def _use_selected_plane(self) -> None:
         plane = self._selected_plane_text()
@@ -140,16 +140,16 @@ class NetTypingDialog(QDialog):
 
     def _selected_plane_text(self) -> str:
         """Return the plane of the current feature as text in the notation of the field."""
-        current = self._studio.selection.current
-        if current is None:
+        current_id = self._studio.selection.current
+        if current_id is None:
             return ""
-        measurement = self._studio.measured([current]).get(current)
+        measurement = self._studio.measured([current_id]).get(current_id)
         if measurement is None or measurement.plane is None:
             return ""
         return format_plane(measurement.plane, self._studio.settings.notation, 1)
 
     def _refresh_plane_button(self) -> None:
-        allow(
+        set_enabled(
             self.use_plane_button,
             None if self._selected_plane_text() else Finding("selection.no-plane"),
         )
@@ -160,4 +160,4 @@ class NetTypingDialog(QDialog):
 
 
 def _parse_items(text: str, parse: Callable[[str], Item]) -> tuple[Item, ...]:
-    return tuple(parse(part.strip()) for part in text.split(";") if part.strip())
+    return tuple(parse(item_text.strip()) for item_text in text.split(";") if item_text.strip())

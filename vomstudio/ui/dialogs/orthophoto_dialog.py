@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
@@ -46,11 +46,11 @@ from vomstudio.ui.base.command_targets import (
     remember_target,
     results_folder,
 )
-from vomstudio.ui.base.controls import ComboBox, Label, allow, file_field, rich_label
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.long_boxes import fit_height_to_text
+from vomstudio.ui.base.controls import ComboBox, Label, file_field, rich_label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
+from vomstudio.ui.base.window_fitting import fit_height_to_text
 from vomstudio.ui.dialogs.interpretation_box import InterpretationBox
 from vomstudio.ui.panels.view.view_panel import ViewPanel
 from vomstudio.ui.widgets.copied_command import (
@@ -69,7 +69,7 @@ class OrthoDialog(QDialog):
         self, parent: QWidget, studio: Studio, viewport: Viewport, directions: ViewPanel
     ) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#orthophotos")
+        set_help_topic(self, "conventions.md#orthophotos")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Orthophoto of view"))
         self.setMinimumWidth(640)
@@ -79,7 +79,7 @@ class OrthoDialog(QDialog):
         centre, width, height = viewport.moves.seen()
         x, y, z = (float(v) for v in centre)
         self._visible_region = planning.ViewRegion((x, y, z), width, height)
-        self._direction_source, self._error_deg = directions.origin_of(self._direction)
+        self._direction_source, self._error_deg = directions.find_direction_origin(self._direction)
         form = self._make_form()
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self._start_button = self._buttons.addButton(
@@ -95,14 +95,14 @@ class OrthoDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addWidget(self._buttons)
-        self.model.currentIndexChanged.connect(self._propose)
+        self.model.currentIndexChanged.connect(self._propose_pixel_size)
         for signal in (self.whole_model.toggled, self.gsd.textChanged, self.target.textChanged):
             signal.connect(self._check)
         stem = f"ortho_{round(trend) % 360:03d}_{plunge:+03.0f}"
         self.target.setText(str(results_folder(studio) / f"{stem}.tif"))
         # Read the resolution of the texture after the dialog has been shown.
         self._size.setText(tr("Reading the resolution of the model…"))
-        QTimer.singleShot(0, self._propose)
+        QTimer.singleShot(0, self._propose_pixel_size)
 
     # --- widgets -----------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
@@ -110,27 +110,27 @@ class OrthoDialog(QDialog):
         for record in self._studio.session.of(Model):
             if record.id in self._studio.models:
                 self.model.addItem(record.name, record.id)
-        current = current_model(self._studio)
-        if current is not None:
-            self.model.setCurrentIndex(max(0, self.model.findData(current.id)))
+        initial_model = current_model(self._studio)
+        if initial_model is not None:
+            self.model.setCurrentIndex(max(0, self.model.findData(initial_model.id)))
         direction_text = (
             f"<b>{format_line(self._direction, 1)}</b>  {escape(self._direction_source)}"
         )
-        direction = rich_label(direction_text)
-        direction.setWordWrap(True)
+        direction_label = rich_label(direction_text)
+        direction_label.setWordWrap(True)
         self._error_effect = Label()
         self._error_effect.setWordWrap(True)
         self.options = OptionFields(OrthoOptions, "ortho")
-        self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
+        self.target, file_row = file_field("ortho_target", tr("Choose…"), self._browse)
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.addRow(tr("Model"), self.model)
-        form.addRow(tr("View direction"), direction)
+        form.addRow(tr("View direction"), direction_label)
         self.options.add_rows(form)
         form.addRow(tr("Error effect"), self._error_effect)
-        form.addRow(tr("Area"), self._make_area())
-        form.addRow(tr("Pixel size"), self._make_pixel())
-        form.addRow(tr("Sheet"), self._make_sheet())
+        form.addRow(tr("Area"), self._make_area_row())
+        form.addRow(tr("Pixel size"), self._make_pixel_size_row())
+        form.addRow(tr("Sheet"), self._make_sheet_row())
         self.interpretation = InterpretationBox(self._studio)
         self.sheet.toggled.connect(self.interpretation.enable_legend)
         form.addRow(tr("Interpretation"), self.interpretation)
@@ -142,44 +142,44 @@ class OrthoDialog(QDialog):
         self.domain.setToolTip(tr("Show one domain, along its own fold axis."))
         form.addRow(tr("Show"), self.domain)
         form.setRowVisible(self.domain, self.domain.count() > 1)
-        form.addRow(tr("File"), file)
+        form.addRow(tr("File"), file_row)
         return form
 
-    def _make_area(self) -> QHBoxLayout:
+    def _make_area_row(self) -> QHBoxLayout:
         self.whole_model = QRadioButton(tr("Whole model"))
         self.visible_area = QRadioButton(tr("Visible area"))
         self.whole_model.setChecked(True)
-        area = QHBoxLayout()
-        area.addWidget(self.whole_model)
-        area.addWidget(self.visible_area)
-        area.addStretch()
-        return area
+        row = QHBoxLayout()
+        row.addWidget(self.whole_model)
+        row.addWidget(self.visible_area)
+        row.addStretch()
+        return row
 
-    def _make_pixel(self) -> QHBoxLayout:
+    def _make_pixel_size_row(self) -> QHBoxLayout:
         self.gsd = QLineEdit()
         self.gsd.setObjectName("ortho_gsd")
         self.gsd.setFixedWidth(90)
         self._size = Label()
         self._size.setWordWrap(True)
-        pixel = QHBoxLayout()
-        pixel.addWidget(self.gsd)
+        row = QHBoxLayout()
+        row.addWidget(self.gsd)
         self._unit = Label()
-        pixel.addWidget(self._unit)
-        pixel.addSpacing(8)
-        pixel.addWidget(self._size, 1)
-        return pixel
+        row.addWidget(self._unit)
+        row.addSpacing(8)
+        row.addWidget(self._size, 1)
+        return row
 
-    def _make_sheet(self) -> QHBoxLayout:
+    def _make_sheet_row(self) -> QHBoxLayout:
         self.sheet = QCheckBox(tr("Write scaled sheet"))
         self.sheet_format = ComboBox()
         for name in ("png", "pdf"):
             self.sheet_format.addItem(name.upper(), name)
         self.sheet.setChecked(True)
-        sheet = QHBoxLayout()
-        sheet.addWidget(self.sheet)
-        sheet.addWidget(self.sheet_format)
-        sheet.addStretch()
-        return sheet
+        row = QHBoxLayout()
+        row.addWidget(self.sheet)
+        row.addWidget(self.sheet_format)
+        row.addStretch()
+        return row
 
     # --- preview ------------------------------------------------------------------------------
     def _selected_model(self) -> Model:
@@ -211,7 +211,7 @@ class OrthoDialog(QDialog):
         width, height = np.maximum(maximum - minimum, 0.0)[:2].tolist()
         return width, height
 
-    def _propose(self) -> None:
+    def _propose_pixel_size(self) -> None:
         model = self._selected_model()
         data = self._studio.models[model.id].data
         gsd, code = planning.default_gsd(data, model.to_world, max(self._picture_extent()))
@@ -266,12 +266,12 @@ class OrthoDialog(QDialog):
             problem = Finding("export.not-tif")
         if problem is not None and text:
             self._size.setText(problem.message)
-        allow(self._start_button, problem)
-        self.copy_button.allow(problem)
+        set_enabled(self._start_button, problem)
+        self.copy_button.set_enabled(problem)
 
     def _browse(self) -> None:
-        proposed_text, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
-        path = ask_for_target(self, self._studio, tr("Orthophoto file"), proposed_text, formats)
+        default_name, formats = self.target.text(), {"tif": "GeoTIFF", "tiff": "GeoTIFF"}
+        path = ask_for_target(self, self._studio, tr("Orthophoto file"), default_name, formats)
         if path is not None:
             self.target.setText(str(path))
 
@@ -282,13 +282,13 @@ class OrthoDialog(QDialog):
         if model_arguments is None or gsd is None:
             self._studio.warn(Finding("model.file-missing", model=self._selected_model().name))
             return
-        out = Path(self.target.text()).expanduser()
+        output_path = Path(self.target.text()).expanduser()
         direction, region = self._direction, self._visible_region
         parts, domain = self.interpretation.selected_parts, self.domain.currentData()
         options = self.options.options(
             trend_deg=direction.trend_deg, plunge_deg=direction.plunge_deg, gsd_m=gsd
         )
-        sheet = self._sheet_path(out)
+        sheet = self._sheet_path(output_path)
         drawing = OrthoDrawing(
             sheet=None if sheet is None else str(sheet),
             draw=str(self._studio.project.folder) if parts or domain is not None else None,
@@ -299,11 +299,17 @@ class OrthoDialog(QDialog):
             else None,
         )
         arguments = [*option_words(options), *option_words(drawing)]
-        copy_command(self._studio, ["ortho", *model_arguments, ("-o", out), *arguments, "--force"])
+        copy_command(
+            self._studio, ["ortho", *model_arguments, ("-o", output_path), *arguments, "--force"]
+        )
 
-    def _sheet_path(self, out: Path) -> Path | None:
+    def _sheet_path(self, output_path: Path) -> Path | None:
         suffix = str(self.sheet_format.currentData())
-        return out.with_name(f"{out.stem}_sheet.{suffix}") if self.sheet.isChecked() else None
+        return (
+            output_path.with_name(f"{output_path.stem}_sheet.{suffix}")
+            if self.sheet.isChecked()
+            else None
+        )
 
     # --- the job ------------------------------------------------------------------------------
     def accept(self) -> None:
@@ -313,7 +319,7 @@ class OrthoDialog(QDialog):
         if path is None:
             studio.warn(Finding("model.file-missing", model=model.name))
             return
-        out = Path(self.target.text()).expanduser()
+        output_path = Path(self.target.text()).expanduser()
         view = view_directions.ViewDirection(
             self._direction.trend_deg,
             self._direction.plunge_deg,
@@ -323,20 +329,20 @@ class OrthoDialog(QDialog):
         if self.options.value("flip"):
             view = view.flipped()
         region = self._visible_region if self.visible_area.isChecked() else None
-        sheet = self._sheet_path(out)
+        sheet = self._sheet_path(output_path)
         try:
-            outputs = [*orthophoto.orthophoto_outputs(out), *([sheet] if sheet else [])]
+            outputs = [*orthophoto.orthophoto_outputs(output_path), *([sheet] if sheet else [])]
         except VomError as error:
             studio.fail(error)
             return
         parts = self.interpretation.selected_parts
         if parts:
-            outputs += drawing_targets(out).values()
+            outputs += drawing_targets(output_path).values()
         domain = self.domain.currentData()
-        existing = [p.name for p in (out, *outputs) if p.exists()]
-        if existing and not confirm_replacement(self, existing):
+        existing_names = [p.name for p in (output_path, *outputs) if p.exists()]
+        if existing_names and not confirm_replacement(self, existing_names):
             return
-        remember_target(studio, out)
+        remember_target(studio, output_path)
         studio.jobs.submit(
             ORTHOPHOTO,
             OrthophotoRequest(
@@ -349,13 +355,13 @@ class OrthoDialog(QDialog):
                 crs=world_crs(model.frame.crs, model.frame.unit_m),
                 gsd=parse_number(self.gsd.text()),
                 region=region,
-                out=out,
+                out=output_path,
                 sheet=sheet,
                 draw=studio.project.folder if parts else None,
                 parts=parts,
                 domain=None if domain is None else (studio.project.folder, domain),
             ),
-            title=tr("Orthophoto {file}", file=out.name),
+            title=tr("Orthophoto {file}", file=output_path.name),
             on_done=lambda result: _show_result(studio, result),
             on_failed=lambda event: _show_failure(studio, event),
         )
@@ -382,4 +388,4 @@ def _show_result(studio: Studio, result: OrthophotoOutput) -> None:
 
 def _show_failure(studio: Studio, event: Failed) -> None:
     if not event.cancelled:
-        studio.warn(finding_of(event.to_error()), "error")
+        studio.warn(to_finding(event.to_error()), "error")

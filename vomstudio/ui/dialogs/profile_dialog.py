@@ -23,10 +23,10 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES_BY_NAME, Thresholds
 from vomstudio.project import edits
 from vomstudio.project.measurement_cache import Measurements
-from vomstudio.project.records import PROFILE_ID, Feature, limits_of
+from vomstudio.project.records import PROFILE_ID, Feature, get_limits
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.open_dialogs import OpenDialogs
 from vomstudio.ui.base.studio import Studio
 
@@ -74,13 +74,13 @@ class ProfileDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#verdicts")
+        set_help_topic(self, "conventions.md#verdicts")
         self._studio = studio
         self.setWindowTitle(tr("Verdict profile"))
         self.setMinimumWidth(460)
         self.profile = ComboBox()
         self.profile.setObjectName("profile")
-        self.profile.activated.connect(self._show_selected)
+        self.profile.activated.connect(self._show_selected_profile)
         self.name = QLineEdit()
         self.name.setObjectName("profile_name")
         self.name.setPlaceholderText(tr("Name of your profile"))
@@ -123,37 +123,40 @@ class ProfileDialog(QDialog):
     # --- display -----------------------------------------------------------------------------
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
-        self._show_project()
+        self._show_project_profile()
 
     def _handle_edit(self, *_: object) -> None:
         """Show another profile after an edit, but keep entered limits if only features change."""
         if not self.isVisible():
             return
-        if limits_of(self._studio.records, self._studio.settings.thresholds) != self._current:
-            self._show_project()
+        if (
+            get_limits(self._studio.records, self._studio.settings.thresholds)
+            != self._current_limits
+        ):
+            self._show_project_profile()
         else:
             self._show_effect()
 
-    def _show_project(self) -> None:
+    def _show_project_profile(self) -> None:
         """Show the profile of the project."""
-        self._current = limits_of(self._studio.records, self._studio.settings.thresholds)
-        stored = self._studio.settings.profiles.values()
-        custom = [Thresholds(**limits) for limits in stored]
+        self._current_limits = get_limits(self._studio.records, self._studio.settings.thresholds)
+        stored_profiles = self._studio.settings.profiles.values()
+        custom_profiles = [Thresholds(**limits) for limits in stored_profiles]
         self._profiles = PROFILES_BY_NAME | {
-            profile.profile: profile for profile in (*custom, self._current)
+            profile.profile: profile for profile in (*custom_profiles, self._current_limits)
         }
         with QSignalBlocker(self.profile):
             self.profile.clear()
             for name in self._profiles:
                 self.profile.addItem(_title(name), name)
-            self.profile.setCurrentIndex(self.profile.findData(self._current.profile))
-        self._fill(self._current)
+            self.profile.setCurrentIndex(self.profile.findData(self._current_limits.profile))
+        self._fill(self._current_limits)
 
-    def _show_selected(self) -> None:
+    def _show_selected_profile(self) -> None:
         self._fill(self._profiles[self.profile.currentData()])
 
     def _fill(self, limits: Thresholds) -> None:
-        self._base = limits
+        self._base_limits = limits
         with QSignalBlocker(self.name):
             self.name.setText(_title(limits.profile))
         for name, criterion, _, _ in _LIMITS:
@@ -164,8 +167,8 @@ class ProfileDialog(QDialog):
         self._show_effect()
 
     def _handle_change(self, *_: object) -> None:
-        standard = PROFILES_BY_NAME.get(self._base.profile)
-        if standard is not None and self.name.text() == _title(standard.profile):
+        standard_profile = PROFILES_BY_NAME.get(self._base_limits.profile)
+        if standard_profile is not None and self.name.text() == _title(standard_profile.profile):
             with QSignalBlocker(self.name):
                 self.name.setText(tr("custom limits"))
         self._show_effect()
@@ -173,16 +176,16 @@ class ProfileDialog(QDialog):
     def limits(self) -> Thresholds:
         """Return the entered limits with the entered name."""
         values: dict[str, Any] = {name: box.value() for name, box in self.boxes.items()}
-        limits = replace(self._base, **values)
-        if limits == self._base and self.name.text() == _title(self._base.profile):
-            return self._base
+        limits = replace(self._base_limits, **values)
+        if limits == self._base_limits and self.name.text() == _title(self._base_limits.profile):
+            return self._base_limits
         return replace(limits, profile=self.name.text().strip())
 
     def _show_effect(self) -> None:
         """Show the numbers of verdicts with the present and the entered limits."""
         limits, records = self.limits(), self._studio.records
-        is_unchanged = limits == self._current
-        allow(self.apply_button, Finding("edit.no-change") if is_unchanged else None)
+        is_unchanged = limits == self._current_limits
+        set_enabled(self.apply_button, Finding("edit.no-change") if is_unchanged else None)
         ids = [id_ for id_, record in records.items() if isinstance(record, Feature)]
         if len(ids) > _MAX_PREVIEW_FEATURES:
             self.effect.clear()
@@ -212,8 +215,8 @@ def _title(profile: str) -> str:
     return titles.get(profile, profile)
 
 
-def _describe_counts(measured_value: Any) -> str:
-    counts = Counter(m.verdict.quality for m in measured_value.values() if m.verdict is not None)
+def _describe_counts(measurements: Any) -> str:
+    counts = Counter(m.verdict.quality for m in measurements.values() if m.verdict is not None)
     return tr(
         "{good} good, {doubtful} doubtful, {poor} poor",
         good=counts["good"],

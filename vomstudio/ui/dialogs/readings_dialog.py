@@ -39,10 +39,15 @@ from vomstudio.project.imports.readings import (
 )
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.records import FeatureType, Record
-from vomstudio.registration.north import North, NorthCorrection, parse_angle, place_of
+from vomstudio.registration.north import (
+    NorthCorrection,
+    NorthInputs,
+    centre_longitude_latitude,
+    parse_angle,
+)
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, Label, allow, rich_label, rich_lines
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, Label, rich_label, rich_lines, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 
 _PREVIEW_ROWS = 200
 _MAX_DISTANCE_M = 10_000.0
@@ -58,7 +63,7 @@ _NOTATIONS = (
     (to_translate("Strike / dip and dip quadrant"), "quadrant"),
     (to_translate("Trend / plunge (lines)"), "trend/plunge"),
 )
-_AZIMUTH = {
+_AZIMUTH_LABELS = {
     "dipdir/dip": to_translate("Dip direction"),
     "strike/dip": to_translate("Strike (right-hand)"),
     "strike/dip lhr": to_translate("Strike (left-hand)"),
@@ -89,7 +94,7 @@ _ROLES = (
 
 
 @dataclass(frozen=True)
-class Place:
+class ProjectLocation:
     """Location of the project, with its CRS if known and a position if `has_position`."""
 
     crs: str | None = None
@@ -106,24 +111,24 @@ class ReadingsDialog(QDialog):
         parent: QWidget | None,
         table: FieldTable,
         records: dict[str, Record],
-        place: Place,
+        location: ProjectLocation,
         *,
         type_id: str = "bedding",
         declination: str = "",
     ) -> None:
         super().__init__(parent)
-        explain(self, "conventions.md#angles")
+        set_help_topic(self, "conventions.md#angles")
         self.setWindowTitle(tr("Import field measurements: {path}", path=table.path.name))
         self.resize(820, 680)
-        self._table, self._records, self._place = table, records, place
+        self._table, self._records, self._location = table, records, location
         self._types = [r for r in records.values() if isinstance(r, FeatureType)]
-        self._to_grid = None if place.crs is None else degrees_to_grid(place.crs)
+        self._convert_to_grid = None if location.crs is None else degrees_to_grid(location.crs)
         self._field_readings = FieldReadings((), (), ())
         self.readings: list[Reading] = []
         self.types: list[FeatureType] = []
         self._proposed_roles = guess(table)
         layout = QVBoxLayout(self)
-        layout.addLayout(self._make_angles())
+        layout.addLayout(self._make_notation_row())
         layout.addWidget(self._make_preview(), 1)
         layout.addLayout(self._make_settings(type_id, declination))
         self._summary = rich_label()
@@ -146,7 +151,7 @@ class ReadingsDialog(QDialog):
         self._read_table()
 
     # --- widgets -----------------------------------------------------------------------------
-    def _make_angles(self) -> QHBoxLayout:
+    def _make_notation_row(self) -> QHBoxLayout:
         self._notation = ComboBox()
         self._notation.setObjectName("readings_notation")
         self._notation.addItem(tr("Choose…"), None)
@@ -174,24 +179,24 @@ class ReadingsDialog(QDialog):
         view.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         view.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         view.setMinimumHeight(170)
-        self._column_roles: list[QComboBox] = []
-        role_of = {column: role for role, column in self._proposed_roles.columns.items()}
+        self._role_boxes: list[QComboBox] = []
+        roles_by_column = {column: role for role, column in self._proposed_roles.columns.items()}
         for column in range(table.width):
             combo = ComboBox()
             combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
             combo.setAccessibleName(tr("Meaning of column {column}", column=table.label(column)))
             for text, role in _ROLES:
                 combo.addItem(tr(text), role)
-            combo.setCurrentIndex(max(0, combo.findData(role_of.get(column, ""))))
+            combo.setCurrentIndex(max(0, combo.findData(roles_by_column.get(column, ""))))
             combo.activated.connect(lambda _, c=column: self._assign_role(c))
-            self._column_roles.append(combo)
+            self._role_boxes.append(combo)
             view.setCellWidget(0, column, combo)
         for i in range(row_count):
             for column in range(table.width):
                 view.setItem(i + 1, column, QTableWidgetItem(table.rows[i][column]))
         view.resizeColumnsToContents()
         for column in range(table.width):
-            width = max(view.columnWidth(column), self._column_roles[column].sizeHint().width() + 6)
+            width = max(view.columnWidth(column), self._role_boxes[column].sizeHint().width() + 6)
             view.setColumnWidth(column, min(width, 260))
         view.verticalHeader().setDefaultSectionSize(26)
         self._preview = view
@@ -241,8 +246,8 @@ class ReadingsDialog(QDialog):
     # --- table -----------------------------------------------------------------------------------
     def _assign_role(self, column: int) -> None:
         """Assign a role to the column that was selected last, and to no other column."""
-        role = self._column_roles[column].currentData()
-        for other_column, combo in enumerate(self._column_roles):
+        role = self._role_boxes[column].currentData()
+        for other_column, combo in enumerate(self._role_boxes):
             if role and other_column != column and combo.currentData() == role:
                 combo.setCurrentIndex(0)
         self._read_table()
@@ -251,14 +256,16 @@ class ReadingsDialog(QDialog):
         """Return the column number of each assigned role."""
         return {
             str(combo.currentData()): column
-            for column, combo in enumerate(self._column_roles)
+            for column, combo in enumerate(self._role_boxes)
             if combo.currentData()
         }
 
     def _read_table(self) -> None:
         notation = self._notation.currentData()
-        for combo in self._column_roles:
-            azimuth = tr(_AZIMUTH[notation]) if notation in _AZIMUTH else tr("Azimuth")
+        for combo in self._role_boxes:
+            azimuth = (
+                tr(_AZIMUTH_LABELS[notation]) if notation in _AZIMUTH_LABELS else tr("Azimuth")
+            )
             combo.setItemText(combo.findData("azimuth"), azimuth)
             inclination = tr("Plunge") if notation == "trend/plunge" else tr("Dip")
             combo.setItemText(combo.findData("inclination"), inclination)
@@ -271,8 +278,8 @@ class ReadingsDialog(QDialog):
                 self._table,
                 self.columns(),
                 notation,
-                self._to_grid,
-                ModelFrame(self._place.crs),
+                self._convert_to_grid,
+                ModelFrame(self._location.crs),
                 self._line_types(),
             )
         )
@@ -286,7 +293,9 @@ class ReadingsDialog(QDialog):
         if column is None:
             return []
         table = self._table
-        names = [row[column] for i, row in enumerate(table.rows) if i not in table.ragged]
+        names = [
+            row[column] for i, row in enumerate(table.rows) if i not in table.ragged_row_findings
+        ]
         return list({name.casefold(): name for name in names if name}.values())
 
     def _show_new_types(self) -> None:
@@ -316,15 +325,15 @@ class ReadingsDialog(QDialog):
     def _create_type_box(self, name: str) -> QComboBox:
         """Create the choice for an unknown type name; an unclear name waits for the user."""
         combo = ComboBox()
-        meaning = geometry_of_type(name)
-        if meaning is None:
+        geometry = geometry_of_type(name)
+        if geometry is None:
             combo.addItem(tr("Choose…"), None)
         combo.addItem(tr("New plane type"), NEW_PLANE)
         combo.addItem(tr("New line type"), NEW_LINE)
         for feature_type in self._types:
             combo.addItem(theme.swatch(feature_type.color), feature_type.name, feature_type.id)
-        if meaning is not None:
-            is_line = meaning == "line" or self._has_only_lines(name)
+        if geometry is not None:
+            is_line = geometry == "line" or self._has_only_lines(name)
             combo.setCurrentIndex(combo.findData(NEW_LINE if is_line else NEW_PLANE))
         combo.activated.connect(lambda _: self._read_table())
         return combo
@@ -345,7 +354,7 @@ class ReadingsDialog(QDialog):
         key = type_name.casefold()
         return all(is_stated_line(row) for row in rows if row[type_column].casefold() == key)
 
-    def _geometry_of(self, key: str) -> str | None:
+    def _type_geometry(self, key: str) -> str | None:
         """Return whether a type name is one of lines; None if the user has to choose."""
         combo = self._new_type_boxes.get(key)
         choice = combo.currentData() if combo is not None else None
@@ -358,13 +367,13 @@ class ReadingsDialog(QDialog):
 
     def _line_types(self) -> set[str]:
         keys = (name.casefold() for name in self._type_names())
-        return {key for key in keys if self._geometry_of(key) == "line"}
+        return {key for key in keys if self._type_geometry(key) == "line"}
 
     def _type_findings(self) -> list[Finding]:
         """Return findings about rows that are lines, or may be lines, by their type."""
         notation, rows = self._notation.currentData(), self._field_readings.rows
-        unclear = [n for n in self._type_names() if self._geometry_of(n.casefold()) is None]
-        findings = [Finding("reading.type-unclear", types=unclear)] if unclear else []
+        unclear_names = [n for n in self._type_names() if self._type_geometry(n.casefold()) is None]
+        findings = [Finding("reading.type-unclear", types=unclear_names)] if unclear_names else []
         line_types = self._line_types()
         lines = [r for r in rows if r.type_name.casefold() in line_types and r.geometry == "line"]
         if lines and notation != "trend/plunge":
@@ -373,7 +382,7 @@ class ReadingsDialog(QDialog):
         return findings
 
     def _show_unreadable(self) -> None:
-        rows = self._field_readings.bad
+        rows = self._field_readings.bad_rows
         self._unreadable_list.setPlainText("\n".join(str(row) for row in rows))
         self._unreadable_list.setVisible(bool(rows))
         self._unreadable_title.setVisible(bool(rows))
@@ -398,27 +407,27 @@ class ReadingsDialog(QDialog):
 
     def _show_convergence(self) -> None:
         """Show the convergence at the readings, or at the project if they have no positions."""
-        place = self._place
-        self._north_data = North(place.crs)
-        if place.crs is None:
+        location = self._location
+        self._north_data = NorthInputs(location.crs)
+        if location.crs is None:
             self._convergence.setText(tr("Unknown: the project has no CRS."))
             return
         positions = [row.position for row in self._field_readings.rows if row.position is not None]
-        if not positions and not place.has_position:
+        if not positions and not location.has_position:
             self._convergence.setText(tr("Unknown: neither model nor readings have a position."))
             return
-        world = np.asarray([p[:2] for p in positions] or [(place.x, place.y)])
-        self._north_data = North(place.crs, place_of(place.crs, world))
+        world = np.asarray([p[:2] for p in positions] or [(location.x, location.y)])
+        self._north_data = NorthInputs(location.crs, centre_longitude_latitude(location.crs, world))
         convergence = self._north_data.convergence_deg()
         if convergence is None:
             self._convergence.setText(
-                tr("Unknown: the readings are outside {crs}.", crs=place.crs)
+                tr("Unknown: the readings are outside {crs}.", crs=location.crs)
                 if positions
-                else tr("Unknown: the model is outside {crs}.", crs=place.crs)
+                else tr("Unknown: the model is outside {crs}.", crs=location.crs)
             )
         else:
             sign = "−" if convergence < 0 else "+"
-            angle, crs = f"{sign}{abs(convergence):.2f}°", crs_name(place.crs)
+            angle, crs = f"{sign}{abs(convergence):.2f}°", crs_name(location.crs)
             self._convergence.setText(
                 tr("{angle} at the readings ({crs})", angle=angle, crs=crs)
                 if positions
@@ -441,13 +450,13 @@ class ReadingsDialog(QDialog):
 
     def _refresh_summary(self) -> None:
         is_magnetic = self._north.currentData() == "magnetic"
-        allow(self._declination, None if is_magnetic else Finding("action.not-magnetic"))
+        set_enabled(self._declination, None if is_magnetic else Finding("action.not-magnetic"))
         correction, count = self.north_correction(), len(self._field_readings.rows)
         ok_button = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         ok_button.setText(tr_n("Add {count} reading", "Add {count} readings", count))
-        about_types = self._type_findings()
-        is_unclear = any(finding.severity == "error" for finding in about_types)
-        ok_button.setEnabled(correction is not None and count > 0 and not is_unclear)
+        type_findings = self._type_findings()
+        has_type_error = any(finding.severity == "error" for finding in type_findings)
+        ok_button.setEnabled(correction is not None and count > 0 and not has_type_error)
         lines: list[str] = []
         if self._missing_choice:
             lines.append(self._missing_choice.message)
@@ -461,7 +470,7 @@ class ReadingsDialog(QDialog):
             lines.append(Finding("reading.declination-missing").message)
         bold_lines = lines[:]
         lines += [
-            *map(str, about_types),
+            *map(str, type_findings),
             *map(str, self._proposed_roles.findings),
             *map(str, self._field_readings.findings),
             *map(str, self._distance_findings()),
@@ -469,10 +478,10 @@ class ReadingsDialog(QDialog):
         self._summary.setText(rich_lines(lines, bold_lines))
 
     def _distance_findings(self) -> Sequence[Finding]:
-        if not self._place.has_position:
+        if not self._location.has_position:
             return ()
         distances_m = [
-            ((p[0] - self._place.x) ** 2 + (p[1] - self._place.y) ** 2) ** 0.5
+            ((p[0] - self._location.x) ** 2 + (p[1] - self._location.y) ** 2) ** 0.5
             for row in self._field_readings.rows
             if (p := row.position) is not None
         ]

@@ -27,24 +27,24 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import UsageError, VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
+from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryRequirement
 from vomstudio.project.photo_edits import photo_set_name
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
-from vomstudio.studio.jobs.survey_tasks import ControlFacts, PointFacts
+from vomstudio.studio.jobs.survey_tasks import ControlSummary, PointSummary
 from vomstudio.ui.base import file_filters, theme
 from vomstudio.ui.base.controls import (
     ComboBox,
     Label,
-    allow,
     file_field,
     rich_label,
     rich_lines,
+    set_enabled,
 )
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.number_formatting import gigabytes
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.number_formatting import gigabytes_text
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
@@ -67,18 +67,18 @@ class ReconstructDialog(QDialog):
         self,
         parent: QWidget,
         survey: PhotoSurvey,
-        make_action: QAction,
+        reconstruct_action: QAction,
         region_choice: RegionChoice,
     ) -> None:
         super().__init__(parent)
-        explain(self, "photos.md")
+        set_help_topic(self, "photos.md")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Reconstruction settings"))
         self.setMinimumWidth(720)
-        self._survey, self._make_action = survey, make_action
+        self._survey, self._reconstruct_action = survey, reconstruct_action
         self._region_choice = region_choice
         self._is_filling = False
-        self._follows_box = False
+        self._is_following_box = False
         """Whether the region changes while the clipping box is dragged."""
         self._shown_settings = self._survey.settings
         """Settings that were last shown or changed here."""
@@ -93,9 +93,9 @@ class ReconstructDialog(QDialog):
         layout.addWidget(self._make_resources())
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.start_button = buttons.addButton(
-            make_action.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
+            reconstruct_action.text().replace("&", ""), QDialogButtonBox.ButtonRole.AcceptRole
         )
-        self.start_button.setIcon(make_action.icon())
+        self.start_button.setIcon(reconstruct_action.icon())
         self.start_button.clicked.connect(self._reconstruct)
         buttons.rejected.connect(self.close)
         layout.addWidget(buttons)
@@ -288,7 +288,7 @@ class ReconstructDialog(QDialog):
         )
         has_control = self.control_button.isChecked()
         for row in self._control_rows:
-            allow(row, None if has_control else Finding("action.not-by-control"))
+            set_enabled(row, None if has_control else Finding("action.not-by-control"))
         self._control_area.setVisible(has_control)
         facts = survey.control_facts if has_control else None
         self._show_points(() if facts is None else facts.points)
@@ -298,21 +298,21 @@ class ReconstructDialog(QDialog):
         if memory is not None:
             self.memory.setText(_describe_memory(memory))
         has_region = self.options.value("region") is not None
-        allow(
+        set_enabled(
             self.options.fields["keep_background"],
             Finding("action.region-set") if has_region else None,
         )
-        allow(self.propose_button, self._region_choice.why_no_proposal())
-        allow(self.clip_button, self._region_choice.why_no_box())
+        set_enabled(self.propose_button, self._region_choice.proposal_problem())
+        set_enabled(self.clip_button, self._region_choice.clip_box_problem())
         problem = (
-            survey.why_not_reconstruct()
+            survey.reconstruction_problem()
             or self._crs_problem()
             or self._missing_file()
             or self._options_problem()
         )
-        allow(self.start_button, problem)
+        set_enabled(self.start_button, problem)
 
-    def _show_points(self, points: Sequence[PointFacts]) -> None:
+    def _show_points(self, points: Sequence[PointSummary]) -> None:
         self.points.setRowCount(len(points))
         for row, point in enumerate(points):
             photo_count = tr_n("{count} photo", "{count} photos", point.photos)
@@ -323,13 +323,13 @@ class ReconstructDialog(QDialog):
                     item.setIcon(theme.verdict_icon(point.quality))
                 self.points.setItem(row, column, item)
 
-    def _verdict_text(self, facts: ControlFacts | None) -> str:
+    def _verdict_text(self, facts: ControlSummary | None) -> str:
         if (missing_file := self._missing_file()) is not None:
             return missing_file.message
         if self._survey.is_forecasting:
             return tr("Checking the control points…")
         if facts is None:
-            note = self._survey.control_note
+            note = self._survey.control_finding
             return "" if note is None else html.escape(note.message)
         main_text = facts.problem or facts.summary
         sentences = [format_sentence(str(text)) for text in (main_text, *facts.warnings)]
@@ -347,16 +347,16 @@ class ReconstructDialog(QDialog):
         try:
             return None if parse_crs(text)[1] == 1.0 else Finding("frame.not-in-metres", crs=text)
         except VomError as error:
-            return cause_of(error)
+            return cause_finding(error)
 
     def _options_problem(self) -> Finding | None:
         try:
             self.options.options()
         except UsageError as error:
-            return cause_of(error)
+            return cause_finding(error)
         return None
 
-    def _crs_text(self, facts: ControlFacts | None) -> str:
+    def _crs_text(self, facts: ControlSummary | None) -> str:
         if (problem := self._crs_problem()) is not None:
             return problem.message
         if facts is not None:
@@ -379,18 +379,18 @@ class ReconstructDialog(QDialog):
 
     def _use_clipping_box(self) -> None:
         if (region := self._region_choice.clipped_region()) is not None:
-            self._follows_box = True
+            self._is_following_box = True
             self._show_region(region)
             self._apply()
 
     def _stop_following(self) -> None:
-        self._follows_box = False
+        self._is_following_box = False
 
     def _follow_clipping_box(self, subject: str) -> None:
         if subject == "clip":
             self._show_forecast()
         region = self._region_choice.clipped_region()
-        if subject == "box" and self._follows_box and region is not None:
+        if subject == "box" and self._is_following_box and region is not None:
             # The options signal the change, which is applied once the drag pauses.
             self._show_region(region)
 
@@ -406,13 +406,15 @@ class ReconstructDialog(QDialog):
             self._apply()
 
     def _browse(self, title: str, field: QLineEdit) -> str:
-        start = field.text() or self.control.text() or str(self._survey.folder or "")
-        return QFileDialog.getOpenFileName(self, title, start, file_filters.ground_control())[0]
+        start_path = field.text() or self.control.text() or str(self._survey.folder or "")
+        return QFileDialog.getOpenFileName(self, title, start_path, file_filters.ground_control())[
+            0
+        ]
 
     def _reconstruct(self) -> None:
         self._apply()
-        if self._survey.why_not_reconstruct() is None:
-            self._make_action.trigger()
+        if self._survey.reconstruction_problem() is None:
+            self._reconstruct_action.trigger()
             # The user may have cancelled the choice of a project folder.
             if self._survey.reconstruction_job is not None:
                 self.close()
@@ -425,12 +427,12 @@ class ReconstructDialog(QDialog):
             super().done(result)
 
 
-def _describe_memory(memory: MemoryNeed) -> str:
+def _describe_memory(memory: MemoryRequirement) -> str:
     findings = [
         Finding(
             "reconstruction.memory",
-            needed=gigabytes(memory.needed_bytes),
-            free=gigabytes(memory.free_bytes),
+            needed=gigabytes_text(memory.needed_bytes),
+            free=gigabytes_text(memory.free_bytes),
             needed_bytes=memory.needed_bytes,
             free_bytes=memory.free_bytes,
         )

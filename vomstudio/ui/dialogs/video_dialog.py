@@ -23,12 +23,12 @@ from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesRequest
+from vomstudio.studio.jobs.survey_tasks import EXTRACT_FRAMES, FramesRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import start_folder
-from vomstudio.ui.base.controls import Label, allow, escape_markup, file_field, rich_label
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import Label, escape_markup, file_field, rich_label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -43,7 +43,7 @@ class VideoDialog(QDialog):
         self, parent: QWidget, studio: Studio, open_photos: Callable[[Path], None]
     ) -> None:
         super().__init__(parent)
-        explain(self, "photos.md#frames-from-a-video")
+        set_help_topic(self, "photos.md#frames-from-a-video")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Video frames"))
         self.setMinimumWidth(620)
@@ -115,7 +115,7 @@ class VideoDialog(QDialog):
     def _refresh(self) -> None:
         job = self._job
         is_ready = bool(self.video.text().strip() and self.folder.text().strip())
-        allow(self.start_button, None if is_ready else Finding("action.no-video"))
+        set_enabled(self.start_button, None if is_ready else Finding("action.no-video"))
         self.start_button.setEnabled(job is None and is_ready)
         self.stop_button.setVisible(job is not None)
         self.progress_bar.setVisible(job is not None)
@@ -154,7 +154,7 @@ class VideoDialog(QDialog):
             studio.warn(event.to_error(), "error")
 
         self._job = studio.jobs.submit(
-            TAKE_FRAMES,
+            EXTRACT_FRAMES,
             FramesRequest(video, folder, options, force),
             title=tr("Frames of {video}", video=video.name),
             on_done=handle_result,

@@ -21,7 +21,7 @@ from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEve
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 
-Rows = tuple[tuple[float, ...], ...]
+MatrixRows = tuple[tuple[float, ...], ...]
 """Rows of a 4 x 4 matrix."""
 
 
@@ -47,10 +47,10 @@ class CameraView(QObject):
         # File of each model, and frusta of each file in the frame of the model.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
-        self._drawn_files: list[tuple[Path, Rows]] = []
+        self._drawn_files: list[tuple[Path, MatrixRows]] = []
         studio.project_opened.connect(self._clear)
-        studio.model_loaded.connect(self._model_loaded)
-        links.changed.connect(self._links_changed)
+        studio.model_loaded.connect(self._load_cameras)
+        links.changed.connect(self._reload_cameras)
         studio.edited.connect(lambda _: self.refresh())
         studio.visibility_changed.connect(lambda _: self.refresh())
         studio.display.changed.connect(
@@ -62,7 +62,7 @@ class CameraView(QObject):
         self._cameras = viewport.photos
         viewport.pointer.connect(self._handle_pointer)
         for model_id in self._studio.models:
-            self._model_loaded(model_id)
+            self._load_cameras(model_id)
 
     def why_not(self) -> Finding | None:
         """Return why no cameras can be shown, or None if cameras can be shown."""
@@ -85,7 +85,7 @@ class CameraView(QObject):
         self._frusta.clear()
         self.refresh()
 
-    def _model_loaded(self, model_id: str) -> None:
+    def _load_cameras(self, model_id: str) -> None:
         record, open_model = self._studio.records.get(model_id), self._studio.models.get(model_id)
         if not isinstance(record, Model) or open_model is None:
             return
@@ -110,7 +110,7 @@ class CameraView(QObject):
 
         self._background.run(lambda: _read_frusta(path, bounds), store, warn)
 
-    def _visible_files(self) -> list[tuple[Path, Rows]]:
+    def _visible_files(self) -> list[tuple[Path, MatrixRows]]:
         """Return the camera files of the visible models, with the matrices to World.
 
         Models that share the same photos are listed once.
@@ -118,7 +118,7 @@ class CameraView(QObject):
         studio = self._studio
         if not studio.display.cameras or not studio.visible("models"):
             return []
-        files: list[tuple[Path, Rows]] = []
+        files: list[tuple[Path, MatrixRows]] = []
         for model_id, path in self._files.items():
             record = studio.records.get(model_id)
             if path not in self._frusta or not isinstance(record, Model):
@@ -127,18 +127,18 @@ class CameraView(QObject):
                 files.append((path, record.to_world))
         return list(dict.fromkeys(files))
 
-    def _links_changed(self, model_id: str) -> None:
+    def _reload_cameras(self, model_id: str) -> None:
         """Load a cameras file that the user selected outside the folder of the model."""
         if self._links.cameras_path(model_id) != self._files.get(model_id):
-            self._model_loaded(model_id)
+            self._load_cameras(model_id)
 
     def visible_frusta(self) -> list[Frustum]:
         """Return the frusta of the visible cameras in the World frame."""
         result = []
         for path, to_world in self._visible_files():
-            local, origin = self._frusta[path]
+            local_frusta, origin = self._frusta[path]
             matrix = transform.matrix(to_world)
-            result += [item.transform(matrix, origin) for item in local]
+            result += [item.transform(matrix, origin) for item in local_frusta]
         return result
 
     def refresh(self) -> None:
@@ -150,7 +150,7 @@ class CameraView(QObject):
             self._drawn_files = files
             self._cameras.show(self.visible_frusta())
 
-    def highlight(self, names: set[str]) -> None:
+    def highlight_cameras(self, names: set[str]) -> None:
         """Highlight the cameras of these photos."""
         if self._cameras is not None:
             self._cameras.choose(names)
@@ -166,7 +166,7 @@ class CameraView(QObject):
             return
         name = self._cameras.at(event.x, event.y)
         if name is not None:
-            self.highlight({name})
+            self.highlight_cameras({name})
             self._studio.info(Finding("camera.clicked", photo=name))
             self.camera_selected.emit(name)
 

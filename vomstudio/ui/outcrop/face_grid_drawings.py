@@ -19,8 +19,8 @@ from vomstudio.ui.base.studio import Studio
 
 COLORS = {INSPECTED_MARK: "#009e73", EMPTY_MARK: "#f0e442", UNMEASURABLE_MARK: "#202020"}
 """Green and yellow of the palette of Okabe and Ito, and near-black."""
-_LINES = "#ffffff"
-_MAX_FILLED = 150_000
+_LINE_COLOR = "#ffffff"
+_MAX_FILLED_TRIANGLES = 150_000
 _MAX_DOTS = 20_000
 
 
@@ -32,7 +32,7 @@ class FaceGridDrawings:
         self._drawn_keys: dict[str, set[str]] = {}
         studio.project_opened.connect(self._rebuild)
         studio.edited.connect(self._follow_edit)
-        studio.visibility_changed.connect(self._visibility)
+        studio.visibility_changed.connect(self._update_visibility)
         studio.workspace.grids.changed.connect(self._redraw)
         self._rebuild()
 
@@ -54,7 +54,7 @@ class FaceGridDrawings:
             if grid.model_id in model_ids:
                 self._redraw(grid.id)
 
-    def _visibility(self, ids: tuple[str, ...]) -> None:
+    def _update_visibility(self, ids: tuple[str, ...]) -> None:
         for grid in self._studio.workspace.grids.all():
             if {grid.id, grid.model_id, "models"} & set(ids):
                 self._redraw(grid.id)
@@ -73,16 +73,16 @@ class FaceGridDrawings:
             self._remove(grid_id)
             return
         drawings = {drawing.id: drawing for drawing in self._create_drawings(grid, model, exposure)}
-        removed_drawn_key = self._drawn_keys.get(grid_id, set()) - drawings.keys()
+        removed_keys = self._drawn_keys.get(grid_id, set()) - drawings.keys()
         self._drawn_keys[grid_id] = set(drawings)
-        self._layer.change({**dict.fromkeys(removed_drawn_key), **drawings})
+        self._layer.change({**dict.fromkeys(removed_keys), **drawings})
 
     def _create_drawings(
         self, grid: FaceGrid, model: Model, exposed_area: ExposedArea
     ) -> list[FeatureDrawing]:
         cells = world_grid(grid, model)
         axes = cells.cell * np.stack([cells.right, cells.up, cells.normal])
-        no_corners = np.zeros((0, 3, 3), np.float32)
+        empty_corners = np.zeros((0, 3, 3), np.float32)
         is_visible = self._studio.visible(grid.id) and self._studio.visible(grid.model_id)
 
         def drawing(key: str, color: str, area: Area) -> FeatureDrawing:
@@ -94,20 +94,20 @@ class FaceGridDrawings:
         drawings = []
         if len(lines):
             drawings.append(
-                drawing(f"{grid.id}:lines", _LINES, Area(cells.origin, no_corners, lines))
+                drawing(f"{grid.id}:lines", _LINE_COLOR, Area(cells.origin, empty_corners, lines))
             )
         marks = np.array(list(marks_of(grid)))
         for mark, color in COLORS.items():
             is_marked = np.isin(exposed_area.cell, np.flatnonzero(marks == mark))
             if is_marked.any():
                 corners = _thin_out(exposed_area.pieces[is_marked]) @ axes
-                area = Area(cells.origin, corners.astype(np.float32), no_corners[:, :2])
+                area = Area(cells.origin, corners.astype(np.float32), empty_corners[:, :2])
                 drawings.append(drawing(f"{grid.id}:{mark}", color, area))
         return drawings
 
 
 def _thin_out(pieces: FloatArray) -> FloatArray:
     """Return the triangles, or the centroids of a subset if there are too many triangles."""
-    if len(pieces) <= _MAX_FILLED:
+    if len(pieces) <= _MAX_FILLED_TRIANGLES:
         return pieces
     return np.asarray(pieces[:: max(1, len(pieces) // _MAX_DOTS)].mean(axis=1))

@@ -20,8 +20,8 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
-_END = ("finish", "undo_click", "cancel")
-_VIEW = ("home", "show_elements")
+_FINISH_COMMANDS = ("finish", "undo_click", "cancel")
+_VIEW_COMMANDS = ("home", "show_elements")
 COORDINATE_DECIMALS = 3
 
 
@@ -47,28 +47,30 @@ class OutcropMenu(QObject):
     ) -> None:
         super().__init__(viewport)
         self._studio, self._viewport, self._view = studio, viewport, view
-        self._actions, self._features = actions, features
-        viewport.pointer.connect(self._open)
+        self._actions, self._feature_menus = actions, features
+        viewport.pointer.connect(self._open_menu)
         viewport.installEventFilter(self)
-        view.set_edit_callback(self._edit)
+        view.set_edit_callback(self._edit_feature)
 
-    def _edit(self) -> None:
+    def _edit_feature(self) -> None:
         if self._actions["edit_feature"].isEnabled():
             self._actions["edit_feature"].trigger()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Open the menu at the cursor for the menu key."""
-        keyboard = QContextMenuEvent.Reason.Keyboard
-        if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard:
+        keyboard_reason = QContextMenuEvent.Reason.Keyboard
+        if not isinstance(event, QContextMenuEvent) or event.reason() != keyboard_reason:
             return False
         position, rect = self._viewport.mapFromGlobal(QCursor.pos()), self._viewport.rect()
         if not rect.contains(position):
             position = rect.center()
         hit = self._viewport.pick(position.x(), position.y())
-        self._open(PointerEvent(Pointer.CLICK, position.x(), position.y(), Button.RIGHT, hit=hit))
+        self._open_menu(
+            PointerEvent(Pointer.CLICK, position.x(), position.y(), Button.RIGHT, hit=hit)
+        )
         return True
 
-    def _open(self, event: PointerEvent) -> None:
+    def _open_menu(self, event: PointerEvent) -> None:
         if event.kind is not Pointer.CLICK or event.button is not Button.RIGHT:
             return
         menu = self.create_menu(event)
@@ -84,19 +86,21 @@ class OutcropMenu(QObject):
         feature_id = None if is_open else self._view.feature_at(event.x, event.y)
         feature = get_feature(self._studio.records, feature_id)
         if is_open:
-            menu.addActions([self._actions[name] for name in _END])
+            menu.addActions([self._actions[name] for name in _FINISH_COMMANDS])
         elif feature is not None:
             menu.addSection(feature.name.replace("&", "&&"))
-            self._features.fill_feature_menu(menu, feature)
+            self._feature_menus.fill_feature_menu(menu, feature)
         if event.hit is not None:
             menu.addSeparator()
-            rock = menu if feature is None else menu.addMenu(tr("&Here"))
+            rock_menu = menu if feature is None else menu.addMenu(tr("&Here"))
             if not is_open:
-                self._add_tools(rock, event)
-            self._add_place(rock, event.hit)
+                self._add_tools(rock_menu, event)
+            self._add_point_actions(rock_menu, event.hit)
         if feature is None:
             menu.addSeparator()
-            menu.addActions([a for name in _VIEW if (a := self._actions[name]).isEnabled()])
+            menu.addActions(
+                [a for name in _VIEW_COMMANDS if (a := self._actions[name]).isEnabled()]
+            )
         return menu
 
     def _add_tools(self, menu: QMenu, event: PointerEvent) -> None:
@@ -117,11 +121,11 @@ class OutcropMenu(QObject):
             click = replace(event, button=Button.LEFT, shift=False, ctrl=False, alt=False)
             self._studio.pointer(replace(click, handle=None))
 
-    def _add_place(self, menu: QMenu, hit: Hit) -> None:
+    def _add_point_actions(self, menu: QMenu, hit: Hit) -> None:
         menu.addAction(
             theme.icon("rotate-orbit"),
             tr("Centre of &rotation"),
-            lambda: self._viewport.moves.set_pivot(self._viewport.world_of(hit)),
+            lambda: self._viewport.moves.set_pivot(self._viewport.world_position(hit)),
         )
         menu.addAction(
             theme.icon("arrow-collapse-down"),
@@ -140,7 +144,7 @@ class OutcropMenu(QObject):
 
     def _copy_coordinates(self, hit: Hit) -> None:
         """Copy the World coordinates in the form that a spreadsheet splits into columns."""
-        place = self._viewport.world_of(hit)
-        text = "\t".join(f"{value:.{COORDINATE_DECIMALS}f}" for value in place)
+        position = self._viewport.world_position(hit)
+        text = "\t".join(f"{value:.{COORDINATE_DECIMALS}f}" for value in position)
         QGuiApplication.clipboard().setText(text)
         self._studio.info(Finding("place.copied", place=text.replace("\t", ", ")))

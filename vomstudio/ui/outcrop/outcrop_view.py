@@ -16,7 +16,7 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.studio.tools.interaction_types import Hit, PointerEvent
 from vomstudio.studio.tools.registry import TOOLS
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.camera_view import CameraView
@@ -36,9 +36,9 @@ STANDARD_VIEWS = (
     ("bottom", to_translate("From below"), "Alt+6"),
 )
 _SAVE_CAMERA_DELAY_MS = 500
-NORMAL_SPACINGS = 10.0
+NORMAL_RADIUS_SPACINGS = 10.0
 """Radius, in point spacings, around which the normal of the surface is determined."""
-_READING = "numbers.md#the-live-reading"
+_READING_HELP_TOPIC = "numbers.md#the-live-reading"
 
 
 class OutcropView(QObject):
@@ -71,16 +71,18 @@ class OutcropView(QObject):
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
         viewport.set_label_mode(self._studio.settings.labels)
-        self._grids = FaceGridDrawings(self._studio, viewport)
-        self._proposed = ProposedTraceDrawings(self._studio, viewport)
-        self._extended = ExtendedPlaneDrawings(self._studio, viewport)
+        self._grid_drawings = FaceGridDrawings(self._studio, viewport)
+        self._proposed_trace_drawings = ProposedTraceDrawings(self._studio, viewport)
+        self._extended_plane_drawings = ExtendedPlaneDrawings(self._studio, viewport)
         elements = self._studio.workspace.elements
         elements.look = viewport.view_snapshot
         self._studio.hidden_elements_changed.connect(
             lambda id_: viewport.models.hide_elements(id_, elements.hidden(id_))
         )
         self._cameras.watch(viewport)
-        explain(viewport, lambda _: _READING if viewport.reading_place.box else None)
+        set_help_topic(
+            viewport, lambda _: _READING_HELP_TOPIC if viewport.reading_position.box else None
+        )
 
     def feature_at(self, x: float, y: float) -> str | None:
         """Return the id of the feature at a pixel of the viewport, or None."""
@@ -91,7 +93,7 @@ class OutcropView(QObject):
     def set_edit_callback(self, callback: Callable[[], object]) -> None:
         """Set the function that edits the selected feature after a double click."""
         if self._presenter is not None:
-            self._presenter.edit_requested = callback
+            self._presenter.edit_callback = callback
 
     def look_along_normal(self, hit: Hit) -> Finding | None:
         """Look perpendicular to the surface at a hit; return why this is impossible, or None."""
@@ -100,8 +102,8 @@ class OutcropView(QObject):
         open_model = self._studio.models.get(hit.model_id)
         if self.viewport is None or surface is None or open_model is None:
             return Finding("model.not-open", model=hit.model_id)
-        radius = NORMAL_SPACINGS * (open_model.resolution or 0.0)
-        normal = surface.normal_near(hit.index, hit.position, radius)
+        radius = NORMAL_RADIUS_SPACINGS * (open_model.resolution or 0.0)
+        normal = surface.local_normal(hit.index, hit.position, radius)
         if normal is None or not isinstance(model, Model):
             return Finding("view.no-normal")
         direction = -transform.rotate(model.to_world, [normal])[0]
@@ -109,21 +111,21 @@ class OutcropView(QObject):
             direction = -direction
         trend = float(np.degrees(np.arctan2(direction[0], direction[1])) % 360.0)
         plunge = float(np.degrees(np.arcsin(np.clip(-direction[2], -1.0, 1.0))))
-        self.viewport.moves.set_pivot(self.viewport.world_of(hit))
+        self.viewport.moves.set_pivot(self.viewport.world_position(hit))
         self.look_along(trend, plunge)
         return None
 
-    def follow_camera(self) -> None:
+    def connect_camera(self) -> None:
         """Emit `direction_changed` at every move of the camera, and apply the settings."""
         if self.viewport is not None:
             settings = self._studio.settings
             # Before `_camera_changed`, so that the command for the earlier view is up to date.
             self.history.watch(self.viewport)
-            self.viewport.camera_changed.connect(self._camera_changed)
+            self.viewport.camera_changed.connect(self._handle_camera_change)
             self.viewport.problem.connect(lambda finding: self._studio.warn(finding))
             self.viewport.models.point_budget = settings.point_budget
             self.viewport.gestures.set_turntable(settings.turntable)
-            self._camera_changed()
+            self._handle_camera_change()
 
     def why_not(self) -> Finding | None:
         """Return why the view cannot be changed now, or None if it can."""
@@ -156,7 +158,7 @@ class OutcropView(QObject):
         """Return the camera and clipping box for `restore_view`, or None without a model."""
         if self.viewport is None or not self._studio.models:
             return None
-        box = self._studio.display.clip_shown
+        box = self._studio.display.effective_clip
         return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
 
     def restore_view(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
@@ -170,10 +172,10 @@ class OutcropView(QObject):
             raise ValueError(str(error)) from error
         self._studio.display.set_clip(clip_box or self._studio.display.box, clip_box is not None)
 
-    def standard_view(self, name: str) -> None:
+    def set_standard_view(self, name: str) -> None:
         """Look in one of the standard directions, such as "north"."""
         if self.viewport is not None:
-            self.viewport.moves.standard_view(name)
+            self.viewport.moves.set_standard_view(name)
 
     def set_label_mode(self, mode: str) -> None:
         """Set which features are labelled: all, only selected ones, or none."""
@@ -205,7 +207,7 @@ class OutcropView(QObject):
     def has_content_in_clip_box(self) -> bool:
         """Return whether the clipping box intersects the visible models."""
         box, bounds = self._studio.display.box, self.models_box()
-        return box is not None and bounds is not None and box.meets_box(bounds)
+        return box is not None and bounds is not None and box.intersects_box(bounds)
 
     def select_at(self, view: FeatureView, event: PointerEvent) -> None:
         """Select the feature at a click in another view of the outcrop."""
@@ -216,18 +218,18 @@ class OutcropView(QObject):
     def apply_tool(self, tool: str) -> None:
         """Set the cursor and the mouse buttons for a tool."""
         if self.viewport is not None:
-            active = self._studio.tools.get(tool)
-            arrow, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
-            self.viewport.setCursor(arrow if active is None else cross_cursor)
-            paints = active is not None and active.paints
+            active_tool = self._studio.tools.get(tool)
+            arrow_cursor, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+            self.viewport.setCursor(arrow_cursor if active_tool is None else cross_cursor)
+            is_painting = active_tool is not None and active_tool.paints
             self.viewport.gestures.orbit_button = (
-                Qt.MouseButton.RightButton if paints else Qt.MouseButton.LeftButton
+                Qt.MouseButton.RightButton if is_painting else Qt.MouseButton.LeftButton
             )
-            key_tools = {entry.name for entry in TOOLS if entry.takes_keys}
-            self.viewport.gestures.tool_takes_keys = tool in key_tools
+            key_tool_names = {entry.name for entry in TOOLS if entry.takes_keys}
+            self.viewport.gestures.tool_takes_keys = tool in key_tool_names
 
     # --- the camera --------------------------------------------------------------------------
-    def _camera_changed(self) -> None:
+    def _handle_camera_change(self) -> None:
         self._emit_direction()
         is_first_step = not self._camera_timer.isActive()
         self._camera_timer.start()

@@ -14,7 +14,7 @@ from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.base.studio import Studio
 
-MAX_DOUBT = 0.05
+MAX_P_VALUE = 0.05
 _COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
 """Orange and sky blue of the palette of Okabe and Ito."""
 
@@ -46,9 +46,9 @@ class LineDrawings:
     ) -> Iterator[FeatureDrawing]:
         """Yield the drawing of an area, if there is one."""
         if area is not None:
-            visible = self._studio.visible(model_id)
+            is_visible = self._studio.visible(model_id)
             points = np.zeros((0, 3))
-            yield FeatureDrawing(id_, points, None, rgb(color), "", area.origin, visible, area)
+            yield FeatureDrawing(id_, points, None, rgb(color), "", area.origin, is_visible, area)
 
 
 class ProposedTraceDrawings(LineDrawings):
@@ -68,7 +68,7 @@ class ProposedTraceDrawings(LineDrawings):
             lines = [
                 proposals.lines[row].points
                 for row in open_indices
-                if (proposals.lines[row].doubt <= MAX_DOUBT) == (key == "sure")
+                if (proposals.lines[row].doubt <= MAX_P_VALUE) == (key == "sure")
             ]
             id_ = f"proposed traces:{key}"
             yield from self._draw_area(id_, line_area(lines), color, proposals.model_id)
@@ -85,5 +85,5 @@ def piece_area(pieces: FloatArray) -> Area | None:
     if not len(pieces):
         return None
     origin = np.floor(pieces[0, 0])
-    no_corners = np.zeros((0, 3, 3), np.float32)
-    return Area(origin, no_corners, (pieces - origin).astype(np.float32))
+    empty_corners = np.zeros((0, 3, 3), np.float32)
+    return Area(origin, empty_corners, (pieces - origin).astype(np.float32))

@@ -19,15 +19,15 @@ from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.io.text.rows import shorten
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import GROUPS, group_of, kind_of
+from vomstudio.project.kinds import GROUPS, get_kind, group_of
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import LABEL_FIELDS, is_equal_except
 from vomstudio.project.records import (
     Feature,
     FeatureType,
     Model,
-    Painted,
-    Picked,
+    PaintedFeature,
+    PickedFeature,
     Record,
     get,
     get_feature,
@@ -38,7 +38,7 @@ from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
-from vomstudio.rendering.view.symbols import line_symbol, plane_symbol, small_disc
+from vomstudio.rendering.view.symbols import disc_symbol, line_symbol, plane_symbol
 from vomstudio.studio.tools.interaction_types import (
     Area,
     Button,
@@ -54,7 +54,7 @@ from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 
-_STEP_FEATURES, _LARGE_POINTS, _STEP_POINTS = 250, 20_000, 4_000
+_STEP_FEATURES, _MAX_IMMEDIATE_POINTS, _STEP_POINTS = 250, 20_000, 4_000
 """Limits for drawing many features in steps between events: drawings and points per step."""
 _UNDRAWN_FIELDS = LABEL_FIELDS - {"name"}
 """Attributes of features that the outcrop shows only by colours, if at all."""
@@ -65,7 +65,7 @@ class FeatureView(Protocol):
 
     def pick(self, x: float, y: float) -> Hit | None: ...
 
-    def world_of(self, hit: Hit) -> FloatArray: ...
+    def world_position(self, hit: Hit) -> FloatArray: ...
 
     def feature_at(self, x: float, y: float, *, include_discs: bool = True) -> str | None: ...
 
@@ -79,27 +79,27 @@ class ScenePresenter:
         self._models, self._moves, self._layer = viewport.models, viewport.moves, viewport.features
         self._drawn_models: set[str] = set()
         self._features: set[str] = set()
-        self._is_placed = False
+        self._is_camera_placed = False
         self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._drawn_settings = self._settings()
-        self.edit_requested: Callable[[], object] = lambda: None
+        self.edit_callback: Callable[[], object] = lambda: None
         """Called for a double click on a feature."""
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._follow_edit)
-        studio.model_loaded.connect(self._model_loaded)
-        studio.visibility_changed.connect(self._visibility)
+        studio.model_loaded.connect(self._add_model)
+        studio.visibility_changed.connect(self._update_visibility)
         studio.selection_changed.connect(viewport.features.select)
         studio.preview.connect(self._show_tool_preview)
-        studio.settings_changed.connect(self._settings_changed)
+        studio.settings_changed.connect(self._handle_settings_change)
         studio.display.changed.connect(self._follow_display)
         viewport.clip_changed.connect(studio.display.set_clip)
         self._stages: dict[str, set[str]] = {}
         self._previews: set[str] = set()
-        self._spent_previews: set[str] = set()
+        self._obsolete_previews: set[str] = set()
         studio.loader.previewed.connect(self._show_preview)
         studio.loader.ended.connect(self._end_preview)
-        viewport.model_stage.connect(self._stage)
+        viewport.model_stage.connect(self._record_stage)
         viewport.pointer.connect(self._handle_pointer)
 
     def rebuild(self) -> None:
@@ -111,13 +111,13 @@ class ScenePresenter:
         self._layer.change(dict.fromkeys(self._features))
         self._features.clear()
         self._pieces.clear()
-        self._is_placed = self._restore_camera()
+        self._is_camera_placed = self._restore_camera()
         for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
             self._follow_display(setting)
         for model_id in self._studio.models:
-            self._model_loaded(model_id)
-        self._all_features()
-        self._frame_once()
+            self._add_model(model_id)
+        self._draw_all_features()
+        self._update_frame()
 
     def _restore_camera(self) -> bool:
         """Restore the saved camera of a project.
@@ -138,30 +138,30 @@ class ScenePresenter:
         return False
 
     # --- models ------------------------------------------------------------------------------
-    def _model_loaded(self, model_id: str) -> None:
+    def _add_model(self, model_id: str) -> None:
         record = self._studio.records.get(model_id)
         open_model = self._studio.models.get(model_id)
         if not isinstance(record, Model) or open_model is None or model_id in self._drawn_models:
             return
-        is_first = not self._drawn_models and not self._is_placed
+        is_first = not self._drawn_models and not self._is_camera_placed
         if is_first:
-            self._face(model_id)
+            self._face_model(model_id)
         self._stages.pop(model_id, None)
         self._models.add(
             model_id, open_model.data, transform.matrix(record.to_world), frame_camera=is_first
         )
-        self._models.set_visible(model_id, self._model_visible(model_id))
+        self._models.set_visible(model_id, self._is_model_visible(model_id))
         self._drawn_models.add(model_id)
         self._show_field(model_id)
-        self._frame_once()
-        painted = [
+        self._update_frame()
+        painted_ids = [
             feature.id
             for feature in self._studio.session.features()
-            if (isinstance(feature, Painted) or kind_of(feature).filled)
+            if (isinstance(feature, PaintedFeature) or get_kind(feature).filled)
             and getattr(feature, "model_id", None) == model_id
         ]
-        if painted:
-            self._draw(painted)
+        if painted_ids:
+            self._draw(painted_ids)
 
     # --- display -----------------------------------------------------------------------------
     def _follow_display(self, setting: str) -> None:
@@ -169,45 +169,47 @@ class ScenePresenter:
         if setting == "mode":
             viewport.display.set_mode(display.mode)
         elif setting == "lit":
-            for mode, lit in display.lit.items():
-                viewport.display.set_lit(mode, lit)
+            for mode, is_lit in display.lit.items():
+                viewport.display.set_lit(mode, is_lit)
         elif setting == "point_size":
             viewport.display.set_point_size(display.point_size)
         elif setting == "eye_dome":
             viewport.display.set_eye_dome(display.eye_dome)
         elif setting in ("clip", "box"):
-            viewport.clip.set_box(display.clip_shown, handles=display.handles)
+            viewport.clip.set_box(display.effective_clip, handles=display.handles)
         elif setting == "fields":
             for model_id in self._drawn_models:
                 self._show_field(model_id)
 
     def _show_field(self, model_id: str) -> None:
-        style, opened_models = (
+        style, open_model = (
             self._studio.display.styles.get(model_id),
             self._studio.models[model_id],
         )
-        if style is not None and style.name not in field_names(opened_models.data):
+        if style is not None and style.name not in field_names(open_model.data):
             # The file has changed since the field was selected.
             style = None
         self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
         """Return the bounding box of all visible models, or None."""
-        ids = [i for i in self._drawn_models if self._model_visible(i) and i in self._studio.models]
+        ids = [
+            i for i in self._drawn_models if self._is_model_visible(i) and i in self._studio.models
+        ]
         if not ids:
             return None
-        return ClipBox.around(np.concatenate([self._model_corners(i) for i in ids]))
+        return ClipBox.from_points(np.concatenate([self._model_corners(i) for i in ids]))
 
     # --- preview of a cloud while it is read -------------------------------------------------
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
         to_world = transform.matrix(frame)
-        is_first = not self._drawn_models and not self._is_placed
+        is_first = not self._drawn_models and not self._is_camera_placed
         if is_first:
             self._moves.look_along(*first_view(cloud, to_world))
             # Later models must not move the camera.
-            self._is_placed = True
+            self._is_camera_placed = True
         self._models.add(PREVIEW + key, cloud, to_world, frame_camera=is_first)
         self._previews.add(key)
 
@@ -216,38 +218,38 @@ class ScenePresenter:
         if key not in self._previews:
             return
         self._previews.discard(key)
-        self._spent_previews.add(key)
+        self._obsolete_previews.add(key)
         if all("shown" in self._stages.get(i, set()) for i in self._drawn_models):
-            self._drop_previews()
+            self._remove_previews()
 
-    def _stage(self, model_id: str, stage: str) -> None:
+    def _record_stage(self, model_id: str, stage: str) -> None:
         self._stages.setdefault(model_id, set()).add(stage)
         if model_id in self._drawn_models and stage == "shown":
-            self._drop_previews()
+            self._remove_previews()
 
-    def _drop_previews(self) -> None:
-        for key in self._spent_previews:
+    def _remove_previews(self) -> None:
+        for key in self._obsolete_previews:
             self._models.remove(PREVIEW + key)
-        self._spent_previews.clear()
+        self._obsolete_previews.clear()
 
-    def frame_all(self, besides: FloatArray | None = None) -> None:
+    def frame_all(self, additional_points: FloatArray | None = None) -> None:
         """Frame all visible models, seen from the exposed side of the first model.
 
         Parameters
         ----------
-        besides : (n, 3) array, optional
+        additional_points : (n, 3) array, optional
             Additional points to frame, in the World frame.
         """
-        ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
+        ids = [m.id for m in self._studio.session.of(Model) if self._is_model_visible(m.id)]
         ids = [i for i in ids if i in self._studio.models]
         if not ids:
             self._moves.home()
             return
-        self._face(ids[0])
-        extra_bounds = [] if besides is None else [besides]
-        self._moves.frame(np.concatenate([*(self._model_corners(i) for i in ids), *extra_bounds]))
+        self._face_model(ids[0])
+        extra_points = [] if additional_points is None else [additional_points]
+        self._moves.frame(np.concatenate([*(self._model_corners(i) for i in ids), *extra_points]))
 
-    def _face(self, model_id: str) -> None:
+    def _face_model(self, model_id: str) -> None:
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
         self._moves.look_along(
@@ -263,12 +265,12 @@ class ScenePresenter:
 
     def _warn_if_far(self, model_id: str) -> None:
         """Show a newly opened model, and warn if it is far from the other models."""
-        other_models = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
-        if model_id not in self._drawn_models or not other_models:
+        other_ids = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
+        if model_id not in self._drawn_models or not other_ids:
             return
         corners, other_corners = (
             self._model_corners(model_id),
-            np.concatenate([self._model_corners(i) for i in other_models]),
+            np.concatenate([self._model_corners(i) for i in other_ids]),
         )
         gap = max(
             float((corners.min(axis=0) - other_corners.max(axis=0)).max()),
@@ -277,7 +279,7 @@ class ScenePresenter:
         if gap > max(
             float(np.ptp(corners, axis=0).max()), float(np.ptp(other_corners, axis=0).max())
         ):
-            self._face(model_id)
+            self._face_model(model_id)
             self._moves.frame(corners)
             self._studio.warn(
                 Finding(
@@ -288,10 +290,10 @@ class ScenePresenter:
                 )
             )
 
-    def _model_visible(self, model_id: str) -> bool:
+    def _is_model_visible(self, model_id: str) -> bool:
         return self._studio.visible(model_id) and self._studio.visible("models")
 
-    def _frame_once(self) -> None:
+    def _update_frame(self) -> None:
         self._viewport.set_frame(
             is_north_known=self._studio.is_north_known(),
             is_unit_known=self._studio.are_metres_known(),
@@ -306,38 +308,45 @@ class ScenePresenter:
             elif isinstance(record, Model):
                 if id_ in self._drawn_models:
                     self._models.set_to_world(id_, transform.matrix(record.to_world))
-                    previous = edit.before[id_]
-                    if isinstance(previous, Model) and previous.to_world != record.to_world:
+                    previous_model = edit.before[id_]
+                    if (
+                        isinstance(previous_model, Model)
+                        and previous_model.to_world != record.to_world
+                    ):
                         # Another unit or axis moves the model out of the view.
                         self.frame_all()
-                    self._frame_once()
+                    self._update_frame()
                 else:
-                    self._model_loaded(id_)
+                    self._add_model(id_)
                     self._warn_if_far(id_)
         if self._drawn_settings != self._settings():
-            self._all_features()
+            self._draw_all_features()
             return
         records = self._studio.records
-        ids = [i for i in self._studio.affected_ids(edit) if not self._is_drawn_alike(edit, i)]
-        is_large_edit = len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS
+        ids = [
+            i for i in self._studio.affected_ids(edit) if not self._is_drawing_unchanged(edit, i)
+        ]
+        is_large_edit = (
+            len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _MAX_IMMEDIATE_POINTS
+        )
         if len(ids) > 1 and is_large_edit:
             self._drawing_work.finish()
             self._drawing_work.start(self._draw_in_steps(list(ids)))
         else:
             self._draw(ids)
 
-    def _is_drawn_alike(self, edit: Edit, id_: str) -> bool:
+    def _is_drawing_unchanged(self, edit: Edit, id_: str) -> bool:
         """Return whether an edit changes only attributes of a feature that are not drawn."""
-        record_before, record_after = edit.before.get(id_), edit.after.get(id_)
-        if id_ not in self._features or not isinstance(record_before, Feature):
+        old_record, record_after = edit.before.get(id_), edit.after.get(id_)
+        if id_ not in self._features or not isinstance(old_record, Feature):
             return False
-        is_set_drawn = self._studio.settings.color_by == "set"
-        hidden_fields = _UNDRAWN_FIELDS - {"set_name"} if is_set_drawn else _UNDRAWN_FIELDS
-        return is_equal_except(record_before, record_after, hidden_fields)
+        are_sets_colored = self._studio.settings.color_by == "set"
+        hidden_fields = _UNDRAWN_FIELDS - {"set_name"} if are_sets_colored else _UNDRAWN_FIELDS
+        return is_equal_except(old_record, record_after, hidden_fields)
 
-    def _settings_changed(self) -> None:
+    def _handle_settings_change(self) -> None:
         if self._drawn_settings != self._settings():
-            self._all_features()
+            self._draw_all_features()
 
     def _settings(self) -> tuple[object, ...]:
         """Return the settings that affect the drawings of features."""
@@ -348,7 +357,7 @@ class ScenePresenter:
             colors = tuple(self._studio.session.records.cached(set_colors).items())
         return settings.notation, settings.planes_as, settings.color_by, colors
 
-    def _all_features(self) -> None:
+    def _draw_all_features(self) -> None:
         self._drawn_settings = self._settings()
         self._viewport.set_legend(ColorLegend(*legend(self._studio)))
         ids = [feature.id for feature in self._studio.session.features()]
@@ -362,18 +371,18 @@ class ScenePresenter:
     def _draw_in_steps(self, ids: list[str]) -> Iterator[None]:
         """Prepare the drawings of many features in steps, and draw them together."""
         changes: dict[str, FeatureDrawing | None] = {}
-        records, size = self._studio.records, 0
-        if len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _LARGE_POINTS:
+        records, point_count = self._studio.records, 0
+        if len(ids) > _STEP_FEATURES or _count_painted(records, ids) > _MAX_IMMEDIATE_POINTS:
             # Many other parts update at the same event.
             yield
         batch: list[str] = []
         for id_ in ids:
-            patch = get(records, id_, Painted)
+            patch = get(records, id_, PaintedFeature)
             batch.append(id_)
-            size += 0 if patch is None else patch.n
-            if len(batch) >= _STEP_FEATURES or size > _STEP_POINTS:
+            point_count += 0 if patch is None else patch.n
+            if len(batch) >= _STEP_FEATURES or point_count > _STEP_POINTS:
                 changes.update(self._create_drawings(batch))
-                batch, size = [], 0
+                batch, point_count = [], 0
                 yield
         changes.update(self._create_drawings(batch))
         self._change(changes)
@@ -382,7 +391,7 @@ class ScenePresenter:
         """Return the drawings by id, with None for features that are deleted or lack a position."""
         records, measurements = self._studio.records, self._studio.measured(ids)
         return {
-            id_: self._drawing(feature, measurements[id_])
+            id_: self._create_drawing(feature, measurements[id_])
             if isinstance(feature := records.get(id_), Feature)
             else None
             for id_ in ids
@@ -398,9 +407,9 @@ class ScenePresenter:
         if changes:
             self._layer.change(changes)
 
-    def _drawing(self, feature: Feature, measurement: Measurement) -> FeatureDrawing | None:
+    def _create_drawing(self, feature: Feature, measurement: Measurement) -> FeatureDrawing | None:
         """Return the drawing of a feature, or None if it has no position on the outcrop."""
-        studio, feature_kind = self._studio, kind_of(feature)
+        studio, feature_kind = self._studio, get_kind(feature)
         sketch = feature_kind.sketch(
             studio.subject(feature, measurement), lambda id_: studio.measured([id_]).get(id_)
         )
@@ -427,11 +436,11 @@ class ScenePresenter:
             ring, symbol = feature_disc(measurement)
         if len(sketch.line) == 1 and measurement.plane is None and measurement.line is None:
             # A position without a direction is drawn as a dot.
-            symbol = small_disc(sketch.anchor, 0.0)
+            symbol = disc_symbol(sketch.anchor, 0.0)
         # Names from tables may be of any length.
         name = shorten(feature.name)
         area = piece
-        if feature_kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
+        if feature_kind.filled and isinstance(feature, PickedFeature) and len(feature.vertices) > 2:
             area = self._pieces.outlined_area(feature)
         return FeatureDrawing(
             id=feature.id,
@@ -439,7 +448,7 @@ class ScenePresenter:
             disc=ring,
             color=rgb(feature_color(studio, feature, measurement) or "#ffffff"),
             label=name if text == "–" else f"{name}  {text}",
-            anchor=sketch.anchor if piece is None else _nearest_to_centroid(piece),
+            anchor=sketch.anchor if piece is None else _central_vertex(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
             area=area,
             symbol=symbol,
@@ -450,14 +459,14 @@ class ScenePresenter:
 
     def _patch_at(self, view: FeatureView, x: float, y: float) -> str | None:
         """Return the smallest visible patch or outlined area under a pixel."""
-        return self._patch_of(view, view.pick(x, y))
+        return self._find_patch(view, view.pick(x, y))
 
-    def _patch_of(self, view: FeatureView, hit: Hit | None) -> str | None:
+    def _find_patch(self, view: FeatureView, hit: Hit | None) -> str | None:
         if hit is None:
             return None
         patches = [
             (patch.n, patch.id)
-            for patch in self._studio.session.of(Painted)
+            for patch in self._studio.session.of(PaintedFeature)
             if patch.model_id == hit.model_id
             and patch.element == hit.element
             and has_id(patch.runs, hit.index)
@@ -468,17 +477,17 @@ class ScenePresenter:
             return min(patches)[1]
         areas = [
             (float(getattr(feature, "area", None) or 0.0), id_)
-            for id_ in self._pieces.find_enclosing(view.world_of(hit))
+            for id_ in self._pieces.find_enclosing(view.world_position(hit))
             if (feature := get_feature(self._studio.records, id_)) is not None
             and self._studio.visible(id_)
             and self._studio.visible(group_of(feature))
         ]
         return min(areas)[1] if areas else None
 
-    def _visibility(self, ids: tuple[str, ...]) -> None:
+    def _update_visibility(self, ids: tuple[str, ...]) -> None:
         self._drawing_work.finish()
         for model_id in self._drawn_models:
-            self._models.set_visible(model_id, self._model_visible(model_id))
+            self._models.set_visible(model_id, self._is_model_visible(model_id))
         groups = {group.id for group in GROUPS}
         studio, records = self._studio, self._studio.records
         changed_ids = set(ids)
@@ -499,12 +508,12 @@ class ScenePresenter:
         if changes:
             self._layer.change(changes)
 
-    def _hover(self, event: PointerEvent) -> None:
+    def _update_hover(self, event: PointerEvent) -> None:
         """Label the feature under the cursor while no feature is being picked."""
         if self._studio.open_tool is not None:
             self._layer.hover(None)
             return
-        id_ = self._layer.at(event.x, event.y, include_discs=False) or self._patch_of(
+        id_ = self._layer.at(event.x, event.y, include_discs=False) or self._find_patch(
             self._viewport, event.hit
         )
         self._layer.hover(id_, event.x, event.y)
@@ -523,7 +532,7 @@ class ScenePresenter:
 
     def _handle_pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:
-            self._hover(event)
+            self._update_hover(event)
         is_left_button = event.button is Button.LEFT
         if not self._studio.clicks_select:
             self._studio.pointer(event)
@@ -532,7 +541,7 @@ class ScenePresenter:
         elif event.kind is Pointer.DOUBLE_CLICK and is_left_button and self._studio.tool is None:
             # The first click has selected the feature.
             if self.feature_at(self._viewport, event.x, event.y) in self._studio.selection.ids:
-                self.edit_requested()
+                self.edit_callback()
         elif event.kind is not Pointer.DOUBLE_CLICK:
             self._studio.pointer(event)
 
@@ -551,7 +560,7 @@ class ScenePresenter:
                 self._studio.surface_clicked.emit(hit)
 
 
-def _nearest_to_centroid(area: Area) -> FloatArray:
+def _central_vertex(area: Area) -> FloatArray:
     """Return the vertex of an area that is nearest to its centroid."""
     points = area.corners.reshape(-1, 3)
     distances = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
@@ -560,7 +569,7 @@ def _nearest_to_centroid(area: Area) -> FloatArray:
 
 def _count_painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
     """Count the faces or points of the painted pieces among these records."""
-    return sum(r.n for id_ in ids if (r := get(records, id_, Painted)) is not None)
+    return sum(r.n for id_ in ids if (r := get(records, id_, PaintedFeature)) is not None)
 
 
 def feature_extent(measurement: Measurement) -> float:
@@ -581,7 +590,7 @@ def feature_disc(measurement: Measurement) -> tuple[FloatArray | None, Symbol | 
     fit, ring = measurement.fit, disc_of_fit(measurement.fit)
     if fit is None or fit.extent is None or ring is None:
         return None, None
-    return ring, small_disc(fit.centroid, fit.extent)
+    return ring, disc_symbol(fit.centroid, fit.extent)
 
 
 def feature_symbol(

@@ -10,8 +10,8 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.geometry.brush import PaintSurface
-from vomstudio.project.records import Model, Painted, Picked
+from vomstudio.geometry.brush import SelectableSurface
+from vomstudio.project.records import Model, PaintedFeature, PickedFeature
 from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.studio.tools.painted_area import enclosed_area, patch_area
 from vomstudio.ui.base.qt_background import QtBackground
@@ -58,9 +58,9 @@ class SurfacePieces:
     def remove(self, id_: str) -> None:
         self._cache.pop(id_, None)
 
-    def painted_area(self, patch: Painted) -> Area | None:
+    def painted_area(self, patch: PaintedFeature) -> Area | None:
         """Return the area of a painted patch of an open model."""
-        open_model = self._open(patch.model_id)
+        open_model = self._find_open_model(patch.model_id)
         if open_model is None:
             return None
         model, surface = open_model
@@ -72,12 +72,12 @@ class SurfacePieces:
             )
         return cached_area.area
 
-    def outlined_area(self, feature: Picked) -> Area | None:
+    def outlined_area(self, feature: PickedFeature) -> Area | None:
         """Return the area that the outline of a feature encloses.
 
         The area is computed in a worker thread; until it is available, None is returned.
         """
-        open_model = self._open(feature.model_id)
+        open_model = self._find_open_model(feature.model_id)
         if open_model is None:
             return None
         model, surface = open_model
@@ -88,7 +88,7 @@ class SurfacePieces:
             ring = np.array(feature.vertices, np.float64)
             self._background.run(
                 partial(enclosed_area, ring, model, surface),
-                partial(self._store, feature.id, cached_area),
+                partial(self._store_area, feature.id, cached_area),
             )
         return cached_area.area
 
@@ -102,7 +102,7 @@ class SurfacePieces:
             and _contains(cached_area.area, point)
         ]
 
-    def _open(self, model_id: str) -> tuple[Model, PaintSurface] | None:
+    def _find_open_model(self, model_id: str) -> tuple[Model, SelectableSurface] | None:
         model, open_model = self._studio.records.get(model_id), self._studio.models.get(model_id)
         if open_model is None or not isinstance(model, Model):
             return None
@@ -118,7 +118,7 @@ class SurfacePieces:
             else None
         )
 
-    def _store(self, id_: str, request: _CachedArea, area: object) -> None:
+    def _store_area(self, id_: str, request: _CachedArea, area: object) -> None:
         if self._cache.get(id_) is not request or not isinstance(area, Area):
             return
         self._cache[id_] = replace(request, area=area)

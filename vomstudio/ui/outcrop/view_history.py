@@ -18,11 +18,11 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.ui.base.studio import Studio
 
-_SETTLE_DELAY_MS = 500
+_RECORD_DELAY_MS = 500
 _MAX_VIEWS = 100
 
 
-class _Hidden:
+class _HiddenElements:
     """Hidden faces or points of each model.
 
     Parameters
@@ -35,7 +35,7 @@ class _Hidden:
         self.masks = dict(masks)
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, _Hidden) or self.masks.keys() != other.masks.keys():
+        if not isinstance(other, _HiddenElements) or self.masks.keys() != other.masks.keys():
             return False
         return all(np.array_equal(mask, other.masks[id_]) for id_, mask in self.masks.items())
 
@@ -49,7 +49,7 @@ class _View:
     camera: dict[str, Any]
     box: ClipBox | None
     is_clipping: bool
-    hidden: _Hidden
+    hidden_elements: _HiddenElements
 
 
 class ViewHistory(QObject):
@@ -64,92 +64,92 @@ class ViewHistory(QObject):
         super().__init__()
         self._studio = studio
         self._viewport: Viewport | None = None
-        self._current: _View | None = None
+        self._current_view: _View | None = None
         self._previous_views: list[_View] = []
         self._next_views: list[_View] = []
-        self._settle_timer = QTimer(self, singleShot=True, interval=_SETTLE_DELAY_MS)
-        self._settle_timer.timeout.connect(self._settle)
+        self._record_timer = QTimer(self, singleShot=True, interval=_RECORD_DELAY_MS)
+        self._record_timer.timeout.connect(self._record_view)
 
     def watch(self, viewport: Viewport) -> None:
         """Record the views of a viewport."""
         self._viewport = viewport
-        viewport.camera_changed.connect(self._settle_timer.start)
+        viewport.camera_changed.connect(self._record_timer.start)
         self._studio.display.changed.connect(self._follow_display)
         self._studio.hidden_elements_changed.connect(self._follow_hiding)
         self._studio.project_opened.connect(self._clear)
-        self._studio.model_loaded.connect(self._settle_timer.start)
+        self._studio.model_loaded.connect(self._record_timer.start)
 
     def stop(self) -> None:
-        self._settle_timer.stop()
+        self._record_timer.stop()
 
     def _clear(self) -> None:
         """Clear the history, which belongs to another project."""
-        self._current = None
+        self._current_view = None
         self._previous_views.clear()
         self._next_views.clear()
-        self._settle_timer.start()
+        self._record_timer.start()
 
     def _follow_display(self, setting: str) -> None:
         if setting in ("clip", "box"):
-            self._settle_timer.start()
+            self._record_timer.start()
 
     def _follow_hiding(self, _: str) -> None:
-        self._settle_timer.start()
+        self._record_timer.start()
 
-    def _view(self) -> _View | None:
+    def _capture_view(self) -> _View | None:
         if self._viewport is None or not self._studio.models:
             return None
         display = self._studio.display
-        hidden_elements = _Hidden(self._studio.workspace.elements.all_hidden())
+        hidden_elements = _HiddenElements(self._studio.workspace.elements.get_hidden_masks())
         return _View(
             self._viewport.moves.camera_state(), display.box, display.clipping, hidden_elements
         )
 
-    def _settle(self) -> None:
-        self._settle_timer.stop()
-        view = self._view()
-        if view is None or view == self._current:
+    def _record_view(self) -> None:
+        self._record_timer.stop()
+        view = self._capture_view()
+        if view is None or view == self._current_view:
             return
-        if self._current is not None:
-            self._previous_views = [*self._previous_views[1 - _MAX_VIEWS :], self._current]
+        if self._current_view is not None:
+            self._previous_views = [*self._previous_views[1 - _MAX_VIEWS :], self._current_view]
             self._next_views.clear()
-        self._current = view
+        self._current_view = view
         self.changed.emit()
 
     # --- back and forward --------------------------------------------------------------------
-    def why_not_back(self) -> Finding | None:
-        """Return the reason why `back` is not possible, or None if it is possible."""
+    def back_refusal(self) -> Finding | None:
+        """Return the reason why `go_back` is not possible, or None if it is possible."""
         # A camera move that is not recorded yet is also a step.
         is_moving = (
-            self._settle_timer.isActive()
-            and self._current is not None
-            and self._view() != self._current
+            self._record_timer.isActive()
+            and self._current_view is not None
+            and self._capture_view() != self._current_view
         )
         return None if self._previous_views or is_moving else Finding("view.no-earlier")
 
-    def why_not_forward(self) -> Finding | None:
-        """Return the reason why `forward` is not possible, or None if it is possible."""
+    def forward_refusal(self) -> Finding | None:
+        """Return the reason why `go_forward` is not possible, or None if it is possible."""
         return None if self._next_views else Finding("view.no-later")
 
-    def back(self) -> None:
+    def go_back(self) -> None:
         """Restore the view before the last change."""
-        self._settle()
-        self._go(self._previous_views, self._next_views)
+        self._record_view()
+        self._restore_view(self._previous_views, self._next_views)
 
-    def forward(self) -> None:
-        """Restore the view that was shown before `back`."""
-        self._settle()
-        self._go(self._next_views, self._previous_views)
+    def go_forward(self) -> None:
+        """Restore the view that was shown before `go_back`."""
+        self._record_view()
+        self._restore_view(self._next_views, self._previous_views)
 
-    def _go(self, source: list[_View], target: list[_View]) -> None:
-        if self._viewport is None or self._current is None or not source:
+    def _restore_view(self, source: list[_View], target: list[_View]) -> None:
+        if self._viewport is None or self._current_view is None or not source:
             return
         view = source.pop()
-        target.append(self._current)
+        target.append(self._current_view)
         self._studio.display.set_clip(view.box, view.is_clipping)
         self._viewport.moves.set_camera_state(view.camera)
-        self._studio.workspace.elements.hide_all(view.hidden.masks)
+        self._studio.workspace.elements.hide_all(view.hidden_elements.masks)
         # Orthogonalised axes may differ in the last digit.
-        self._current = self._view()
-        self._settle_timer.stop()
+        self._current_view = self._capture_view()
+        self._record_timer.stop()
         self.changed.emit()

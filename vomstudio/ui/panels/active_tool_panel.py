@@ -26,13 +26,13 @@ class ActiveToolPanel(QStackedWidget):
         """Add the panels, given by tool name."""
         super().__init__()
         self._studio, self.panels = studio, dict(panels)
-        self._no_tool = QWidget()
-        column = narrow_column(self._no_tool)
+        self._empty_page = QWidget()
+        column = narrow_column(self._empty_page)
         column.addWidget(
             hint_label(tr("No tool is active: drag to orbit, click a feature to select it."))
         )
         column.addStretch()
-        self.addWidget(self._no_tool)
+        self.addWidget(self._empty_page)
         for panel in dict.fromkeys(self.panels.values()):
             self.addWidget(panel)
         boxes = {panel: getattr(panel, "type_box", None) for panel in self.panels.values()}
@@ -41,7 +41,7 @@ class ActiveToolPanel(QStackedWidget):
         self._show_title: Callable[[str], None] = lambda _: None
         # The dock is initially as wide as the widest panel, so that the outcrop does not move
         # later.
-        self._fit_page(self._no_tool, QSizePolicy.Policy.Preferred)
+        self._fit_page(self._empty_page, QSizePolicy.Policy.Preferred)
         studio.active_tool_changed.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
@@ -67,7 +67,7 @@ class ActiveToolPanel(QStackedWidget):
         if name not in self.panels:
             open_tool = self._studio.open_tool
             name = "" if open_tool is None else open_tool.name
-        page = self.panels.get(name, self._no_tool)
+        page = self.panels.get(name, self._empty_page)
         self._show_title(self._titles.get(name, tr("Tool")))
         if page is self.currentWidget():
             return
@@ -78,9 +78,9 @@ class ActiveToolPanel(QStackedWidget):
         self, current_page: QWidget, other_width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
     ) -> None:
         """Exclude hidden pages from the size of the stack, so that they add no scroll bar."""
-        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
-        for page in (self._no_tool, *self.panels.values()):
+        ignored_policy, preferred_policy = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        for page in (self._empty_page, *self.panels.values()):
             if page is current_page:
-                page.setSizePolicy(preferred, preferred)
+                page.setSizePolicy(preferred_policy, preferred_policy)
             else:
-                page.setSizePolicy(other_width, ignored)
+                page.setSizePolicy(other_width, ignored_policy)

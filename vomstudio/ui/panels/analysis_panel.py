@@ -15,14 +15,14 @@ from vomstudio.core.errors import VomError
 from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.ui.base.command_targets import ask_for_target
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.qt_background import LatestRequestRunner, QtBackground
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label
 
-Question = TypeVar("Question")
-Answer = TypeVar("Answer")
+Request = TypeVar("Request")
+Result = TypeVar("Result")
 
 _REFRESH_DELAY_MS = 120
 """Changes within this delay are combined into one refresh."""
@@ -31,7 +31,7 @@ _REFRESH_DELAY_MS = 120
 class LazyPanel(QWidget):
     """Panel that refreshes only while it is visible.
 
-    Subclasses implement `show_now`.
+    Subclasses implement `update_widgets`.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class LazyPanel(QWidget):
         self._timer = QTimer(self, singleShot=True, interval=_REFRESH_DELAY_MS)
         self._timer.timeout.connect(self.refresh)
 
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Update all widgets of the panel. Called only while it is visible."""
         raise NotImplementedError
 
@@ -53,7 +53,7 @@ class LazyPanel(QWidget):
         """Update the panel if it is visible, otherwise the next time it is painted."""
         self._is_stale = self.visibleRegion().isEmpty()
         if not self._is_stale:
-            self.show_now()
+            self.update_widgets()
 
     def _schedule_refresh(self, *_: object) -> None:
         """Schedule a refresh; a hidden panel is refreshed the next time it is painted."""
@@ -74,7 +74,7 @@ class LazyPanel(QWidget):
             self._schedule_refresh()
 
 
-class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
+class AnalysisPanel(LazyPanel, Generic[Request, Result]):
     """Panel that computes a result from the project in a worker thread and displays it.
 
     Parameters
@@ -95,54 +95,54 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         Summary of the result, or the reason why it could not be computed.
     """
 
-    def __init__(self, studio: Studio, prefix: str, topic: str, busy: str) -> None:
+    def __init__(self, studio: Studio, prefix: str, topic: str, busy_text: str) -> None:
         super().__init__(studio)
-        explain(self, topic)
-        self.result: Answer | None = None
+        set_help_topic(self, topic)
+        self.result: Result | None = None
         self.message = hint_label()
         self.message.setObjectName(f"{prefix}_message")
         self._background = QtBackground(self)
-        self._requests = NewestResult(
-            self, self._show_result, self._show_error, lambda: self.message.setText(busy)
+        self._requests = LatestRequestRunner(
+            self, self._show_result, self._show_error, lambda: self.message.setText(busy_text)
         )
         connect_until_deleted(self, studio.jobs.closed, self._close)
 
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Compute the result for the current form, or show why this is not possible."""
         if not self._studio.has_project:
             return
         self._list_choices()
         try:
-            question = self._create_question()
+            request = self._create_request()
         except VomError as error:
             self._requests.cancel()
             self._show_error(error)
         else:
-            self._requests.request(partial(self._compute_answer, question))
+            self._requests.request(partial(self._compute_result, request))
             self._refresh()
 
     def _list_choices(self) -> None:
         """Update the lists of the form with the records of the project."""
 
-    def _create_question(self) -> Question:
+    def _create_request(self) -> Request:
         """Return the input defined by the form. Raises VomError if an input is missing."""
         raise NotImplementedError
 
-    def _compute_answer(self, question: Question) -> Answer:
+    def _compute_result(self, request: Request) -> Result:
         """Compute the result. Runs in a worker thread. Raises VomError."""
         raise NotImplementedError
 
-    def _result_text(self, result: Answer) -> str:
+    def _result_text(self, result: Result) -> str:
         """Summarise a result for the user."""
         raise NotImplementedError
 
-    def _show_result(self, result: Answer) -> None:
-        self._show_answer(result, self._result_text(result))
+    def _show_result(self, result: Result) -> None:
+        self._set_result(result, self._result_text(result))
 
     def _show_error(self, error: VomError) -> None:
-        self._show_answer(None, error.message)
+        self._set_result(None, error.message)
 
-    def _show_answer(self, result: Answer | None, message: str) -> None:
+    def _set_result(self, result: Result | None, message: str) -> None:
         self.result = result
         self.message.setText(message)
         self._draw()
@@ -158,9 +158,9 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
     def _ask_for_file(self, title: str, name: str, formats: Mapping[str, str]) -> None:
         path = ask_for_target(self, self._studio, title, name, formats)
         if path is not None:
-            self.write_to(path)
+            self.write_result(path)
 
-    def write_to(self, path: Path) -> None:
+    def write_result(self, path: Path) -> None:
         """Write the current result to a file in a worker thread."""
         raise NotImplementedError
 

@@ -23,7 +23,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError, VomError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import escape_formula
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
@@ -34,9 +34,15 @@ from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import has_plane
 from vomstudio.project.measurement import Measurement, common_error_deg, pick_scatter_m
-from vomstudio.project.records import Picked, get_feature
+from vomstudio.project.records import PickedFeature, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import CompactTable, allow, button_row, limit_width, narrow_form
+from vomstudio.ui.base.controls import (
+    CompactTable,
+    button_row,
+    limit_width,
+    narrow_form,
+    set_enabled,
+)
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -56,7 +62,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import Cutoffs
     from vomstudio.geology.faults.displacement import Displacement
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
-    from vomstudio.geology.measured import Measured
+    from vomstudio.geology.measured_value import MeasuredValue
 
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
 _MIN_TABLE_HEIGHT_PX = 96
@@ -76,7 +82,7 @@ class DisplacementResult:
 
 
 @dataclass(frozen=True, eq=False)
-class DisplacementQuestion:
+class DisplacementRequest:
     """Input of the analysis; `names` and `traces` have one item per trace pair."""
 
     names: tuple[str, ...]
@@ -88,7 +94,7 @@ class DisplacementQuestion:
     options: DisplacementOptions
 
 
-class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult]):
+class DisplacementPanel(AnalysisPanel[DisplacementRequest, DisplacementResult]):
     """Panel that computes the displacement along a fault.
 
     Attributes
@@ -114,7 +120,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         self.add = QPushButton(theme.icon("plus"), tr("Add selected traces"))
         self.add.setToolTip(tr("Add the two selected cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
-        self.table = _table()
+        self.table = _create_table()
         follow_axes(self, studio, self._show_axes)
         self.copy = CopyCommandButton(
             self.copy_command, tr("save the points as a table and copy the command")
@@ -122,7 +128,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         self._arrange_widgets()
         self.options.changed.connect(self._schedule_refresh)
         self.slip.changed.connect(self._schedule_refresh)
-        self.slip.take_button.clicked.connect(lambda _=False: self._take_slip_error())
+        self.slip.take_button.clicked.connect(lambda _=False: self._copy_slip_error())
         for field in (self.fault, self.bed):
             field.changed.connect(self._schedule_refresh)
         self.add.clicked.connect(lambda _=False: self.add_pair())
@@ -152,10 +158,12 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
     def _selected_pair(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
         fault = self.fault.id
-        traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
+        traces = (
+            i for i in ids if i != fault and isinstance(get_feature(records, i), PickedFeature)
+        )
         # Thousands of traces may be selected.
-        picked_traces = tuple(islice(traces, 3))
-        return (picked_traces[0], picked_traces[1]) if len(picked_traces) == 2 else None
+        trace_ids = tuple(islice(traces, 3))
+        return (trace_ids[0], trace_ids[1]) if len(trace_ids) == 2 else None
 
     def add_pair(self) -> None:
         pair = self._selected_pair()
@@ -169,10 +177,10 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             del self.pairs[row]
             self.refresh()
 
-    def _take_slip_error(self) -> None:
-        current = self._studio.selection.current
-        if current is not None and self.slip.selected() is not None:
-            error = self._studio.measured([current])[current].total95_deg
+    def _copy_slip_error(self) -> None:
+        current_id = self._studio.selection.current
+        if current_id is not None and self.slip.selected() is not None:
+            error = self._studio.measured([current_id])[current_id].total95_deg
             self.options.show_value("rake_error_deg", error or 0.0)
 
     def _follow_edit(self, edit: Edit) -> None:
@@ -181,7 +189,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
         super()._follow_edit(edit)
 
     # --- result ------------------------------------------------------------------------------
-    def _create_question(self) -> DisplacementQuestion:
+    def _create_request(self) -> DisplacementRequest:
         if not self.pairs:
             raise InputError(Finding("displacement.no-pairs"))
         studio = self._studio
@@ -191,11 +199,11 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
         )
         fault_measurement = measurements[self.fault.id]
-        fault = _plane_of(fault_measurement)
-        rake, slip = self._slip(fault)
+        fault = _require_plane(fault_measurement)
+        rake, slip = self._parse_slip(fault)
         traces = tuple((measurements[a], measurements[b]) for a, b in self.pairs)
-        bed, bed95 = _find_bed(measurements[self.bed.id] if self.bed.id else None, traces)
-        return DisplacementQuestion(
+        bed, bed_error95_deg = _find_bed(measurements[self.bed.id] if self.bed.id else None, traces)
+        return DisplacementRequest(
             names=tuple(self._trace_names()),
             traces=traces,
             fault=fault,
@@ -208,19 +216,19 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
                 rake_deg=rake if slip is None else None,
                 slip=None if slip is None else format_exact_line(slip),
                 fault_error_deg=fault_measurement.total95_deg or 0.0,
-                bed_error_deg=bed95 or 0.0,
+                bed_error_deg=bed_error95_deg or 0.0,
             ),
         )
 
-    def _compute_answer(self, question: DisplacementQuestion) -> DisplacementResult:
+    def _compute_result(self, request: DisplacementRequest) -> DisplacementResult:
         from vomstudio.geology.faults.displacement_pairs import displacements
 
-        names, fault, options = question.names, question.fault, question.options
+        names, fault, options = request.names, request.fault, request.options
         cuts = tuple(
-            _find_cutoffs(name, first.points, second.points, fault, question.fault_point)
-            for name, (first, second) in zip(names, question.traces, strict=True)
+            _find_cutoffs(name, first_trace.points, second_trace.points, fault, request.fault_point)
+            for name, (first_trace, second_trace) in zip(names, request.traces, strict=True)
         )
-        measurements = [trace for pair in question.traces for trace in pair]
+        measurements = [trace for pair in request.traces for trace in pair]
         if options.sigma_m is None:
             options = replace(options, sigma_m=pick_scatter_m(measurements))
         result = displacements(
@@ -233,8 +241,8 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             names=names,
             cuts=cuts,
             fault=fault,
-            bed=question.bed,
-            rake_deg=question.rake_deg,
+            bed=request.bed,
+            rake_deg=request.rake_deg,
             options=options,
             displacements=result,
         )
@@ -248,9 +256,9 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
 
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
-    def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
+    def _parse_slip(self, fault: Plane) -> tuple[float | None, Line | None]:
         """Return the rake of the slip, and the slip line if it was typed as one."""
-        from vomstudio.geology.orientation import rake_of
+        from vomstudio.geology.orientation import compute_rake
 
         text = self.slip.line.text().strip()
         if not text:
@@ -262,7 +270,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
             return rake, None
         line = self.slip.direction()
         assert isinstance(line, Line)
-        return rake_of(line, fault), line
+        return compute_rake(line, fault), line
 
     def _show_axes(self, axes: Axes) -> None:
         _show_unit(self.table, length_unit(axes))
@@ -270,7 +278,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
 
     def _show_error(self, error: VomError) -> None:
         # The location names the pair of traces.
-        self._show_answer(None, str(error))
+        self._set_result(None, str(error))
 
     def _draw(self) -> None:
         result = self.result
@@ -286,8 +294,8 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
                 self.table.setItem(row, column, item)
         # In a low window the text below the table is out of sight, so errors are shown above it.
         self._column.removeWidget(self.message)
-        place = self._column.indexOf(self.table)
-        self._column.insertWidget(place if result is None else place + 1, self.message)
+        table_index = self._column.indexOf(self.table)
+        self._column.insertWidget(table_index if result is None else table_index + 1, self.message)
 
     def _result_text(self, result: DisplacementResult) -> str:
         displacements, notation = result.displacements, self._studio.settings.notation
@@ -329,10 +337,10 @@ class DisplacementPanel(AnalysisPanel[DisplacementQuestion, DisplacementResult])
     def _refresh(self) -> None:
         pair = self._selected_pair() if self._studio.has_project else None
         reason = Finding("action.not-two-traces")
-        allow(self.add, None if pair is not None else reason)
+        set_enabled(self.add, None if pair is not None else reason)
         is_row_selected = 0 <= self.table.currentRow() < len(self.pairs)
-        allow(self.remove, None if is_row_selected else Finding("action.no-row"))
-        self.copy.allow(None if self.result is not None else Finding("action.no-result"))
+        set_enabled(self.remove, None if is_row_selected else Finding("action.no-row"))
+        self.copy.set_enabled(None if self.result is not None else Finding("action.no-result"))
 
     # --- command -----------------------------------------------------------------------------
     def copy_command(self) -> None:
@@ -359,12 +367,12 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 
     file = io.StringIO()
     file.write(WORLD_COMMENT)
-    out = csv.writer(file, lineterminator="\n")
+    writer = csv.writer(file, lineterminator="\n")
     sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
-    out.writerow(["name", *sides])
+    writer.writerow(["name", *sides])
     for name, section_cut in zip(result.names, result.cuts, strict=True):
         points = [*section_cut.hanging_wall.tolist(), *section_cut.footwall.tolist()]
-        out.writerow([escape_formula(name), *format_numbers(points).split(",")])
+        writer.writerow([escape_formula(name), *format_numbers(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
@@ -375,7 +383,7 @@ def _find_bed(
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if measured_bed is not None:
-        return _plane_of(measured_bed), measured_bed.total95_deg
+        return _require_plane(measured_bed), measured_bed.total95_deg
     measurements = [trace for pair in traces for trace in pair]
     common_bed = fit_common_bed([trace.points for trace in measurements])
     error95_deg = common_error_deg(common_bed.max_confidence95_deg, measurements)
@@ -383,29 +391,33 @@ def _find_bed(
 
 
 def _find_cutoffs(
-    name: str, first: FloatArray, second: FloatArray, fault: Plane, fault_point: FloatArray
+    name: str,
+    first_trace: FloatArray,
+    second_trace: FloatArray,
+    fault: Plane,
+    fault_point: FloatArray,
 ) -> Cutoffs:
     """Find the cut-offs of a pair of traces. Raises InputError with the name of the pair."""
     from vomstudio.geology.faults.cutoffs import find_cutoffs
 
     try:
-        return find_cutoffs(first, second, fault, fault_point)
+        return find_cutoffs(first_trace, second_trace, fault, fault_point)
     except GeometryError as error:
-        raise InputError(cause_of(error), field=name) from error
+        raise InputError(cause_finding(error), field=name) from error
 
 
-def _plane_of(measurement: Measurement) -> Plane:
+def _require_plane(measurement: Measurement) -> Plane:
     if measurement.plane is None:
         raise InputError(measurement.problem or Finding("field.no-plane"))
     return measurement.plane
 
 
-def _vector(pair: Pair) -> Displacement | None:
+def _pair_displacement(pair: Pair) -> Displacement | None:
     return pair.displacement if pair.separations is None else pair.separations.dip
 
 
 def _cell_texts(pair: Pair | None) -> list[str]:
-    displacement = None if pair is None else _vector(pair)
+    displacement = None if pair is None else _pair_displacement(pair)
     if displacement is None:
         return [""] * (len(_COLUMNS) + 1)
     rake = displacement.slip_rake_deg
@@ -415,7 +427,7 @@ def _cell_texts(pair: Pair | None) -> list[str]:
     ]
 
 
-def _value_text(quantity: Measured) -> str:
+def _value_text(quantity: MeasuredValue) -> str:
     # Adding zero removes the sign of a negative zero.
     value = round(quantity.value, 3) + 0.0
     if quantity.error95 is None:
@@ -436,7 +448,7 @@ def _show_unit(table: QTableWidget, unit: str) -> None:
         header_item.setText(title)
 
 
-def _table() -> QTableWidget:
+def _create_table() -> QTableWidget:
     columns = (
         (tr("Traces"), tr("Cut-offs of one bed on both sides of the fault.")),
         ("", tr("Distance the hanging wall moved relative to the footwall.")),

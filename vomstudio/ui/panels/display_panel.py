@@ -29,9 +29,9 @@ from vomstudio.geometry.coordinate_limits import check_coordinates, check_near_m
 from vomstudio.project.records import Model
 from vomstudio.rendering.view.clipping import BOX_FACES, ClipBox
 from vomstudio.rendering.view.scalars import (
+    DEFAULT_PERCENTILES,
     ELEVATION,
     PALETTES,
-    PERCENTILES,
     FieldStyle,
     Scale,
     field_names,
@@ -39,18 +39,18 @@ from vomstudio.rendering.view.scalars import (
 )
 from vomstudio.studio import display
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import why_no_model
+from vomstudio.ui.base.command_targets import missing_model_finding
 from vomstudio.ui.base.controls import (
     ComboBox,
     DoubleSpinBox,
     Label,
     PanelScrollArea,
-    allow,
     escape_markup,
     narrow_form,
+    set_enabled,
 )
 from vomstudio.ui.base.feature_colors import COLOR_MODES
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.axis_titles import project_axes
@@ -83,24 +83,28 @@ class DisplayPanel(QWidget):
         self,
         studio: Studio,
         actions: dict[str, QAction],
-        current: Callable[[], Model | None],
+        find_current_model: Callable[[], Model | None],
     ) -> None:
         super().__init__()
-        explain(self, "window.md#change-the-display")
+        set_help_topic(self, "window.md#change-the-display")
         self._models_box: Callable[[], ClipBox | None] = lambda: None
-        self._studio, self._display, self._current = studio, studio.display, current
+        self._studio, self._display, self._find_current_model = (
+            studio,
+            studio.display,
+            find_current_model,
+        )
         self._actions = actions
         self._view_display: ModelAppearance | None = None
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 6, 6, 6)
-        layout.addLayout(self._make_look())
-        layout.addWidget(self._make_field())
-        layout.addWidget(self._make_clip(actions["clipping_reset"]))
+        layout.addLayout(self._make_appearance_form())
+        layout.addWidget(self._make_field_group())
+        layout.addWidget(self._make_clipping_group(actions["clipping_reset"]))
         layout.addStretch()
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(PanelScrollArea(page))
+        outer_layout = QVBoxLayout(self)
+        outer_layout.setContentsMargins(0, 0, 0, 0)
+        outer_layout.addWidget(PanelScrollArea(page))
         for signal in (
             self._display.changed,
             studio.model_loaded,
@@ -126,7 +130,7 @@ class DisplayPanel(QWidget):
         viewport.field_shown.connect(self.refresh)
 
     # --- parts -------------------------------------------------------------------------------
-    def _make_look(self) -> QFormLayout:
+    def _make_appearance_form(self) -> QFormLayout:
         self.mode = ComboBox()
         for value, text in display.MODES.items():
             self.mode.addItem(tr(text), value)
@@ -139,7 +143,9 @@ class DisplayPanel(QWidget):
         self.point_size.setSuffix(tr(" px"))
         self.point_size.valueChanged.connect(lambda v: self._display.set_point_size(v or None))
         self.lighting = QCheckBox(tr("Lit"))
-        self.lighting.clicked.connect(lambda on: self._display.set_lit(self._current_mode(), on))
+        self.lighting.clicked.connect(
+            lambda is_checked: self._display.set_lit(self._current_mode(), is_checked)
+        )
         self.eye_dome = QCheckBox(tr("Eye-dome lighting"))
         self.eye_dome.clicked.connect(self._display.set_eye_dome)
         row = QHBoxLayout()
@@ -160,7 +166,7 @@ class DisplayPanel(QWidget):
         form.addRow(tr("Colour by"), self.colors)
         return form
 
-    def _make_field(self) -> QGroupBox:
+    def _make_field_group(self) -> QGroupBox:
         self.field_box = QGroupBox()
         self.field = ComboBox()
         self.field.setObjectName("field")
@@ -186,7 +192,7 @@ class DisplayPanel(QWidget):
         self.reset_range.setIcon(theme.icon("restore"))
         self.reset_range.setToolTip(tr("Reset the range to the percentiles 2 and 98."))
         self.reset_range.clicked.connect(
-            lambda: self._restyle(low=None, high=None, percentiles=PERCENTILES)
+            lambda: self._restyle(low=None, high=None, percentiles=DEFAULT_PERCENTILES)
         )
         form = narrow_form()
         form.addRow(tr("Field"), self.field)
@@ -200,7 +206,7 @@ class DisplayPanel(QWidget):
         form.setContentsMargins(8, 4, 8, 6)
         return self.field_box
 
-    def _make_clip(self, reset: QAction) -> QGroupBox:
+    def _make_clipping_group(self, reset_action: QAction) -> QGroupBox:
         self.clip = QGroupBox(tr("Clipping box"))
         self.clip.setCheckable(True)
         self.clip.setToolTip(tr("Show only the part between these sides."))
@@ -208,7 +214,7 @@ class DisplayPanel(QWidget):
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
         grid.setSpacing(3)
-        self._axes = [Label() for _ in range(3)]
+        self._axis_labels = [Label() for _ in range(3)]
         self.faces: list[QDoubleSpinBox] = []
         for k, (axis, side) in enumerate(BOX_FACES):
             spin = DoubleSpinBox()
@@ -221,22 +227,22 @@ class DisplayPanel(QWidget):
             spin.valueChanged.connect(lambda value, n=k: self._move_face(n, value))
             self.faces.append(spin)
             grid.addWidget(spin, axis, 1 + side)
-        for axis, label in enumerate(self._axes):
+        for axis, label in enumerate(self._axis_labels):
             grid.addWidget(label, axis, 0)
         self.handles = QCheckBox(tr("Show handles"))
         self.handles.clicked.connect(self._display.set_handles)
         button = QPushButton(tr("Fit to models"))
-        button.clicked.connect(reset.trigger)
+        button.clicked.connect(reset_action.trigger)
         grid.addWidget(self.handles, 3, 0, 1, 2)
         grid.addWidget(button, 3, 2)
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(2, 1)
-        self._toggle_clip: Callable[[], None] = lambda: None
+        self._clip_callback: Callable[[], None] = lambda: None
         return self.clip
 
-    def set_clip_callback(self, toggle: Callable[[], None]) -> None:
+    def set_clip_callback(self, callback: Callable[[], None]) -> None:
         """Set the function that switches the clipping box on or off."""
-        self._toggle_clip = toggle
+        self._clip_callback = callback
 
     # --- actions -----------------------------------------------------------------------------
     def _change_mode(self, _: int) -> None:
@@ -248,14 +254,14 @@ class DisplayPanel(QWidget):
 
     def _current_mode(self) -> str:
         models = [m.data for m in self._studio.models.values()]
-        return display.mode_shown(self._display.mode, models)
+        return display.effective_mode(self._display.mode, models)
 
     def _has_model(self) -> bool:
-        model = self._current()
+        model = self._find_current_model()
         return model is not None and model.id in self._studio.models
 
     def _current_style(self) -> tuple[str, FieldStyle]:
-        model = self._current()
+        model = self._find_current_model()
         assert model is not None
         style = self._display.styles.get(model.id)
         if style is None:
@@ -263,7 +269,7 @@ class DisplayPanel(QWidget):
         return model.id, style
 
     def _change_field(self, _: int) -> None:
-        model = self._current()
+        model = self._find_current_model()
         if model is not None:
             self._display.show_field(model.id, FieldStyle(self.field.currentData()))
 
@@ -298,27 +304,30 @@ class DisplayPanel(QWidget):
         self._restyle(**{name: value})
 
     def _change_percentiles(self, _: float) -> None:
-        first, last_percentile = self.first_percentile.value(), self.last_percentile.value()
-        if first < last_percentile:
-            self._restyle(percentiles=(first, last_percentile), low=None, high=None)
+        first_percentile, last_percentile = (
+            self.first_percentile.value(),
+            self.last_percentile.value(),
+        )
+        if first_percentile < last_percentile:
+            self._restyle(percentiles=(first_percentile, last_percentile), low=None, high=None)
         else:
             self.refresh()
 
     def _toggle_clipping(self, _: bool) -> None:
-        self._toggle_clip()
+        self._clip_callback()
         self.refresh()
 
     def _move_face(self, face: int, value: float) -> None:
         box = self._display.box
         if box is not None:
             axis, side = BOX_FACES[face]
-            if (problem := self._why_not_move(axis, value)) is not None:
+            if (problem := self._move_refusal(axis, value)) is not None:
                 self._studio.warn(problem)
                 self._show_clip()
                 return
             self._display.set_clip(box.move_face(axis, side, value))
 
-    def _why_not_move(self, axis: int, value: float) -> Finding | None:
+    def _move_refusal(self, axis: int, value: float) -> Finding | None:
         """Return a finding if a face of the clipping box would be far from all models."""
         models_box = self._models_box()
         if models_box is None:
@@ -330,10 +339,10 @@ class DisplayPanel(QWidget):
 
     # --- display -----------------------------------------------------------------------------
     def _scale(self) -> Scale | None:
-        model = self._current()
+        model = self._find_current_model()
         if model is None or self._view_display is None:
             return None
-        return self._view_display.scale_of(model.id)
+        return self._view_display.color_scale(model.id)
 
     def refresh(self, *changes: object) -> None:
         """Show the current settings. `changes` are the arguments of `Display.changed`."""
@@ -343,10 +352,10 @@ class DisplayPanel(QWidget):
         self.colors.setCurrentIndex(self.colors.findData(self._studio.settings.color_by))
         settings = self._display
         models = [m.data for m in self._studio.models.values()]
-        mode = display.mode_shown(settings.mode, models)
+        mode = display.effective_mode(settings.mode, models)
         reasons = []
         for k, value in enumerate(display.MODES):
-            reason = display.why_not_mode(value, models)
+            reason = display.mode_refusal(value, models)
             flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
             item_flags = flags if reason is None else Qt.ItemFlag.NoItemFlags
             self.mode.model().item(k).setFlags(item_flags)  # type: ignore[attr-defined]
@@ -355,25 +364,25 @@ class DisplayPanel(QWidget):
                 reasons.append(f"{tr(display.MODES[value])}: {reason}")
         self.mode.setCurrentIndex(self.mode.findData(mode))
         self.mode.setToolTip(escape_markup("\n".join(reasons)))
-        allow(self.mode, why_no_model(self._studio))
+        set_enabled(self.mode, missing_model_finding(self._studio))
         with QSignalBlocker(self.point_size):
             self.point_size.setValue(settings.point_size or 0.0)
         for box, reason, is_on in (
-            (self.lighting, display.why_not_lit(models), settings.lit[mode]),
-            (self.eye_dome, display.why_not_eye_dome(models), settings.eye_dome),
+            (self.lighting, display.lighting_refusal(models), settings.lit[mode]),
+            (self.eye_dome, display.eye_dome_refusal(models), settings.eye_dome),
         ):
-            allow(box, reason)
+            set_enabled(box, reason)
             box.setChecked(is_on)
         self._show_field()
         self._show_clip()
 
     def _show_field(self) -> None:
-        model = self._current()
+        model = self._find_current_model()
         open_model = None if model is None else self._studio.models.get(model.id)
-        reason = why_no_model(self._studio)
+        reason = missing_model_finding(self._studio)
         if open_model is None and reason is None:
             reason = Finding("model.not-open")
-        allow(self.field_box, reason)
+        set_enabled(self.field_box, reason)
         if model is None or open_model is None:
             self._clear_field()
             return
@@ -425,7 +434,7 @@ class DisplayPanel(QWidget):
             self.last_percentile,
             self.reset_range,
         ):
-            allow(widget, None if has_range else Finding("action.field-without-ends"))
+            set_enabled(widget, None if has_range else Finding("action.field-without-ends"))
 
     def _clear_field(self) -> None:
         self.field_box.setTitle(tr("Scalar field"))
@@ -444,8 +453,8 @@ class DisplayPanel(QWidget):
     def _show_clip(self) -> None:
         box: ClipBox | None = self._display.box
         self.clip.setChecked(self._display.clipping)
-        allow(self.clip, why_no_model(self._studio))
-        for label, text in zip(self._axes, project_axes(self._studio).titles, strict=True):
+        set_enabled(self.clip, missing_model_finding(self._studio))
+        for label, text in zip(self._axis_labels, project_axes(self._studio).titles, strict=True):
             label.setText(text)
         self.handles.setChecked(self._display.handles)
         if box is None:
@@ -466,7 +475,10 @@ def _number_text(value: float) -> str:
 
 
 def _pair_row(
-    first_widget: QWidget, second_widget: QWidget, separator: str, extra: QWidget | None = None
+    first_widget: QWidget,
+    second_widget: QWidget,
+    separator: str,
+    extra_widget: QWidget | None = None,
 ) -> QWidget:
     row = QWidget()
     layout = QHBoxLayout(row)
@@ -474,6 +486,6 @@ def _pair_row(
     layout.addWidget(first_widget, 1)
     layout.addWidget(Label(separator))
     layout.addWidget(second_widget, 1)
-    if extra is not None:
-        layout.addWidget(extra)
+    if extra_widget is not None:
+        layout.addWidget(extra_widget)
     return row

@@ -39,7 +39,7 @@ class JobsPanel(QTableWidget):
         super().__init__(0, len(_COLUMNS))
         self._jobs = jobs = studio.jobs
         self._start_times: dict[int, float] = {}
-        self._running: dict[int, RunningJob] = {}
+        self._running_jobs: dict[int, RunningJob] = {}
         self._history: list[tuple[str, str, str]] = []
         self.setObjectName("jobs")
         self.setHorizontalHeaderLabels([tr(title) if title else "" for title in _COLUMNS])
@@ -64,17 +64,17 @@ class JobsPanel(QTableWidget):
 
     def _refresh(self) -> None:
         running_jobs = {id(job): job for job in self._jobs.visible()}
-        for key, job in self._running.items():
+        for key, job in self._running_jobs.items():
             if key not in running_jobs:
                 duration_s = time.monotonic() - self._start_times.pop(key)
                 if duration_s >= _MIN_DURATION_S:
                     status = _end_text(job)
                     self._history.insert(0, (job.title, status, _duration_text(duration_s)))
         del self._history[_MAX_ENDED_JOBS:]
-        if list(running_jobs) != list(self._running):
+        if list(running_jobs) != list(self._running_jobs):
             for key in running_jobs:
                 self._start_times.setdefault(key, time.monotonic())
-            self._running = running_jobs
+            self._running_jobs = running_jobs
             self._build()
         for row, job in enumerate(running_jobs.values()):
             self._show_job(row, job)
@@ -85,33 +85,35 @@ class JobsPanel(QTableWidget):
 
     def _build(self) -> None:
         self.setRowCount(0)
-        self.setRowCount(len(self._running) + len(self._history))
-        for row, job in enumerate(self._running.values()):
+        self.setRowCount(len(self._running_jobs) + len(self._history))
+        for row, job in enumerate(self._running_jobs.values()):
             for column in (0, 1, 3):
                 self.setItem(row, column, QTableWidgetItem(job.title if column == 0 else ""))
-            bar = QProgressBar()
-            bar.setFixedWidth(160)
-            self.setCellWidget(row, 2, bar)
+            progress_bar = QProgressBar()
+            progress_bar.setFixedWidth(160)
+            self.setCellWidget(row, 2, progress_bar)
             stop_button = QToolButton()
             stop_button.setText(tr("Pause") if job.is_resumable else tr("Stop"))
             stop_button.setIcon(theme.icon("pause" if job.is_resumable else "stop"))
             stop_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             stop_button.clicked.connect(lambda _=False, j=job: self._jobs.cancel(j))
             self.setCellWidget(row, 4, stop_button)
-        for row, (title, status, duration) in enumerate(self._history, start=len(self._running)):
+        for row, (title, status, duration) in enumerate(
+            self._history, start=len(self._running_jobs)
+        ):
             for column, text in ((0, title), (1, status), (3, duration)):
                 self.setItem(row, column, QTableWidgetItem(text))
 
     def _show_job(self, row: int, job: RunningJob) -> None:
-        status, bar = self.item(row, 1), self.cellWidget(row, 2)
+        status, progress_bar = self.item(row, 1), self.cellWidget(row, 2)
         if status is not None:
             status.setText(job.status())
-        if isinstance(bar, QProgressBar):
-            bar.setRange(0, job.total or 0)
-            bar.setValue(job.done)
+        if isinstance(progress_bar, QProgressBar):
+            progress_bar.setRange(0, job.total or 0)
+            progress_bar.setValue(job.done)
 
     def _show_times(self) -> None:
-        for row, key in enumerate(self._running):
+        for row, key in enumerate(self._running_jobs):
             item = self.item(row, 3)
             if item is not None:
                 item.setText(_duration_text(time.monotonic() - self._start_times[key]))

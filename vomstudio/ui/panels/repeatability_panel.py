@@ -14,14 +14,14 @@ from vomstudio.core.words import tr
 from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.project.exports.feature_table import feature_table
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.records import FeatureType, Repeatable, Typed, get
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.records import FeatureType, RepeatableFeature, TypedFeature, get
 from vomstudio.project.repeated_features import set_interpreter
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import selected_features, why_no_feature
-from vomstudio.ui.base.controls import allow, button_row, narrow_form
+from vomstudio.ui.base.command_targets import missing_feature_finding, selected_features
+from vomstudio.ui.base.controls import button_row, narrow_form, set_enabled
 from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
@@ -114,13 +114,15 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _show_next(self) -> None:
         """Show which feature is to be picked again, and where it is."""
         records, id_ = self._studio.records, self._blind_repeats.current
-        feature = get(records, id_, Repeatable)
+        feature = get(records, id_, RepeatableFeature)
         if feature is None:
             self.prompt.clear()
             self._show_mark(None)
         else:
             type_ = (
-                get(records, feature.type_id, FeatureType) if isinstance(feature, Typed) else None
+                get(records, feature.type_id, FeatureType)
+                if isinstance(feature, TypedFeature)
+                else None
             )
             done_count = len(self._blind_repeats.selected_ids) - len(
                 self._blind_repeats.waiting_ids
@@ -131,7 +133,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
                     number=done_count + 1,
                     all=len(self._blind_repeats.selected_ids),
                     type="" if type_ is None else type_.name.lower(),
-                    kind=tr(kind_of(feature).title).lower(),
+                    kind=tr(get_kind(feature).title).lower(),
                 )
             )
             self._show_place()
@@ -156,7 +158,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             direction = -face if float(face @ direction) < 0.0 else face
             line = Line.from_vector(direction, is_directed=True)
             viewport.moves.look_along(line.trend_deg, line.plunge_deg)
-        frame = ViewFrame.looking(direction)
+        frame = ViewFrame.from_direction(direction)
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS)
         ring = np.cos(angles)[:, None] * frame.right + np.sin(angles)[:, None] * frame.down
         viewport.moves.frame(centre + 2.5 * radius * ring)
@@ -177,12 +179,12 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             viewport.features.change({_PLACE: drawing})
 
     # --- figures -----------------------------------------------------------------------------
-    def _compute_answer(self, question: OrientationTable) -> TableRepeats:
+    def _compute_result(self, question: OrientationTable) -> TableRepeats:
         return table_repeats(question)
 
-    def _create_question(self) -> OrientationTable:
+    def _create_request(self) -> OrientationTable:
         studio = self._studio
-        features = studio.session.of(Repeatable)
+        features = studio.session.of(RepeatableFeature)
         if not any(f.repeat_of for f in features):
             raise InputError(Finding("repeats.not-begun"))
         measurements = studio.measured(f.id for f in features)
@@ -191,12 +193,12 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _result_text(self, result: TableRepeats) -> str:
         return "\n".join(map(str, result.reasons))
 
-    def _show_answer(self, result: TableRepeats | None, message: str) -> None:
-        super()._show_answer(result, "" if result is None else message)
+    def _set_result(self, result: TableRepeats | None, message: str) -> None:
+        super()._set_result(result, "" if result is None else message)
         if result is None:
             self.figures.show_reason(message)
         else:
-            names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
+            names = {f.id: f.name for f in self._studio.session.of(RepeatableFeature)}
             self.figures.setHtml(figures_html(result, names))
 
     def _refresh(self) -> None:
@@ -209,16 +211,16 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if reason is None and self._share() is None:
             text = self.share.text().strip()
             reason = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
-        allow(self.begin, reason)
+        set_enabled(self.begin, reason)
         for button in (self.look, self.skip, self.stop):
-            allow(button, None if is_running else Finding("action.no-round"))
+            set_enabled(button, None if is_running else Finding("action.no-round"))
         self._refresh_name()
 
     def _refresh_name(self) -> None:
         # The picks available for repetition do not depend on the selection.
         if not self._studio.has_project:
             return
-        allow(self.name, why_no_feature(self._studio))
+        set_enabled(self.name, missing_feature_finding(self._studio))
 
 
 def figures_html(repeats: TableRepeats, names: dict[str, str]) -> str:

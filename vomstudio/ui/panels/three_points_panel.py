@@ -36,10 +36,10 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.reading import Reading
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement import pick_scatter_m
-from vomstudio.project.records import Feature, Picked, get, get_feature
+from vomstudio.project.records import Feature, PickedFeature, get, get_feature
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import current_line, start_folder, why_no_model
-from vomstudio.ui.base.controls import CompactTable, allow, narrow_form
+from vomstudio.ui.base.command_targets import current_line, missing_model_finding, start_folder
+from vomstudio.ui.base.controls import CompactTable, narrow_form, set_enabled
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -133,9 +133,9 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         studio = self._studio
         self.pick.clicked.connect(lambda _=False: self._pick_points())
         self.take.clicked.connect(
-            lambda _=False: self._take_feature(current_line(studio, Picked, _MIN_POINTS))
+            lambda _=False: self._take_feature(current_line(studio, PickedFeature, _MIN_POINTS))
         )
-        self.read.clicked.connect(lambda _=False: self._ask_for_table())
+        self.read.clicked.connect(lambda _=False: self._open_table_file())
         self.add_row.clicked.connect(lambda _=False: self._add_row())
         self.remove_row.clicked.connect(lambda _=False: self._remove_row())
         self.add.clicked.connect(lambda _=False: self._add())
@@ -189,7 +189,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self.options.show_value("sigma_m", scatter)
         self._schedule_refresh()
 
-    def _ask_for_table(self) -> None:
+    def _open_table_file(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
             self,
             tr("Points of one surface"),
@@ -238,10 +238,10 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         self._schedule_refresh()
 
     # --- plane -------------------------------------------------------------------------------
-    def _create_question(self) -> tuple[FloatArray, ThreePointOptions]:
+    def _create_request(self) -> tuple[FloatArray, ThreePointOptions]:
         return self._numbers(), self.options.options()
 
-    def _compute_answer(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
+    def _compute_result(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
         points, options = question
@@ -252,7 +252,7 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _show_error(self, error: VomError) -> None:
         # The location names the row.
-        self._show_answer(None, str(error))
+        self._set_result(None, str(error))
 
     def _numbers(self) -> FloatArray:
         """Return the points (n, 3) of the rows in the World frame. Raises InputError if invalid."""
@@ -278,8 +278,8 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
         count_text = tr_n("{count} point", "{count} points", result.n)
         if result.max_confidence95_deg is None:
             text = tr("{plane} through {points}.", plane=plane, points=count_text)
-            no_error = Finding("three-points.no-error")
-            return f"{text} {no_error}{_warnings_text(result)}"
+            no_error_finding = Finding("three-points.no-error")
+            return f"{text} {no_error_finding}{_warnings_text(result)}"
         direction_error_deg = result.dip_direction_error_deg
         text = tr(
             "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
@@ -295,16 +295,18 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
 
     def _refresh(self) -> None:
         studio = self._studio
-        is_line_selected = current_line(studio, Picked, _MIN_POINTS) is not None
+        is_line_selected = current_line(studio, PickedFeature, _MIN_POINTS) is not None
         reason = Finding("action.line-too-short", minimum=_MIN_POINTS)
-        allow(self.take, None if is_line_selected else reason)
-        allow(self.pick, why_no_model(studio))
-        allow(self.remove_row, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
+        set_enabled(self.take, None if is_line_selected else reason)
+        set_enabled(self.pick, missing_model_finding(studio))
+        set_enabled(
+            self.remove_row, None if self.table.currentRow() >= 0 else Finding("action.no-row")
+        )
         problem = None if self.result is not None else Finding("action.no-result")
-        self.copy.allow(problem)
+        self.copy.set_enabled(problem)
         if problem is None and self.trace_id:
             problem = Finding("action.points-of-trace")
-        allow(self.add, problem)
+        set_enabled(self.add, problem)
 
     # --- export ------------------------------------------------------------------------------
     def _add(self) -> None:

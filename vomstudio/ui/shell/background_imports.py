@@ -45,9 +45,9 @@ class BackgroundImports(QObject):
             self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
             self.begun.emit()
 
-    def begin_at_latest_in(self, milliseconds: int) -> None:
+    def start_deadline(self, deadline_ms: int) -> None:
         """Start the thread after a delay, unless it is started earlier."""
-        self._timer.start(milliseconds)
+        self._timer.start(deadline_ms)
 
     def stop(self) -> None:
         """Prevent the start of the thread, or end it after the current import."""

@@ -49,7 +49,7 @@ class CentralArea(QWidget):
         self._column.addWidget(first_widget, 1)
         self._outcrop = first_widget
         self._photo: QWidget | None = None
-        self._photo_head: QWidget | None = None
+        self._photo_header: QWidget | None = None
         self._page: QWidget | None = None
         self._bar: MessageBar | None = None
         self._shows_photo = False
@@ -75,7 +75,7 @@ class CentralArea(QWidget):
         close_page.clicked.connect(self.page_close_requested)
         tabs.setTabButton(_PHOTO, QTabBar.ButtonPosition.RightSide, close_photo)
         tabs.setTabButton(_PAGE, QTabBar.ButtonPosition.RightSide, close_page)
-        tabs.currentChanged.connect(self._tab_chosen)
+        tabs.currentChanged.connect(self._show_tab)
         return tabs
 
     @staticmethod
@@ -88,7 +88,7 @@ class CentralArea(QWidget):
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         return button
 
-    def _tab_chosen(self, tab: int) -> None:
+    def _show_tab(self, tab: int) -> None:
         if tab == _PHOTO:
             self.photo_requested.emit()
         elif tab == _OUTCROP:
@@ -100,7 +100,7 @@ class CentralArea(QWidget):
         self._outcrop = outcrop
         self._show_page_or_tabs()
 
-    def set_bar(self, bar: MessageBar) -> None:
+    def set_message_bar(self, bar: MessageBar) -> None:
         """Set the message bar, which covers the top of the area."""
         self._bar = bar
 
@@ -120,7 +120,7 @@ class CentralArea(QWidget):
         if self._photo is not None:
             self._column.removeWidget(self._photo)
             self._photo.hide()
-        self._photo, self._photo_head, self._shows_photo = photo, header, False
+        self._photo, self._photo_header, self._shows_photo = photo, header, False
         if photo is not None:
             photo.setParent(self.available_area)
             self._column.addWidget(photo, 1)
@@ -174,7 +174,7 @@ class CentralArea(QWidget):
             if widget is not None:
                 widget.setVisible(is_shown)
         if self._bar is not None:
-            self._bar.set_top_tools(self._photo_head if self.shows_photo else None)
+            self._bar.set_top_tools(self._photo_header if self.shows_photo else None)
 
     def show_purpose(self, text: str) -> None:
         """Show a line of text above the outcrop; an empty text removes it."""

@@ -27,7 +27,7 @@ class DockTitle(QWidget):
         row.setSpacing(0)
         if REGIONS[self._name] == "inspector":
             for name in (*INSPECTOR_TABS, *({self._name} - set(INSPECTOR_TABS))):
-                self._tabs[name] = self._tab(name)
+                self._tabs[name] = self._create_tab(name)
                 row.addWidget(self._tabs[name])
         self._title = ElidedLabel()
         self._title.setText(dock.windowTitle())
@@ -36,25 +36,25 @@ class DockTitle(QWidget):
         self._title.setFont(font)
         self._title.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         row.addWidget(self._title, 1)
-        self._space = QWidget()
-        self._space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._space.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        row.addWidget(self._space, 1)
+        self._button_space = QWidget()
+        self._button_space.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self._button_space.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        row.addWidget(self._button_space, 1)
         if self._tabs:
             row.addWidget(self._pages_button())
         self._enlarge = self._button("arrow-expand", tr("Show in the centre (F12)"))
         self._enlarge.clicked.connect(lambda: docks.toggle_center(self._name))
-        self._float = self._button("dock-window", tr("Float, or dock again"))
-        self._float.clicked.connect(lambda: dock.setFloating(not dock.isFloating()))
+        self._float_button = self._button("dock-window", tr("Float, or dock again"))
+        self._float_button.clicked.connect(lambda: dock.setFloating(not dock.isFloating()))
         self._close = self._button("close", tr("Close"))
         self._close.clicked.connect(lambda: docks.close_page(self._name))
-        for button in (self._enlarge, self._float, self._close):
+        for button in (self._enlarge, self._float_button, self._close):
             row.addWidget(button)
         dock.windowTitleChanged.connect(self._title.setText)
         dock.topLevelChanged.connect(self._refresh)
         self._refresh()
 
-    def _tab(self, name: str) -> QToolButton:
+    def _create_tab(self, name: str) -> QToolButton:
         button = QToolButton()
         button.setObjectName(f"tab_{name}")
         button.setCheckable(True)
@@ -62,10 +62,10 @@ class DockTitle(QWidget):
         button.setAutoRaise(True)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         theme.highlight_toggles(button)
-        button.clicked.connect(lambda: self._choose(name))
+        button.clicked.connect(lambda: self._show_dock_page(name))
         return button
 
-    def _choose(self, name: str) -> None:
+    def _show_dock_page(self, name: str) -> None:
         self._tabs[name].setChecked(name == self._name)
         self._docks.bring_forward(name)
 
@@ -96,16 +96,16 @@ class DockTitle(QWidget):
                 action.triggered.connect(lambda _=False, page=name: self._docks.bring_forward(page))
 
     def _refresh(self, *_: object) -> None:
-        floating = self._dock.isFloating()
-        has_tabs = bool(self._tabs) and not floating
+        is_floating = self._dock.isFloating()
+        has_tabs = bool(self._tabs) and not is_floating
         for button in self._tabs.values():
             button.setVisible(has_tabs)
         self._title.setVisible(not has_tabs)
-        self._space.setVisible(has_tabs)
+        self._button_space.setVisible(has_tabs)
         # The inspector is closed as a whole with its key.
-        self._close.setVisible(floating or not self._tabs)
-        self._enlarge.setVisible(not floating and not has_tabs)
-        self._float.setIcon(theme.icon("dock-right" if floating else "dock-window"))
+        self._close.setVisible(is_floating or not self._tabs)
+        self._enlarge.setVisible(not is_floating and not has_tabs)
+        self._float_button.setIcon(theme.icon("dock-right" if is_floating else "dock-window"))
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.Show:

@@ -64,10 +64,10 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self.center_page = ""
         """Name of the page in the centre of the window, or ""."""
         self._was_docked = False
-        self._halved: set[str] = set()
+        self._halved_docks: set[str] = set()
         """Pages beside the outcrop that have been given half of its width."""
         self._folded_page = ""
-        self.net_docked = False
+        self.is_net_docked = False
         for corner in (Qt.Corner.BottomLeftCorner, Qt.Corner.BottomRightCorner):
             window.setCorner(corner, _BOTTOM)
 
@@ -89,7 +89,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Add a page; if `is_scrollable`, it scrolls when it is longer than its dock."""
         self._add(name, title, PanelScrollArea(widget) if is_scrollable else widget)
 
-    def add_later(
+    def add_lazy_page(
         self, name: str, title: str, make: Callable[[], QWidget], *, is_permanent: bool = False
     ) -> None:
         """Add a scrolling page that is created when it is first shown in a project.
@@ -105,12 +105,12 @@ class WindowDocks(Mapping[str, QDockWidget]):
         self._add(name, title, area)
 
     def renew_pages(self) -> None:
-        """Discard the pages that were added with `add_later` and are not permanent.
+        """Discard the pages that were added with `add_lazy_page` and are not permanent.
 
         Their inputs, results and messages belong to one project. Nothing has to be cleared.
         """
         for area in self._lazy_areas:
-            area.renew()
+            area.discard_panel()
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
@@ -141,15 +141,15 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """Return whether a page is visible in the centre, an overlay or a dock."""
         if self.center_page == name:
             return True
-        if REGIONS[name] == "overlay" and not self.net_docked:
+        if REGIONS[name] == "overlay" and not self.is_net_docked:
             return self._overlay is not None and self._overlay.is_shown
         return not self._docks[name].isHidden()
 
-    def place_of(self, name: str) -> QWidget | None:
+    def find_page_widget(self, name: str) -> QWidget | None:
         """Return the visible host of a page (dock, overlay or centre), or None if it is hidden."""
         if name == self.center_page:
             place: QWidget | None = self._window.centralWidget()
-        elif REGIONS[name] == "overlay" and not self.net_docked:
+        elif REGIONS[name] == "overlay" and not self.is_net_docked:
             place = self._overlay if isinstance(self._overlay, QWidget) else None
         else:
             place = self[name]
@@ -176,9 +176,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
         if name == self.center_page:
             return
         self._make(name)
-        if REGIONS[name] == "overlay" and not self.net_docked:
+        if REGIONS[name] == "overlay" and not self.is_net_docked:
             if self._overlay is not None and not self._overlay.is_shown:
-                self._overlay.show_page(name, self[name].windowTitle(), self._take_page(name))
+                self._overlay.show_page(name, self[name].windowTitle(), self._release_page(name))
             self.changed.emit()
             return
         dock = self[name]
@@ -188,7 +188,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
             self.changed.emit()
             return
         was_open, center_width = bool(self.page(REGIONS[name])), self._center_width()
-        updates = self._window.updatesEnabled()
+        are_updates_enabled = self._window.updatesEnabled()
         self._window.setUpdatesEnabled(False)
         try:
             dock.show()
@@ -201,13 +201,13 @@ class WindowDocks(Mapping[str, QDockWidget]):
                     self[other_dock].hide()
             dock.raise_()
             if not was_open and not self._was_docked and REGIONS[name] == "drawer":
-                self.give_sizes()
+                self.set_initial_sizes()
                 self._was_docked = True
-            if REGIONS[name] == "beside" and name not in self._halved:
-                self._halved.add(name)
+            if REGIONS[name] == "beside" and name not in self._halved_docks:
+                self._halved_docks.add(name)
                 self._window.resizeDocks([dock], [center_width // 2], Qt.Orientation.Horizontal)
         finally:
-            self._window.setUpdatesEnabled(updates)
+            self._window.setUpdatesEnabled(are_updates_enabled)
         self.changed.emit()
 
     def _center_width(self) -> int:
@@ -217,7 +217,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def close_page(self, name: str) -> None:
         """Hide a page; a page in the centre first returns to its dock."""
         if name == self.center_page:
-            self.leave_center()
+            self.restore_from_center()
         self._leave_overlay(name)
         self[name].hide()
         self.changed.emit()
@@ -245,7 +245,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 self.bring_forward(page)
 
     def _make(self, name: str) -> None:
-        """Create a page that was added with `add_later`, because a caller needs it now."""
+        """Create a page that was added with `add_lazy_page`, because a caller needs it now."""
         if isinstance(place := self._widget(name), LazyScrollArea):
             place.widget()
 
@@ -253,7 +253,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         widget: QWidget | None = self[name].widget()
         return widget
 
-    def _take_page(self, name: str) -> QWidget:
+    def _release_page(self, name: str) -> QWidget:
         widget = self[name].widget()
         self[name].hide()
         return widget
@@ -273,7 +273,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         if old_page is not None:
             old_page.deleteLater()
         if was_in_center:
-            self.take_center(name)
+            self.move_to_center(name)
         elif was_shown:
             self.bring_forward(name)
 
@@ -281,23 +281,23 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def toggle_center(self, name: str) -> None:
         """Move a page to the centre of the window, or back to its dock."""
         if name == self.center_page:
-            self.leave_center()
+            self.restore_from_center()
             self.bring_forward(name)
         else:
-            self.take_center(name)
+            self.move_to_center(name)
 
-    def take_center(self, name: str) -> None:
+    def move_to_center(self, name: str) -> None:
         """Show a page in the centre of the window."""
         if self._center is None or name == self.center_page:
             return
-        self.leave_center()
+        self.restore_from_center()
         self._make(name)
         self._leave_overlay(name)
         self.center_page = name
-        self._center.show_page(name, self[name].windowTitle(), self._take_page(name))
+        self._center.show_page(name, self[name].windowTitle(), self._release_page(name))
         self.changed.emit()
 
-    def leave_center(self) -> str:
+    def restore_from_center(self) -> str:
         """Return the page in the centre to its dock, which stays hidden, and return its name."""
         name, self.center_page = self.center_page, ""
         if name and self._center is not None:
@@ -316,10 +316,10 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def dock_net(self, is_docked: bool) -> None:
         """Show the net in a dock or as an overlay over the outcrop."""
-        if is_docked == self.net_docked:
+        if is_docked == self.is_net_docked:
             return
         self.close_page("stereonet")
-        self.net_docked = is_docked
+        self.is_net_docked = is_docked
         self.bring_forward("stereonet")
 
     # --- arrangement -------------------------------------------------------------------------
@@ -339,8 +339,8 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def keep_one_page(self) -> None:
         """Hide all docked pages except the first one of each region."""
         for region in _AREAS:
-            docked = [n for n in self._docks if REGIONS[n] == region and self._is_docked(n)]
-            for name in docked[1:]:
+            docked_names = [n for n in self._docks if REGIONS[n] == region and self._is_docked(n)]
+            for name in docked_names[1:]:
                 self[name].hide()
 
     def _version(self) -> int:
@@ -355,7 +355,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def arrange(self) -> None:
         """Dock all pages in their regions, and hide them except a view beside the outcrop."""
-        self.leave_center()
+        self.restore_from_center()
         open_views = [n for n in self._docks if REGIONS[n] == "beside" and not self[n].isHidden()]
         first: dict[Region, QDockWidget] = {}
         for name, dock in self._docks.items():
@@ -369,11 +369,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 first[region] = dock
             dock.hide()
         self._was_docked = False
-        self._halved.clear()
+        self._halved_docks.clear()
         for name in open_views:
             self.bring_forward(name)
 
-    def give_sizes(self) -> None:
+    def set_initial_sizes(self) -> None:
         """Set the initial sizes of the inspector and drawer."""
         size = self._window.size()
         if name := self.page("inspector"):
@@ -385,7 +385,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def hide_all(self) -> None:
         """Hide every dock and overlay."""
-        self.leave_center()
+        self.restore_from_center()
         for name, dock in self._docks.items():
             if REGIONS[name] == "overlay":
                 self.close_page(name)

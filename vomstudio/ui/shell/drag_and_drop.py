@@ -6,10 +6,10 @@ from pathlib import Path
 
 from PySide6.QtGui import QDropEvent
 
-_TEXTURED_MODELS = (".obj", ".gltf", ".ply")
-_IMAGES = (".jpg", ".jpeg", ".png")
+_TEXTURED_MODEL_SUFFIXES = (".obj", ".gltf", ".ply")
+_IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png")
 """Endings of images. TIFF is missing, because its files may be height models."""
-_PARTS = (*_IMAGES, ".mtl", ".bin", ".prj")
+_COMPANION_SUFFIXES = (*_IMAGE_SUFFIXES, ".mtl", ".bin", ".prj")
 """Files that belong to a textured model in the same folder."""
 
 
@@ -20,7 +20,9 @@ def dragged_files(event: QDropEvent) -> list[Path]:
     model are read with it.
     """
     paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
-    folders = {path.parent for path in paths if path.suffix.lower() in _TEXTURED_MODELS}
-    files = [p for p in paths if p.suffix.lower() not in _PARTS or p.parent not in folders]
-    targets = [path.parent if path.suffix.lower() in _IMAGES else path for path in files]
+    folders = {path.parent for path in paths if path.suffix.lower() in _TEXTURED_MODEL_SUFFIXES}
+    files = [
+        p for p in paths if p.suffix.lower() not in _COMPANION_SUFFIXES or p.parent not in folders
+    ]
+    targets = [path.parent if path.suffix.lower() in _IMAGE_SUFFIXES else path for path in files]
     return list(dict.fromkeys(targets))

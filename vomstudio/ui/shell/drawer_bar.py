@@ -59,8 +59,8 @@ class DrawerBar(QToolBar):
 
     def refresh(self, *_: object) -> None:
         """Update the buttons: show workspace pages and open pages, and check the open ones."""
-        offered = self._workspaces.shown.drawer
+        offered_pages = self._workspaces.shown.drawer
         for name, button in self.buttons.items():
             is_shown = self._docks.is_shown(name)
-            self._places[name].setVisible(name in offered or is_shown)
+            self._places[name].setVisible(name in offered_pages or is_shown)
             button.setChecked(is_shown)

@@ -9,10 +9,10 @@ import sys
 from vomstudio.core.failures.missing_libraries import missing_library
 from vomstudio.core.findings import Finding
 
-_NEEDED = (3, 2)
+_MIN_OPENGL_VERSION = (3, 2)
 
 
-def why_no_screen() -> Finding | None:
+def screen_problem() -> Finding | None:
     """Return why Qt would find no screen and abort, or None if it will find one.
 
     Must be called before the application is created.
@@ -27,17 +27,17 @@ def why_no_screen() -> Finding | None:
         return Finding("screen.missing")
     try:
         xcb = ctypes.CDLL("libxcb.so.1")
-        ctypes.CDLL(_plugin())
+        ctypes.CDLL(_find_plugin())
     except (ImportError, OSError) as error:
         return missing_library(error) or Finding("screen.library-failed", error=error)
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
-    failed_has_error = xcb.xcb_connection_has_error(connection)
+    has_error = xcb.xcb_connection_has_error(connection)
     xcb.xcb_disconnect(connection)
-    return Finding("screen.unreachable", display=display) if failed_has_error else None
+    return Finding("screen.unreachable", display=display) if has_error else None
 
 
-def _plugin() -> str:
+def _find_plugin() -> str:
     """Return the path of Qt's platform plugin for X11.
 
     Some distributions lack libraries to which it is linked, and Qt aborts if one is missing.
@@ -48,7 +48,7 @@ def _plugin() -> str:
     return os.path.join(plugins, "platforms", "libqxcb.so")
 
 
-def why_not_drawn() -> Finding | None:
+def opengl_problem() -> Finding | None:
     """Return why the window cannot draw, or None if OpenGL 3.2 is available.
 
     Must be called after the application and its default surface format have been created.
@@ -64,9 +64,11 @@ def why_not_drawn() -> Finding | None:
     surface.create()
     if not context.create() or not context.makeCurrent(surface):
         return Finding("screen.no-opengl")
-    version_found = context.format().version()
+    actual_version = context.format().version()
     context.doneCurrent()
-    if tuple(version_found) < _NEEDED:
-        version, needed_version = (".".join(map(str, item)) for item in (version_found, _NEEDED))
-        return Finding("screen.old-opengl", version=version, needed=needed_version)
+    if tuple(actual_version) < _MIN_OPENGL_VERSION:
+        version, min_version = (
+            ".".join(map(str, item)) for item in (actual_version, _MIN_OPENGL_VERSION)
+        )
+        return Finding("screen.old-opengl", version=version, needed=min_version)
     return None

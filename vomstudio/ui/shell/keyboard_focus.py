@@ -49,7 +49,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.base.controls import DoubleSpinBox, SpinBox, continues_unit
 
-_ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+_ENTER_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 _STEPS = (
     Qt.Key.Key_Up,
     Qt.Key.Key_Down,
@@ -63,8 +63,8 @@ _COMMAND_KEYS = (
     | Qt.KeyboardModifier.AltModifier
     | Qt.KeyboardModifier.MetaModifier
 )
-_KNOWN = "hands_the_keyboard_back"
-_IN_NUMBERS = "0123456789+-.,eE \N{MINUS SIGN}\N{DEGREE SIGN}"
+_CONNECTED_PROPERTY = "hands_the_keyboard_back"
+_NUMBER_CHARACTERS = "0123456789+-.,eE \N{MINUS SIGN}\N{DEGREE SIGN}"
 
 
 class KeyboardFocus(QObject):
@@ -87,7 +87,7 @@ class KeyboardFocus(QObject):
         self._window, self._center_widget = window, center_widget
         self._entered_widget: QWidget | None = None
         self._watched_editor: QWidget | None = None
-        self._passed_on: QWidget | None = None
+        self._filtered_widget: QWidget | None = None
         self._cell: QWidget | None = None
         self._is_confirmed = False
         self._text = ""
@@ -97,7 +97,7 @@ class KeyboardFocus(QObject):
         assert isinstance(application, QApplication)
         application.focusChanged.connect(self._focus_changed)
         for signal in opened:
-            signal.connect(self.to_outcrop)
+            signal.connect(self.focus_outcrop)
         self.look()
 
     @property
@@ -110,9 +110,9 @@ class KeyboardFocus(QObject):
             self._entered_widget.removeEventFilter(self)
         self._entered_widget = self._outcrop
         self._entered_widget.installEventFilter(self)
-        self.to_outcrop()
+        self.focus_outcrop()
 
-    def to_outcrop(self, *_: object) -> None:
+    def focus_outcrop(self, *_: object) -> None:
         """Give the outcrop the focus, unless text is being edited."""
         if self._outcrop.isVisible() and not self._is_editing():
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
@@ -127,17 +127,18 @@ class KeyboardFocus(QObject):
             return _is_text(focus_widget)
         # The arrow buttons of a number field change its value permanently.
         is_changed = (
-            not isinstance(focus_widget, QAbstractSpinBox) and _text_of(focus_widget) != self._text
+            not isinstance(focus_widget, QAbstractSpinBox)
+            and _editor_text(focus_widget) != self._text
         )
         return self._has_typed or is_changed
 
-    def _keeps_focus(self, entered_qenter_event: QEnterEvent) -> bool:
+    def _keeps_focus(self, event: QEnterEvent) -> bool:
         """Return whether a field has the focus and the cursor has not moved since then.
 
         The outcrop was then entered only because a widget above it has disappeared.
         """
         focus_widget = self._window.focusWidget()
-        position = entered_qenter_event.globalPosition().toPoint()
+        position = event.globalPosition().toPoint()
         return focus_widget is not None and _is_text(focus_widget) and position == self._cursor
 
     # --- who has it --------------------------------------------------------------------------
@@ -145,7 +146,7 @@ class KeyboardFocus(QObject):
         self._leave()
         if new is None:
             return
-        if self._left_cell(old, new):
+        if self._has_left_cell(old, new):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         if not self._is_in_widget(new):
@@ -154,28 +155,28 @@ class KeyboardFocus(QObject):
             # Qt would pass the focus to the next widget, which the user has not requested.
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
-        self._watched_editor, self._text, self._has_typed = new, _text_of(new), False
+        self._watched_editor, self._text, self._has_typed = new, _editor_text(new), False
         self._cursor = QCursor.pos()
         new.installEventFilter(self)
-        if isinstance(new, QComboBox) and not new.property(_KNOWN):
-            new.setProperty(_KNOWN, True)
+        if isinstance(new, QComboBox) and not new.property(_CONNECTED_PROPERTY):
+            new.setProperty(_CONNECTED_PROPERTY, True)
             new.activated.connect(self._return_focus)
 
     def _leave(self) -> None:
-        previous_state = (self._watched_editor, self._passed_on)
-        self._watched_editor = self._passed_on = None
+        previous_state = (self._watched_editor, self._filtered_widget)
+        self._watched_editor = self._filtered_widget = None
         for widget in previous_state:
             # The panel may have been rebuilt after the confirmation.
             if widget is not None and shiboken6.isValid(widget):
                 widget.removeEventFilter(self)
 
-    def _left_cell(self, old: QWidget | None, new: QWidget) -> bool:
+    def _has_left_cell(self, old: QWidget | None, new: QWidget) -> bool:
         """Return whether Enter has closed a cell editor, so that its table gets the focus."""
         confirmed = old is not None and old is self._cell and self._is_confirmed
         if self._cell is not None and shiboken6.isValid(self._cell):
             self._cell.removeEventFilter(self)
         self._cell, self._is_confirmed = None, False
-        table = _table_of(new)
+        table = _find_table(new)
         if table is not None and self._is_in_widget(table):
             self._cell = new
             # Handled before the delegate, which closes the editor.
@@ -208,17 +209,17 @@ class KeyboardFocus(QObject):
         if watched is self._entered_widget:
             is_entering = isinstance(event, QEnterEvent) and not self._keeps_focus(event)
             if (is_entering or event_type == QEvent.Type.Wheel) and self._window_is_active():
-                self.to_outcrop()
+                self.focus_outcrop()
             return False
         if not isinstance(event, QKeyEvent):
             return False
         if watched is self._cell:
             if event_type == QEvent.Type.KeyPress:
-                self._is_confirmed = event.key() in _ENTER
+                self._is_confirmed = event.key() in _ENTER_KEYS
             return False
         if watched is not self._watched_editor:
             # This key was passed on and does not belong to a command.
-            return watched is self._passed_on and event_type == QEvent.Type.KeyPress
+            return watched is self._filtered_widget and event_type == QEvent.Type.KeyPress
         if event_type == QEvent.Type.ShortcutOverride:
             return self._pass_on(self._watched_editor, event)
         return event_type == QEvent.Type.KeyPress and self._press_key(self._watched_editor, event)
@@ -229,7 +230,7 @@ class KeyboardFocus(QObject):
             return False
         # Qt searches for the command next, using the focus at that time.
         self._outcrop.setFocus(Qt.FocusReason.ShortcutFocusReason)
-        self._passed_on = widget
+        self._filtered_widget = widget
         widget.installEventFilter(self)
         event.ignore()
         return True
@@ -244,7 +245,7 @@ class KeyboardFocus(QObject):
         letter = event.text() if event.text().isprintable() else ""
         if isinstance(widget, QAbstractSpinBox):
             allowed_characters = (
-                _IN_NUMBERS + widget.locale().decimalPoint() + _text_around_number(widget)
+                _NUMBER_CHARACTERS + widget.locale().decimalPoint() + _affix_text(widget)
             )
             if isinstance(widget, SpinBox | DoubleSpinBox) and continues_unit(widget, letter):
                 return False
@@ -252,10 +253,10 @@ class KeyboardFocus(QObject):
         if _is_text(widget):
             return False
         if isinstance(widget, QAbstractItemView) and (
-            event.key() in _ENTER or _goes_into_cell(widget, letter)
+            event.key() in _ENTER_KEYS or _is_cell_input(widget, letter)
         ):
             return False
-        if event.key() in _ENTER:
+        if event.key() in _ENTER_KEYS:
             return True
         return bool(letter) and event.key() != Qt.Key.Key_Space
 
@@ -269,8 +270,8 @@ class KeyboardFocus(QObject):
         if not _is_text(widget):
             return False
         if event.key() == Qt.Key.Key_Escape:
-            _put_back(widget, self._text)
-        elif event.key() in _ENTER and not isinstance(widget, QPlainTextEdit | QTextEdit):
+            _restore_text(widget, self._text)
+        elif event.key() in _ENTER_KEYS and not isinstance(widget, QPlainTextEdit | QTextEdit):
             # The key only confirms the field and does not finish a feature.
             widget.event(event)
         else:
@@ -294,7 +295,7 @@ def _has_own_keys(widget: QWidget) -> bool:
     )
 
 
-def _table_of(widget: QWidget) -> QAbstractItemView | None:
+def _find_table(widget: QWidget) -> QAbstractItemView | None:
     """Return the item view in which a widget is a cell editor, or None."""
     ancestor_widget = widget.parentWidget()
     view = None if ancestor_widget is None else ancestor_widget.parentWidget()
@@ -303,7 +304,7 @@ def _table_of(widget: QWidget) -> QAbstractItemView | None:
     )
 
 
-def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
+def _is_cell_input(view: QAbstractItemView, letter: str) -> bool:
     """Return whether a view is editable and its current cell accepts a typed letter."""
     cell = view.currentIndex()
     edit_trigger = QAbstractItemView.EditTrigger.AnyKeyPressed
@@ -315,7 +316,7 @@ def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
     is_number = alignment is not None and bool(
         Qt.AlignmentFlag(alignment) & Qt.AlignmentFlag.AlignRight
     )
-    return letter in _IN_NUMBERS or not is_number
+    return letter in _NUMBER_CHARACTERS or not is_number
 
 
 def _is_text(widget: QWidget) -> bool:
@@ -326,7 +327,7 @@ def _is_text(widget: QWidget) -> bool:
     return isinstance(widget, QAbstractSpinBox)
 
 
-def _text_of(widget: QWidget) -> str:
+def _editor_text(widget: QWidget) -> str:
     if isinstance(widget, QComboBox):
         return widget.currentText()
     if isinstance(widget, QLineEdit | QAbstractSpinBox):
@@ -336,8 +337,8 @@ def _text_of(widget: QWidget) -> str:
     return ""
 
 
-def _put_back(widget: QWidget, text: str) -> None:
-    if _text_of(widget) == text:
+def _restore_text(widget: QWidget, text: str) -> None:
+    if _editor_text(widget) == text:
         return
     if isinstance(widget, QLineEdit):
         widget.setText(text)
@@ -350,7 +351,7 @@ def _put_back(widget: QWidget, text: str) -> None:
         widget.setPlainText(text)
 
 
-def _text_around_number(widget: QAbstractSpinBox) -> str:
+def _affix_text(widget: QAbstractSpinBox) -> str:
     """Return the letters that a number field shows beside its number."""
     parts = (getattr(widget, name, None) for name in ("prefix", "suffix"))
     return "".join(part() for part in parts if part is not None) + widget.specialValueText()

@@ -50,7 +50,7 @@ class WorkspaceLayout:
     ----------
     title, purpose : str
         Texts that are marked for translation. The purpose is shown while the workspace is empty.
-    needs : str
+    required_content : str
         Data without which the workspace is empty.
     inspector, drawer : tuple of str
         Pages that are offered in the inspector, in addition to its tabs, and in the drawer.
@@ -64,7 +64,7 @@ class WorkspaceLayout:
     title: str
     icon: str
     purpose: str
-    needs: Literal["model", "features"]
+    required_content: Literal["model", "features"]
     inspector: tuple[str, ...] = ()
     drawer: tuple[str, ...] = ()
     center: str = ""
@@ -126,7 +126,7 @@ WORKSPACES: tuple[WorkspaceLayout, ...] = (
 )
 """Workspaces in the order of their buttons and of the keys Ctrl+1 to Ctrl+3."""
 
-FIRST = "interpret"
+DEFAULT_WORKSPACE = "interpret"
 """Workspace that is shown to a new user."""
 
 PAGE_TOOLS = {"bed_log": ("contact", "lithology"), "looked_at": ("cells",)}
@@ -137,21 +137,21 @@ GENERAL_TOOLS = ("trace", "plane", "line", "measure", "station", "select")
 
 _BY_NAME = {workspace.name: workspace for workspace in WORKSPACES}
 
-MAX_NARROW_WIDTH = 1100
-INSPECTOR_WIDTH, NARROW_INSPECTOR_WIDTH = 300, 250
-DRAWER_SHARE, MIN_DRAWER_HEIGHT = 0.34, 190
+MAX_NARROW_WIDTH_PX = 1100
+INSPECTOR_WIDTH_PX, NARROW_INSPECTOR_WIDTH_PX = 300, 250
+DRAWER_SHARE, MIN_DRAWER_HEIGHT_PX = 0.34, 190
 
 
-def workspace_of(name: str) -> WorkspaceLayout:
+def find_workspace(name: str) -> WorkspaceLayout:
     """Return the workspace with a name, or the default workspace for an unknown name."""
-    return _BY_NAME.get(name, _BY_NAME[FIRST])
+    return _BY_NAME.get(name, _BY_NAME[DEFAULT_WORKSPACE])
 
 
 def inspector_width(window_width: int) -> int:
     """Return the initial width of the inspector for a window width, in logical pixels."""
-    return NARROW_INSPECTOR_WIDTH if window_width < MAX_NARROW_WIDTH else INSPECTOR_WIDTH
+    return NARROW_INSPECTOR_WIDTH_PX if window_width < MAX_NARROW_WIDTH_PX else INSPECTOR_WIDTH_PX
 
 
 def drawer_height(window_height: int) -> int:
     """Return the initial height of the drawer for a window height, in logical pixels."""
-    return max(MIN_DRAWER_HEIGHT, round(DRAWER_SHARE * window_height))
+    return max(MIN_DRAWER_HEIGHT_PX, round(DRAWER_SHARE * window_height))

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from vomstudio.ui.widgets.type_box import TypeBox
 
 # A viewport that cannot draw must not prevent the net from being shown.
-_LONGEST_WAIT_MS = 5000
+_MAX_WAIT_MS = 5000
 # By then a model of the command line is usually open; compiling would delay it.
 _COMPILATION_DELAY_MS = 10_000
 
@@ -85,14 +85,14 @@ class MainWindow(QMainWindow):
         self.studio = Studio(self._settings)
         if has_paths:
             # Meanwhile, the process that reads the model imports the required libraries.
-            warm_up.for_models(self.studio)
-        self._make_models()
+            warm_up.import_libraries(self.studio)
+        self._create_models()
         self.studio.new_project()
         self._make_actions()
-        self._make_centre()
+        self._create_centre()
         self._make_panels()
         self._fill_docks()
-        self._make_bars()
+        self._create_bars()
         self._connect_signals()
         self.workspaces.begin()
         self._is_filled = True
@@ -105,7 +105,7 @@ class MainWindow(QMainWindow):
         return self._is_filled
 
     # --- parts -------------------------------------------------------------------------------
-    def _make_models(self) -> None:
+    def _create_models(self) -> None:
         """Create the models that several panels or commands share."""
         from vomstudio.ui.commands.project_files import Files
         from vomstudio.ui.outcrop.camera_view import CameraView
@@ -131,11 +131,11 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.panels.view.view_panel import ViewPanel
 
         self.view_panel = ViewPanel(self.studio, self.view)
-        self._photo_shown = FeaturePhoto(self.studio)
-        self._sightings = SightingList(self._photo_shown.images)
+        self._feature_photo = FeaturePhoto(self.studio)
+        self._sightings = SightingList(self._feature_photo.images)
         self.actions_table = Actions(self)
-        commands = (*self._basic_commands(), *self._photo_commands(), *self._rest_commands())
-        for command in self.photo_tab.over(commands):
+        commands = (*self._basic_commands(), *self._photo_commands(), *self._remaining_commands())
+        for command in self.photo_tab.adapt_commands(commands):
             self.actions_table.add(command)
 
     def _basic_commands(self) -> list[Command]:
@@ -170,7 +170,7 @@ class MainWindow(QMainWindow):
         )
         return [
             *survey_commands.commands(
-                studio, survey, survey_dialogs, open_model, self.files.choose_place
+                studio, survey, survey_dialogs, open_model, self.files.choose_project_folder
             ),
             *result_commands.commands(studio, survey, self.cameras, dialogs, self),
             *photo_commands.commands(
@@ -178,11 +178,11 @@ class MainWindow(QMainWindow):
             ),
             *self.photo_tab.commands(),
             *outcrop_photo_commands.commands(
-                studio, self.photo_links, self._sightings, self._photo_shown, self.docks, self
+                studio, self.photo_links, self._sightings, self._feature_photo, self.docks, self
             ),
         ]
 
-    def _rest_commands(self) -> list[Command]:
+    def _remaining_commands(self) -> list[Command]:
         from vomstudio.ui.commands import compaction as compact_commands
         from vomstudio.ui.commands import display as display_commands
         from vomstudio.ui.commands import features as feature_commands
@@ -197,7 +197,7 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.work_panels import work_commands
 
         studio, view = self.studio, self.view
-        self._open_types = partial(feature_commands.open_types, self, studio, self._dialogs)
+        self._open_types = partial(feature_commands.open_types_dialog, self, studio, self._dialogs)
         return [
             *ortho_commands.commands(studio, view, self.view_panel, self),
             *work_commands(studio, self._dialogs, self.workspaces, self.docks, self),
@@ -241,7 +241,7 @@ class MainWindow(QMainWindow):
         ]
         return [*pages, *document_destinations(self._dialogs, self)]
 
-    def _make_centre(self) -> None:
+    def _create_centre(self) -> None:
         from vomstudio.ui.shell.central_area import CentralArea
         from vomstudio.ui.shell.net_overlay import NetOverlay
         from vomstudio.ui.shell.start_page import StartPage
@@ -251,7 +251,7 @@ class MainWindow(QMainWindow):
         self.start_page = StartPage(self.studio, self.actions_table.all, self.open_path)
         self._place = CentralArea(self.start_page)
         self.message_bar = MessageBar(self._place.available_area)
-        self._place.set_bar(self.message_bar)
+        self._place.set_message_bar(self.message_bar)
         self.net_overlay = NetOverlay(self._place.available_area, self.message_bar)
         self.net_overlay.restore(self._settings.window.get("net place", ""))
         # The start page is over the outcrop.
@@ -259,11 +259,11 @@ class MainWindow(QMainWindow):
         self.docks.set_hosts(self._place, self.net_overlay)
         self.photo_tab.join(self._place, self.actions_table.viewport_actions())
         self.setCentralWidget(self._place)
-        self._switching = WorkspaceSwitching(
+        self._workspace_switching = WorkspaceSwitching(
             self.studio, self.survey, self.docks, self.workspaces, self._place
         )
-        self.files.choosing.connect(self.prepare_for_models)
-        self.files.opened.connect(self._switching.path_opened)
+        self.files.choice_started.connect(self.prepare_for_models)
+        self.files.opened.connect(self._workspace_switching.path_opened)
         self.files.opened.connect(self.photo_tab.show_outcrop)
 
     def _make_panels(self) -> None:
@@ -283,7 +283,11 @@ class MainWindow(QMainWindow):
 
         studio, actions = self.studio, self.actions_table.all
         photos = TreePhotos(
-            studio, self.survey, self.photo_opening, actions, self._switching.photos_opened
+            studio,
+            self.survey,
+            self.photo_opening,
+            actions,
+            self._workspace_switching.photos_opened,
         )
         self._menus = RecordMenus(
             studio, self, partial(record_actions, self.actions_table), self._open_types
@@ -298,7 +302,7 @@ class MainWindow(QMainWindow):
         self.photos_panel = PhotosPanel(self.survey, actions)
         photos.photo_selected.connect(self.photos_panel.select_photo)
         self.in_photos = InPhotosPanel(
-            studio, self.photo_links, self._photo_shown, self._sightings, actions
+            studio, self.photo_links, self._feature_photo, self._sightings, actions
         )
         self.messages = MessagesPanel()
         for view in (self.tree.tree, self.table.view):
@@ -313,12 +317,12 @@ class MainWindow(QMainWindow):
         from vomstudio.ui.shell.work_panels import PERMANENT_PAGES, work_panels
 
         # The net needs matplotlib, which is imported when the net is visible for the first time.
-        self._net_place = NetPlaceholder()
-        self._net_place.appeared.connect(self._import_net)
+        self._net_placeholder = NetPlaceholder()
+        self._net_placeholder.appeared.connect(self._import_net)
         add = self.docks.add
         add("project", tr("Project"), self.tree)
         add("tool", tr("Tool"), self.tool_panel, is_scrollable=True)
-        add("stereonet", tr("Stereonet"), self._net_place)
+        add("stereonet", tr("Stereonet"), self._net_placeholder)
         add("view", tr("View direction"), self.view_panel, is_scrollable=True)
         add("display", tr("Display"), self.display_panel)
         add("properties", tr("Properties"), self.properties)
@@ -330,10 +334,10 @@ class MainWindow(QMainWindow):
         for name, title, make in work_panels():
             factory = partial(make, self.studio, self.view)
             is_permanent = name in PERMANENT_PAGES
-            self.docks.add_later(name, tr(title), factory, is_permanent=is_permanent)
+            self.docks.add_lazy_page(name, tr(title), factory, is_permanent=is_permanent)
         self.tool_panel.set_title_callback(self.docks["tool"].setWindowTitle)
 
-    def _make_bars(self) -> None:
+    def _create_bars(self) -> None:
         from vomstudio.ui.shell.drawer_bar import DrawerBar
         from vomstudio.ui.shell.menus import fill_menus
         from vomstudio.ui.shell.notices import NoticePresenter
@@ -356,7 +360,7 @@ class MainWindow(QMainWindow):
         studio = self.studio
         # First, so that nothing of the previous project remains while the next one is shown.
         studio.project_opened.connect(self.docks.renew_pages)
-        studio.project_opened.connect(self._dialogs.close_of_project)
+        studio.project_opened.connect(self._dialogs.close_project_dialogs)
         studio.page_requested.connect(self.docks.bring_forward)
         # Earlier, because the next project may already report something while it is opened.
         studio.workspace.projects.leaving.connect(self._notices.end_project)
@@ -371,7 +375,7 @@ class MainWindow(QMainWindow):
         # A notice may offer a command that has just become available.
         studio.notice.connect(lambda _: self.actions_table.refresh())
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
-        studio.active_tool_changed.connect(self._tool_changed)
+        studio.active_tool_changed.connect(self._handle_tool_change)
         studio.tool_changed_signal.connect(self._refresh)
         studio.tool_changed_signal.connect(self.message_bar.hide_hint)
         # Creating a dialog is slow, so it is not done in the same event as all updates for a new
@@ -383,10 +387,10 @@ class MainWindow(QMainWindow):
         studio.jobs_changed.connect(self._show_start_page)
         self.survey.changed.connect(self.actions_table.refresh)
         self.cameras.cameras_loaded.connect(self.actions_table.refresh)
-        self.photos_panel.selection_changed.connect(self.cameras.highlight)
+        self.photos_panel.selection_changed.connect(self.cameras.highlight_cameras)
         self.workspaces.changed.connect(self.actions_table.refresh)
         self.photo_tab.changed.connect(self.actions_table.refresh)
-        self.photo_tab.hinted.connect(self.status_line.show_photo)
+        self.photo_tab.photo_hint_changed.connect(self.status_line.show_photo)
 
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
@@ -395,7 +399,7 @@ class MainWindow(QMainWindow):
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.outcrop.outcrop_menu import OutcropMenu
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
-        from vomstudio.ui.shell.photo_tab import center_widget_of
+        from vomstudio.ui.shell.photo_tab import create_center_widget_getter
 
         self.viewport = viewport = Viewport(self, is_lazy=True)
         viewport.setMinimumSize(200, 150)
@@ -407,19 +411,19 @@ class MainWindow(QMainWindow):
         self._outcrop_menu = OutcropMenu(
             self.studio, viewport, self.view, self.actions_table.all, self._menus
         )
-        self._join_panels(viewport)
+        self._connect_panels(viewport)
         self.view.direction_changed.connect(self.view_panel.show_direction)
         self.view.state_changed.connect(self.actions_table.refresh_camera)
-        self.view.follow_camera()
+        self.view.connect_camera()
         open_model = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
-        center_widget = center_widget_of(self.photo_tab, viewport)
+        center_widget = create_center_widget_getter(self.photo_tab, viewport)
         self._keyboard = KeyboardFocus(self, center_widget, *open_model)
         self.photo_tab.visible_page_changed.connect(self._keyboard.look)
         viewport.setFocus()
         # Only the first window is frozen, because a window that is closed before the process
         # ends must be freed.
-        self._first_workspace = thread_switching.is_unfrozen()
-        if self._first_workspace:
+        self._is_first_window = thread_switching.is_unfrozen()
+        if self._is_first_window:
             thread_switching.freeze_objects()
         for path in paths:
             self.open_path(path)
@@ -427,15 +431,15 @@ class MainWindow(QMainWindow):
         # second.
         viewport.first_frame.connect(self._imports.begin)
         self._refresh()
-        if self._net_place.isVisible():
+        if self._net_placeholder.isVisible():
             self._import_net()
-        begin_later_work = partial(self._begin_later_work, tuple(paths))
+        begin_deferred_work = partial(self._begin_deferred_work, tuple(paths))
         if self._is_drawing:
-            self._imports.begun.connect(begin_later_work)
+            self._imports.begun.connect(begin_deferred_work)
         else:
-            FirstPaint(viewport, begin_later_work)
+            FirstPaint(viewport, begin_deferred_work)
 
-    def _begin_later_work(self, paths: tuple[Path, ...]) -> None:
+    def _begin_deferred_work(self, paths: tuple[Path, ...]) -> None:
         """Begin the work for which the first picture need not wait."""
         if not self.isVisible():
             return
@@ -449,7 +453,7 @@ class MainWindow(QMainWindow):
 
     def prepare_for_models(self) -> None:
         """Import what an open model needs, while the user is choosing a file."""
-        warm_up.for_models(self.studio)
+        warm_up.import_libraries(self.studio)
         self._draw_outcrop()
 
     def _draw_outcrop(self) -> None:
@@ -457,7 +461,7 @@ class MainWindow(QMainWindow):
         if self.viewport is not None and not self._is_drawing:
             self._is_drawing = True
             self.viewport.begin_drawing()
-            self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
+            self._imports.start_deadline(_MAX_WAIT_MS)
 
     def _import_net(self) -> None:
         if self._place.shows_outcrop:
@@ -465,7 +469,7 @@ class MainWindow(QMainWindow):
         elif self.viewport is not None:
             self._imports.begin()
 
-    def _join_panels(self, viewport: Viewport) -> None:
+    def _connect_panels(self, viewport: Viewport) -> None:
         self.cameras.camera_selected.connect(self.photos_panel.select_photo)
         self.photos_panel.opened.connect(self.photo_opening.open)
         self.workspaces.leaving.connect(viewport.moves.keep_camera)
@@ -484,8 +488,8 @@ class MainWindow(QMainWindow):
         self.display_panel.watch(viewport, self.view.models_box)
         self.in_photos.watch(viewport)
         self.in_photos.list_changed.connect(self.actions_table.refresh)
-        self._photo_shown.pointer.connect(self.status_line.show_pointer)
-        self.actions_table.assign_viewport_keys(self._photo_shown.canvas)
+        self._feature_photo.pointer.connect(self.status_line.show_pointer)
+        self.actions_table.assign_viewport_keys(self._feature_photo.canvas)
         viewport.pointer.connect(self.status_line.show_pointer)
 
     def _add_stereonet(self) -> None:
@@ -499,7 +503,7 @@ class MainWindow(QMainWindow):
 
     def _imports_done(self) -> None:
         # An open model may be freed before the program ends, so it must not be frozen.
-        if self._is_filled and self._first_workspace and not self.studio.models:
+        if self._is_filled and self._is_first_window and not self.studio.models:
             thread_switching.freeze_objects()
 
     # --- what comes in -----------------------------------------------------------------------
@@ -515,12 +519,12 @@ class MainWindow(QMainWindow):
     def _open_photos(self, folder: Path) -> None:
         from vomstudio.ui.commands.survey import open_photos
 
-        self._switching.photos_opened()
+        self._workspace_switching.photos_opened()
         open_photos(self.survey, self.docks, folder)
         if not self._place.shows_outcrop:
             self.photos_panel.table.setFocus()
         elif self.viewport is not None:
-            self._keyboard.to_outcrop()
+            self._keyboard.focus_outcrop()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         if dragged_files(event):
@@ -544,8 +548,8 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     # --- state -------------------------------------------------------------------------------
-    def _tool_changed(self, name: str) -> None:
-        self._switching.tool_chosen(has_panel=name in self.tool_panel.panels)
+    def _handle_tool_change(self, name: str) -> None:
+        self._workspace_switching.tool_chosen(has_panel=name in self.tool_panel.panels)
         self.view.apply_tool(name)
         self._refresh()
 
@@ -580,22 +584,22 @@ class MainWindow(QMainWindow):
             self,
             self,
             [
-                self._keep_arrangement,
+                self._store_arrangement,
                 self.view.save_camera,
                 self._compilation_timer.stop,
                 self._imports.stop,
                 self.view.close,
-                self._photo_shown.close,
+                self._feature_photo.close,
                 *net,
                 self.studio.close,
             ],
         )
         event.accept()
 
-    def _keep_arrangement(self) -> None:
+    def _store_arrangement(self) -> None:
         self.workspaces.stop()
         self.studio.settings.window = {
-            **self.workspaces.to_store(),
+            **self.workspaces.export_state(),
             "net place": self.net_overlay.state(),
         }
         self.studio.keep_settings()

@@ -166,8 +166,8 @@ _SUBMENUS = {
 def fill_menus(window: QMainWindow, actions: Mapping[str, QAction], files: Files) -> None:
     """Fill the menu bar. Submenus of files are filled each time they are opened."""
     fill = {
-        "recent": (tr("Open &recent"), files.fill_recent),
-        "discarded": (tr("&Restore discarded work"), files.fill_discarded),
+        "recent": (tr("Open &recent"), files.fill_recent_menu),
+        "discarded": (tr("&Restore discarded work"), files.fill_discarded_menu),
     }
     for title, names in MENUS:
         menu = window.menuBar().addMenu(tr(title))
@@ -176,13 +176,13 @@ def fill_menus(window: QMainWindow, actions: Mapping[str, QAction], files: Files
             if name == "|":
                 menu.addSeparator()
             elif name[1:] in fill:
-                subtitle, fill_submenu = fill[name[1:]]
-                submenu = menu.addMenu(subtitle)
+                submenu_title, fill_submenu = fill[name[1:]]
+                submenu = menu.addMenu(submenu_title)
                 submenu.aboutToShow.connect(partial(fill_submenu, submenu))
             elif name.startswith("*"):
-                subtitle, subnames = _SUBMENUS[name[1:]]
-                submenu = menu.addMenu(tr(subtitle))
+                submenu_title, submenu_commands = _SUBMENUS[name[1:]]
+                submenu = menu.addMenu(tr(submenu_title))
                 submenu.setToolTipsVisible(True)
-                submenu.addActions([actions[item] for item in subnames])
+                submenu.addActions([actions[item] for item in submenu_commands])
             else:
                 menu.addAction(actions[name])

@@ -27,7 +27,7 @@ _SCALE_BAR_PX = 60
 _SIDE, _MIN_SIDE = 280, 140
 _MAX_SHARE = 0.5
 """Maximum size of the overlay as a share of the outcrop's width and height."""
-_HIDE_MS = 400
+_HIDE_DELAY_MS = 400
 
 
 @runtime_checkable
@@ -66,15 +66,15 @@ class NetOverlay(QFrame):
     dock_requested = Signal()
     closed = Signal()
 
-    def __init__(self, room: QWidget, message_bar: QWidget) -> None:
-        super().__init__(room)
+    def __init__(self, available_area: QWidget, message_bar: QWidget) -> None:
+        super().__init__(available_area)
         self.setObjectName("net_overlay")
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self._available_area, self._message_bar = room, message_bar
+        self._available_area, self._message_bar = available_area, message_bar
         self._widget: QWidget | None = None
         self.is_shown = False
         """Whether the overlay contains the net, which is visible only together with the outcrop."""
-        self._covered_rect = False
+        self._is_covered = False
         self._side = _SIDE
         self._is_right, self._is_bottom = True, False
         self._offset = QPoint(_MARGIN, _TOP)
@@ -87,9 +87,9 @@ class NetOverlay(QFrame):
         self._grip = QSizeGrip(self)
         self._grip.resize(14, 14)
         self._grip.hide()
-        self._timer = QTimer(self, singleShot=True, interval=_HIDE_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_HIDE_DELAY_MS)
         self._timer.timeout.connect(self._hide_buttons)
-        room.installEventFilter(self)
+        available_area.installEventFilter(self)
         self.setMinimumSize(_MIN_SIDE, _MIN_SIDE)
         self.hide()
 
@@ -170,33 +170,36 @@ class NetOverlay(QFrame):
 
     def cover(self, is_covered: bool) -> None:
         """Hide the overlay while another widget covers the outcrop."""
-        self._covered_rect = is_covered
+        self._is_covered = is_covered
         self._refresh()
 
     def _refresh(self) -> None:
-        self.setVisible(self.is_shown and not self._covered_rect)
+        self.setVisible(self.is_shown and not self._is_covered)
         self.place()
 
     # --- place and size ----------------------------------------------------------------------
     def place(self) -> None:
         """Position the overlay at its distance from the corner, inside the outcrop view."""
-        room_rect = self._available_area.rect()
-        limit = round(_MAX_SHARE * min(room_rect.width(), room_rect.height()))
+        available_rect = self._available_area.rect()
+        limit = round(_MAX_SHARE * min(available_rect.width(), available_rect.height()))
         side = max(_MIN_SIDE, min(self._side, limit))
-        right, bottom = room_rect.width() - side - _MARGIN, room_rect.height() - side - _MARGIN
-        x = room_rect.width() - side - self._offset.x() if self._is_right else self._offset.x()
-        y = room_rect.height() - side - self._offset.y()
+        right, bottom = (
+            available_rect.width() - side - _MARGIN,
+            available_rect.height() - side - _MARGIN,
+        )
+        x = available_rect.width() - side - self._offset.x() if self._is_right else self._offset.x()
+        y = available_rect.height() - side - self._offset.y()
         if not self._is_bottom:
-            y = max(_MARGIN, min(self._offset.y(), room_rect.height() - side - _SCALE_BAR_PX))
+            y = max(_MARGIN, min(self._offset.y(), available_rect.height() - side - _SCALE_BAR_PX))
         place = QPoint(max(0, min(x, max(0, right + _MARGIN))), max(0, min(y, bottom + _MARGIN)))
         tools = self._tools
         if tools is None or tools.isHidden():
             self.setGeometry(QRect(place, QSize(side, side)))
         else:
             width = max(side, tools.minimumSizeHint().width())
-            height = min(side + tools.sizeHint().height(), room_rect.height())
-            place.setX(max(0, min(place.x(), room_rect.width() - width)))
-            place.setY(max(0, min(place.y(), room_rect.height() - height)))
+            height = min(side + tools.sizeHint().height(), available_rect.height())
+            place.setX(max(0, min(place.x(), available_rect.width() - width)))
+            place.setY(max(0, min(place.y(), available_rect.height() - height)))
             self.setGeometry(QRect(place, QSize(width, height)))
         self.raise_()
         # The buttons of a message stay reachable.
@@ -204,12 +207,12 @@ class NetOverlay(QFrame):
 
     def _anchor(self) -> None:
         """Store the distance from the nearest corner."""
-        room_rect, box = self._available_area.rect(), self.geometry()
+        available_rect, box = self._available_area.rect(), self.geometry()
         self._side = box.width()
-        self._is_right = box.center().x() > room_rect.center().x()
-        self._is_bottom = box.center().y() > room_rect.center().y()
-        x = room_rect.width() - box.right() - 1 if self._is_right else box.x()
-        y = room_rect.height() - box.bottom() - 1 if self._is_bottom else box.y()
+        self._is_right = box.center().x() > available_rect.center().x()
+        self._is_bottom = box.center().y() > available_rect.center().y()
+        x = available_rect.width() - box.right() - 1 if self._is_right else box.x()
+        y = available_rect.height() - box.bottom() - 1 if self._is_bottom else box.y()
         self._offset = QPoint(max(0, x), max(0, y))
 
     def state(self) -> str:

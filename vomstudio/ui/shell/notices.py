@@ -17,7 +17,7 @@ from vomstudio.ui.base.studio import Notice
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 
-_INFO_MS = 6000
+_INFO_DURATION_MS = 6000
 
 
 class NoticePresenter(QObject):
@@ -34,12 +34,12 @@ class NoticePresenter(QObject):
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
-        self._offer: Callable[[], None] | None = None
+        self._repeat_offer: Callable[[], None] | None = None
         bar.connect_history(lambda: docks.bring_forward("messages"))
 
     def end_project(self) -> None:
         """Clear the messages of the previous project, but keep an open offer to restore work."""
-        offer = self._offer if self._bar.isVisible() else None
+        offer = self._repeat_offer if self._bar.isVisible() else None
         self._messages.clear()
         self._bar.clear()
         self._status.clearMessage()
@@ -56,7 +56,7 @@ class NoticePresenter(QObject):
                 (tr("Open folder"), partial(_open, notice.file.parent)),
             )
         elif notice.level == "info" and not notice.action:
-            self._status.showMessage(notice.text, _INFO_MS)
+            self._status.showMessage(notice.text, _INFO_DURATION_MS)
         elif notice.action:
             action = self._actions[notice.action]
             self._bar.show_notice(notice, (action.text().replace("&", ""), action.trigger))
@@ -80,10 +80,10 @@ class NoticePresenter(QObject):
             finding = Finding("project.unsaved-found")
         else:
             finding = Finding("project.unclosed", project=newest.stem)
-        older = len(folders) - 1
-        further = (Finding("project.older-unclosed", count=older),) if older else ()
+        older_count = len(folders) - 1
+        further = (Finding("project.older-unclosed", count=older_count),) if older_count else ()
         notice = Notice(finding, "warning", more=further)
-        self._offer = partial(self.offer_recovery, folders, restore)
+        self._repeat_offer = partial(self.offer_recovery, folders, restore)
         self._messages.add(notice)
         button = (tr("Restore"), lambda: restore(newest))
         shown_notice = self._bar.notice if self._bar.isVisible() else None

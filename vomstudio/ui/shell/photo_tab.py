@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.base.actions import Actions, Command
-from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.window_fitting import fit_to_screen
 from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_page_commands import photo_command
 from vomstudio.ui.shell.central_area import CentralArea
@@ -24,7 +24,7 @@ from vomstudio.ui.shell.workspaces import Workspaces
 if TYPE_CHECKING:
     from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
-_TOOLS = ("navigate", *(entry.name for entry in TOOLS))
+_TOOL_COMMANDS = ("navigate", *(entry.name for entry in TOOLS))
 _WINDOW_SIZE = (1400, 860)
 
 
@@ -32,12 +32,12 @@ class PhotoTab(QObject):
     """Switches between the outcrop and the open photo.
 
     `changed` is emitted when the state that commands depend on has changed, `seen_changed` when
-    another widget is visible and should get the focus, and `hinted` with the status text of the
-    visible photo, or "" if no photo is visible.
+    another widget is visible and should get the focus, and `photo_hint_changed` with the status
+    text of the visible photo, or "" if no photo is visible.
     """
 
     changed = Signal()
-    hinted = Signal(str)
+    photo_hint_changed = Signal(str)
     visible_page_changed = Signal()
 
     def __init__(
@@ -51,25 +51,25 @@ class PhotoTab(QObject):
         super().__init__(parent)
         self._opening, self._docks, self._parent = opening, docks, parent
         self._place: CentralArea | None = None
-        self._reported: PhotoPage | None = None
-        self._page_behind = ""
+        self._reported_page: PhotoPage | None = None
+        self._previous_page = ""
         opening.page_shown.connect(self._show_page)
         docks.changed.connect(self._follow)
         workspaces.changed.connect(self._workspace_changed)
 
     def commands(self) -> list[Command]:
-        def nothing_open() -> Finding | None:
+        def open_photo_problem() -> Finding | None:
             return None if self._opening.page is not None else Finding("action.no-open-photo")
 
         return [
             Command(
                 "outcrop_or_photo",
                 tr("Outcrop or p&hoto"),
-                self.turn_over,
+                self.toggle_photo,
                 None,
                 "F8",
                 tr("Switch between the outcrop and the open photo."),
-                nothing_open,
+                open_photo_problem,
             ),
             Command(
                 "close_photo",
@@ -78,19 +78,17 @@ class PhotoTab(QObject):
                 None,
                 "Ctrl+W",
                 tr("Close the photo; its masks and marks are saved."),
-                nothing_open,
+                open_photo_problem,
             ),
         ]
 
-    def over(self, commands: Iterable[Command]) -> list[Command]:
+    def adapt_commands(self, commands: Iterable[Command]) -> list[Command]:
         """Adapt commands of the main window to act on the photo while it is visible."""
-        return [
-            self._command_over_photo(photo_command(command, self._table)) for command in commands
-        ]
+        return [self._adapt_command(photo_command(command, self._table)) for command in commands]
 
-    def _command_over_photo(self, command: Command) -> Command:
+    def _adapt_command(self, command: Command) -> Command:
         is_checked = command.is_checked
-        if command.name not in _TOOLS or is_checked is None:
+        if command.name not in _TOOL_COMMANDS or is_checked is None:
             return command
         # The tool in use belongs to the photo.
         return replace(command, is_checked=lambda: is_checked() and self.visible_page is None)
@@ -102,7 +100,7 @@ class PhotoTab(QObject):
         place.photo_requested.connect(self.show_photo)
         place.photo_close_requested.connect(self._opening.may_close)
         for action in outcrop_actions:
-            action.triggered.connect(self._outcrop_used)
+            action.triggered.connect(self._handle_outcrop_use)
 
     # --- visible photo -----------------------------------------------------------------------
     @property
@@ -119,7 +117,7 @@ class PhotoTab(QObject):
     def _table(self) -> Actions | None:
         return None if (page := self.visible_page) is None else page.actions_table
 
-    def turn_over(self) -> None:
+    def toggle_photo(self) -> None:
         """Switch from the photo to the outcrop or vice versa."""
         if self.visible_page is not None:
             self.leave_photo()
@@ -135,26 +133,26 @@ class PhotoTab(QObject):
             page.raise_()
             page.activateWindow()
             return
-        self._page_behind = self._docks.leave_center() or self._page_behind
+        self._previous_page = self._docks.restore_from_center() or self._previous_page
         place.show_photo(True)
         self._follow()
 
     def leave_photo(self) -> None:
         """Show the page that was in the centre before the photo, or else the outcrop."""
-        page_behind, self._page_behind = self._page_behind, ""
+        previous_page, self._previous_page = self._previous_page, ""
         self.show_outcrop()
-        if page_behind:
-            self._docks.take_center(page_behind)
+        if previous_page:
+            self._docks.move_to_center(previous_page)
 
     def show_outcrop(self) -> None:
         """Show the outcrop."""
-        self._page_behind = ""
+        self._previous_page = ""
         if self._place is not None:
-            self._docks.leave_center()
+            self._docks.restore_from_center()
             self._place.show_photo(False)
             self._follow()
 
-    def _outcrop_used(self) -> None:
+    def _handle_outcrop_use(self) -> None:
         if self.visible_page is not None:
             self.show_outcrop()
 
@@ -163,11 +161,11 @@ class PhotoTab(QObject):
 
     def _follow(self) -> None:
         """Emit signals if another widget has become visible."""
-        if self._reported is not self.visible_page:
+        if self._reported_page is not self.visible_page:
             self._report()
 
     def _report(self) -> None:
-        self._reported = self.visible_page
+        self._reported_page = self.visible_page
         # A photo has its own lists and needs the width of the inspector.
         self._docks.fold_inspector(self.visible_page is not None)
         self.visible_page_changed.emit()
@@ -181,7 +179,7 @@ class PhotoTab(QObject):
             page.changed.connect(self.changed)
             page.hint_changed.connect(self._show_hint)
             page.attention_requested.connect(self.show_photo)
-            page.window_toggle_requested.connect(self._change_place)
+            page.window_toggle_requested.connect(self._toggle_window)
             page.closed.connect(self._handle_close)
             self._place.set_photo(page, page.toolbar)
         self.show_photo()
@@ -193,9 +191,9 @@ class PhotoTab(QObject):
 
     def _show_hint(self, *_: object) -> None:
         page = self.visible_page
-        self.hinted.emit("" if page is None else page.hint)
+        self.photo_hint_changed.emit("" if page is None else page.hint)
 
-    def _change_place(self) -> None:
+    def _toggle_window(self) -> None:
         """Move the photo to a separate window or back."""
         page, place = self._opening.page, self._place
         if page is None or place is None:
@@ -212,22 +210,22 @@ class PhotoTab(QObject):
             fit_to_screen(page)
             page.show()
             page.activateWindow()
-            self._photo_closed()
+            self._handle_photo_closed()
         page.actions_table.refresh()
         page.canvas.setFocus()
 
     def _handle_close(self) -> None:
         if self._place is not None:
             self._place.set_photo(None)
-            self._photo_closed()
+            self._handle_photo_closed()
 
-    def _photo_closed(self) -> None:
-        page_behind, self._page_behind = self._page_behind, ""
-        if page_behind:
-            self._docks.take_center(page_behind)
+    def _handle_photo_closed(self) -> None:
+        previous_page, self._previous_page = self._previous_page, ""
+        if previous_page:
+            self._docks.move_to_center(previous_page)
         self._report()
 
 
-def center_widget_of(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
+def create_center_widget_getter(tab: PhotoTab, outcrop: QWidget) -> Callable[[], QWidget]:
     """Return a function that returns the visible photo's canvas, or else the outcrop."""
     return lambda: tab.canvas or outcrop

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtGui import QAction
 
-from vomstudio.project.records import Feature, Model, Painted, Picked, Record
+from vomstudio.project.records import Feature, Model, PaintedFeature, PickedFeature, Record
 from vomstudio.ui.base.actions import Actions
 
 Groups = tuple[tuple[str, ...], ...]
@@ -14,18 +14,20 @@ def record_actions(table: Actions, record: Record, *, is_visible: bool) -> list[
     """Return the commands for a model or feature in groups, with their present state."""
     table.refresh()
     groups: Groups = ()
-    hiding = ("hide_chosen" if is_visible else "show_chosen", "show_only")
+    visibility_commands = ("hide_chosen" if is_visible else "show_chosen", "show_only")
     if isinstance(record, Model):
         groups = (
             ("declare_frame", "register_model", "fit_model"),
             ("locate", "copy_model", "remove_model"),
         )
     elif isinstance(record, Feature):
-        first_action = "edit_feature" if isinstance(record, Picked | Painted) else "along_line"
+        first_command = (
+            "edit_feature" if isinstance(record, PickedFeature | PaintedFeature) else "along_line"
+        )
         groups = (
-            (first_action, "rename"),
+            (first_command, "rename"),
             ("frame_selection", "face_plane", "show_in_photos"),
-            hiding,
+            visibility_commands,
             ("delete",),
         )
     return [[table.all[name] for name in names] for names in groups]

@@ -9,23 +9,23 @@ from PySide6.QtCore import QByteArray, QRect, QSize
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMainWindow, QWidget
 
-_FIRST = QSize(1400, 900)
+_DEFAULT_SIZE = QSize(1400, 900)
 MIN_SIZE = QSize(960, 480)
 # Title bar, by which a window is moved.
-_TITLE_HEIGHT = 32
+_TITLE_HEIGHT_PX = 32
 MIN_VISIBLE_SIZE = QSize(120, 16)
 
 
-def fit_first(window: QMainWindow) -> None:
+def set_default_size(window: QMainWindow) -> None:
     """Set the window size for a first start, which fits on its screen."""
-    available_rect = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT)
+    available_rect = window.screen().availableSize() - QSize(0, _TITLE_HEIGHT_PX)
     window.setMinimumSize(MIN_SIZE.boundedTo(available_rect))
-    window.resize(_FIRST.boundedTo(available_rect))
+    window.resize(_DEFAULT_SIZE.boundedTo(available_rect))
 
 
 def restore_geometry(window: QMainWindow, stored_text: str | None) -> None:
     """Restore the stored position and size of a window if they are on a screen."""
-    fit_first(window)
+    set_default_size(window)
     if stored_text is not None and (data := from_text(stored_text)) is not None:
         window.restoreGeometry(data)
         bring_on_screen(window)
@@ -37,21 +37,21 @@ def bring_on_screen(widget: QWidget) -> None:
     The window is shrunk to fit. A window that is larger than all screens together is shrunk to
     their size.
     """
-    _shrink(widget, widget.screen().availableVirtualGeometry())
+    _shrink_to_area(widget, widget.screen().availableVirtualGeometry())
     frame = widget.frameGeometry()
-    title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT))
+    title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT_PX))
     for screen in QGuiApplication.screens():
         visible = screen.availableGeometry().intersected(title).size()
         if visible.boundedTo(MIN_VISIBLE_SIZE) == MIN_VISIBLE_SIZE:
             return
     area = QGuiApplication.primaryScreen().availableGeometry()
-    widget.resize(widget.size().boundedTo(area.size() - QSize(0, _TITLE_HEIGHT)))
+    widget.resize(widget.size().boundedTo(area.size() - QSize(0, _TITLE_HEIGHT_PX)))
     place = QRect(area.topLeft(), widget.size())
     place.moveCenter(area.center())
     widget.move(place.topLeft())
 
 
-def _shrink(widget: QWidget, area: QRect) -> None:
+def _shrink_to_area(widget: QWidget, area: QRect) -> None:
     frame = widget.frameGeometry()
     size = frame.size().boundedTo(area.size())
     if widget.isFullScreen() or widget.isMaximized() or size == frame.size():

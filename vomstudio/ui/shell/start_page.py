@@ -21,7 +21,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, PanelScrollArea, escape_markup
 from vomstudio.ui.base.studio import Studio
 
-_BUTTON_WIDTH = 280
+_BUTTON_WIDTH_PX = 280
 
 
 class StartPage(QFrame):
@@ -54,19 +54,19 @@ class StartPage(QFrame):
             button.setDefaultAction(actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             layout.addWidget(button)
-        self._tour = QToolButton()
-        self._tour.setDefaultAction(actions["first_tour"])
-        self._tour.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        layout.addWidget(self._tour)
+        self._tour_button = QToolButton()
+        self._tour_button.setDefaultAction(actions["first_tour"])
+        self._tour_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        layout.addWidget(self._tour_button)
         studio.settings_changed.connect(self._offer_tour)
         self._offer_tour()
-        self._recent = QVBoxLayout()
+        self._recent_layout = QVBoxLayout()
         layout.addSpacing(6)
-        layout.addLayout(self._recent)
+        layout.addLayout(self._recent_layout)
         drop = Label(tr("or drop a file or a folder of photos onto the window"))
         layout.addWidget(drop)
-        self._column, self._long_words = layout, (subtitle, drop)
-        self._buttons.append(self._tour)
+        self._column, self._wrapped_labels = layout, (subtitle, drop)
+        self._buttons.append(self._tour_button)
         outer_layout = QVBoxLayout(self)
         outer_layout.setContentsMargins(0, 0, 0, 0)
         self._area = PanelScrollArea(page)
@@ -76,15 +76,15 @@ class StartPage(QFrame):
 
     def _offer_tour(self) -> None:
         """Offer the tour once; later it is available in the Help menu."""
-        self._tour.setVisible(self._studio.settings.offer_tour)
+        self._tour_button.setVisible(self._studio.settings.offer_tour)
 
     def _fill(self) -> None:
-        while (item := self._recent.takeAt(0)) is not None:
+        while (item := self._recent_layout.takeAt(0)) is not None:
             if (old_widget := item.widget()) is not None:
                 old_widget.deleteLater()
         existing = [Path(p) for p in self._studio.settings.recent if path_exists(p)][:5]
         if existing:
-            self._recent.addWidget(Label(tr("Recent")))
+            self._recent_layout.addWidget(Label(tr("Recent")))
         for path in existing:
             # With an icon the text is left-aligned without a style sheet, which would keep the
             # colours of the previous theme.
@@ -96,7 +96,7 @@ class StartPage(QFrame):
             button.setAutoRaise(True)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, p=path: self._open_path(p))
-            self._recent.addWidget(button)
+            self._recent_layout.addWidget(button)
 
     def place_over(self, viewport: QWidget) -> None:
         """Keep the page in the centre of the viewport."""
@@ -110,9 +110,9 @@ class StartPage(QFrame):
         return False
 
     def _centre(self, viewport: QWidget) -> None:
-        self._set_width(is_narrow=False)
+        self._adapt_width(is_narrow=False)
         if self.width() > viewport.width():
-            self._set_width(is_narrow=True)
+            self._adapt_width(is_narrow=True)
         # The page scrolls in a small window.
         self.resize(self.size().boundedTo(viewport.size()))
         self.move(
@@ -120,12 +120,12 @@ class StartPage(QFrame):
             max(0, (viewport.height() - self.height()) // 2),
         )
 
-    def _set_width(self, *, is_narrow: bool) -> None:
+    def _adapt_width(self, *, is_narrow: bool) -> None:
         """Set the width of the buttons; if `is_narrow`, long texts take several lines."""
-        for label in self._long_words:
+        for label in self._wrapped_labels:
             label.setWordWrap(is_narrow)
         for button in self._buttons:
-            button.setMinimumWidth(0 if is_narrow else _BUTTON_WIDTH)
+            button.setMinimumWidth(0 if is_narrow else _BUTTON_WIDTH_PX)
             # All buttons have the same width, even in a narrow page.
             width = QSizePolicy.Policy.Expanding if is_narrow else QSizePolicy.Policy.Fixed
             button.setSizePolicy(width, QSizePolicy.Policy.Fixed)

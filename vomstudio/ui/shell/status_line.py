@@ -20,7 +20,7 @@ from vomstudio.geometry import transform
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.base.controls import ElidedLabel, HintLabel, Label, escape_markup
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 
 _MARGIN = 6
@@ -29,9 +29,9 @@ _MARGIN = 6
 class StatusLine(QStatusBar):
     """Status line of the studio; a running job has a progress bar and a stop button."""
 
-    def __init__(self, studio: Studio, declare: QAction) -> None:
+    def __init__(self, studio: Studio, frame_action: QAction) -> None:
         super().__init__()
-        explain(self, "numbers.md#the-status-line")
+        set_help_topic(self, "numbers.md#the-status-line")
         self._studio = studio
         self._layers_time: datetime | None = None
         self._hint = HintLabel()
@@ -40,7 +40,7 @@ class StatusLine(QStatusBar):
         self._badge = QToolButton()
         self._badge.setObjectName("frame_badge")
         self._badge.setAutoRaise(True)
-        self._badge.clicked.connect(declare.trigger)
+        self._badge.clicked.connect(frame_action.trigger)
         self._selected = Label()
         self._layers = Label()
         self._job = ElidedLabel()
@@ -50,7 +50,7 @@ class StatusLine(QStatusBar):
         self._stop.setText(tr("Stop"))
         self._stop.clicked.connect(self._stop_job)
         self.addWidget(self._hint, 1)
-        self._permanent: tuple[QWidget, ...] = (
+        self._permanent_widgets: tuple[QWidget, ...] = (
             self._position,
             self._badge,
             self._selected,
@@ -59,7 +59,7 @@ class StatusLine(QStatusBar):
             self._bar,
             self._stop,
         )
-        for widget in self._permanent:
+        for widget in self._permanent_widgets:
             self.addPermanentWidget(widget)
         # A job that ends within 0.2 s is not shown.
         self._jobs_timer = QTimer(self, singleShot=True, interval=200)
@@ -105,7 +105,7 @@ class StatusLine(QStatusBar):
 
     def _message_area(self) -> QRect:
         """Return the rectangle for a message, which ends at the first permanent widget."""
-        ends = [widget.x() for widget in self._permanent if widget.isVisible()]
+        ends = [widget.x() for widget in self._permanent_widgets if widget.isVisible()]
         right = min(ends, default=self.width()) - 2 * _MARGIN
         return QRect(_MARGIN, 0, max(0, right - _MARGIN), self.height())
 
@@ -129,18 +129,20 @@ class StatusLine(QStatusBar):
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
-        known_north, poor_turns = studio.is_north_known(), studio.turn_findings()
+        known_north, rotation_findings = studio.is_north_known(), studio.turn_findings()
         frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
         has_no_frame = not any(frame.has_up or frame.has_metres for frame in frames)
-        warned_text = (
+        frame_text = (
             tr("⚠ Local frame: not registered") if has_no_frame else f"⚠ {studio.frame_name()}"
         )
-        if known_north and poor_turns:
-            worst_deg = max(finding.values["rotation95_deg"] for finding in poor_turns)
-            warned_text = tr(
-                "{frame}, rotated by up to {error:.0f}°", frame=warned_text, error=worst_deg
+        if known_north and rotation_findings:
+            worst_deg = max(finding.values["rotation95_deg"] for finding in rotation_findings)
+            frame_text = tr(
+                "{frame}, rotated by up to {error:.0f}°", frame=frame_text, error=worst_deg
             )
-        self._badge.setText(studio.frame_name() if known_north and not poor_turns else warned_text)
+        self._badge.setText(
+            studio.frame_name() if known_north and not rotation_findings else frame_text
+        )
         subject = (
             tr("Frame of displayed coordinates and orientations. Click to change it.")
             if known_north
@@ -148,13 +150,13 @@ class StatusLine(QStatusBar):
         )
         lines = [
             *(item.known_text() for item in frames),
-            *(item.message for item in poor_turns),
+            *(item.message for item in rotation_findings),
             subject,
         ]
         self._badge.setToolTip(escape_markup("\n".join(lines)))
         self._badge.setStyleSheet(
             ""
-            if known_north and not poor_turns
+            if known_north and not rotation_findings
             else "background: #e69f00; color: black; padding: 1px 6px;"
         )
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import gc
 import sys
 
-SWITCH_S = 0.0005
+SWITCH_INTERVAL_S = 0.0005
 """Time, in seconds, after which a thread that runs Python code yields to another thread. The
 window's thread releases the interpreter at every call of Qt and VTK, and then waits this long to
 get it back. With Python's default of 5 ms, a paint with ten calls takes 50 ms while another thread
 is computing."""
-YOUNG = 5_000
+YOUNG_OBJECTS_THRESHOLD = 5_000
 """Number of new objects that triggers the garbage collector."""
 
 
 def shorten_switch_interval() -> None:
     """Set the switch interval and collector threshold. Called once for the first window."""
-    sys.setswitchinterval(SWITCH_S)
-    gc.set_threshold(YOUNG, *gc.get_threshold()[1:])
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+    gc.set_threshold(YOUNG_OBJECTS_THRESHOLD, *gc.get_threshold()[1:])
 
 
 def is_unfrozen() -> bool:

@@ -53,8 +53,8 @@ class ToolRail(QToolBar):
         self._names = [*GENERAL_TOOLS, *(n for n in names if n not in GENERAL_TOOLS)]
         self.buttons = {name: self._button(actions[name]) for name in (_NAVIGATE, *self._names)}
         self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
-        general = [self.buttons[name] for name in (_NAVIGATE, *GENERAL_TOOLS)]
-        text = max(self.fontMetrics().horizontalAdvance(b.text()) for b in general)
+        general_buttons = [self.buttons[name] for name in (_NAVIGATE, *GENERAL_TOOLS)]
+        text = max(self.fontMetrics().horizontalAdvance(b.text()) for b in general_buttons)
         width = text + 2 * _PADDING_PX
         for button in self.buttons.values():
             button.setFixedWidth(width)
@@ -74,7 +74,7 @@ class ToolRail(QToolBar):
         theme.highlight_toggles(button)
         return button
 
-    def offered(self) -> list[str]:
+    def visible_tools(self) -> list[str]:
         """Return the names of the tools for the present task, in order."""
         task = (
             *self._workspaces.shown.tools,
@@ -86,9 +86,9 @@ class ToolRail(QToolBar):
 
     def refresh(self, *_: object) -> None:
         """Show the buttons of the tools for the present task."""
-        offered = self.offered()
+        visible_tools = self.visible_tools()
         for name in self._names:
-            self._places[name].setVisible(name in offered)
+            self._places[name].setVisible(name in visible_tools)
         self._fit()
 
     def _fit(self) -> None:
@@ -96,7 +96,7 @@ class ToolRail(QToolBar):
         other = self.fontMetrics().height() + _MARGIN_PX
         layout = self.layout()
         spacing = 0 if layout is None else layout.spacing()
-        room = (self.height() + spacing) // (1 + len(self.offered())) - spacing
+        room = (self.height() + spacing) // (1 + len(self.visible_tools())) - spacing
         icon = max(_MIN_ICON_PX, min(room - other, _ICON_PX))
         height = other + icon
         for button in self.buttons.values():

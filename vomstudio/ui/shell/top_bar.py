@@ -16,8 +16,8 @@ from vomstudio.ui.shell.layout import WORKSPACES
 from vomstudio.ui.shell.workspaces import Workspaces
 
 _ICON_PX = 16
-_NARROW = 1250
-_TEXT, _ICON = (
+_MIN_TEXT_WIDTH_PX = 1250
+_TEXT_BESIDE_ICON, _ICON_ONLY = (
     Qt.ToolButtonStyle.ToolButtonTextBesideIcon,
     Qt.ToolButtonStyle.ToolButtonIconOnly,
 )
@@ -39,18 +39,18 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             is_checked=lambda: workspaces.shown is workspace,
         )
 
-    def enlarge() -> None:
+    def toggle_page() -> None:
         docks.toggle_center(docks.center_page or docks.focused_page())
 
     def dock_net() -> None:
-        docks.dock_net(not docks.net_docked)
+        docks.dock_net(not docks.is_net_docked)
 
     return [
         *(show(workspace.name) for workspace in WORKSPACES),
         Command(
             "page_in_center",
             tr("Page in &centre"),
-            enlarge,
+            toggle_page,
             "arrow-expand",
             "F12",
             tr("Show the active page in the centre, or put it back."),
@@ -62,7 +62,7 @@ def commands(workspaces: Workspaces, docks: WindowDocks) -> list[Command]:
             None,
             (),
             tr("Show the stereonet in a dock instead of over the outcrop."),
-            is_checked=lambda: docks.net_docked,
+            is_checked=lambda: docks.is_net_docked,
         ),
         Command(
             "second_view",
@@ -106,11 +106,11 @@ class TopBar(QWidget):
             self.workspaces[workspace.name] = button
             row.addWidget(button)
         row.addSpacing(12)
-        self.search = self._button(actions["find_command"], _TEXT)
+        self.search = self._button(actions["find_command"], _TEXT_BESIDE_ICON)
         actions["find_command"].setIconText(tr("Search (Ctrl+K)"))
         row.addWidget(self.search)
         for name in ("undo", "redo", "view_back", "view_forward", "home"):
-            row.addWidget(self._button(actions[name], _ICON))
+            row.addWidget(self._button(actions[name], _ICON_ONLY))
         self._menu_bar = window.menuBar()
         self._menu_bar.setCornerWidget(self, Qt.Corner.TopRightCorner)
         window.installEventFilter(self)
@@ -128,7 +128,7 @@ class TopBar(QWidget):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         if event.type() == QEvent.Type.Resize and isinstance(watched, QWidget):
-            style = _ICON if watched.width() < _NARROW else _TEXT
+            style = _ICON_ONLY if watched.width() < _MIN_TEXT_WIDTH_PX else _TEXT_BESIDE_ICON
             if self.search.toolButtonStyle() != style:
                 self.search.setToolButtonStyle(style)
                 self.adjustSize()

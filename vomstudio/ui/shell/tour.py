@@ -28,10 +28,10 @@ from vomstudio.ui.base.actions import Command
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
-from vomstudio.ui.shell.tour_card import TourCard, TourFrame, card_place, frame_box
+from vomstudio.ui.shell.tour_card import TourCard, TourFrame, frame_box, place_card
 from vomstudio.ui.shell.tour_steps import TourStep, steps
 
-_LOOK_MS = 150
+_CHECK_INTERVAL_MS = 150
 _END = to_translate(
     "That was the tour. Continue with Help > Documentation. F1 explains the control under the"
     " cursor, and Ctrl+K finds every command."
@@ -52,11 +52,11 @@ class Tour(QObject):
         self._net = net
         self._window, self._studio, self._steps = window, studio, all_steps
         self.step: int | None = None
-        self._state_before: Any = None
+        self._initial_state: Any = None
         self._card: TourCard | None = None
         self._frame: TourFrame | None = None
         self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
+        self._timer.setInterval(_CHECK_INTERVAL_MS)
         self._timer.timeout.connect(self._check_step)
 
     # --- coming and going --------------------------------------------------------------------
@@ -98,7 +98,7 @@ class Tour(QObject):
             self._card.show_text(tr("Finished"), _join(result, tr(_END)), tr("Close"))
         else:
             step = self._steps[number]
-            self._state_before = step.now()
+            self._initial_state = step.now()
             self._card.show_text(
                 tr("Step {number} of {count}", number=number + 1, count=len(self._steps)),
                 _join(result, tr(step.text)),
@@ -117,7 +117,7 @@ class Tour(QObject):
         """Check whether the current step is done, and update the frame around its target."""
         if self.step is None or not isValid(self._window):
             return
-        if self.step < len(self._steps) and self._steps[self.step].done(self._state_before):
+        if self.step < len(self._steps) and self._steps[self.step].done(self._initial_state):
             self._show_step(self.step + 1, self._steps[self.step].result())
         else:
             self._place_card()
@@ -128,7 +128,7 @@ class Tour(QObject):
         target = None
         if self.step is not None and self.step < len(self._steps):
             target = self._steps[self.step].target()
-        box = None if target is None else self._box_of(target)
+        box = None if target is None else self._widget_box(target)
         if box is None:
             self._frame.hide()
         else:
@@ -137,13 +137,13 @@ class Tour(QObject):
             self._frame.raise_()
         # The net is read while planes are picked.
         net = self._net()
-        covered_box = None if net is None else self._box_of(net)
-        position = card_place(box, self._card.size(), self._window.size(), covered_box)
+        covered_box = None if net is None else self._widget_box(net)
+        position = place_card(box, self._card.size(), self._window.size(), covered_box)
         if self._card.pos() != position:
             self._card.move(position)
         self._card.raise_()
 
-    def _box_of(self, target: QWidget) -> QRect | None:
+    def _widget_box(self, target: QWidget) -> QRect | None:
         """Return the rectangle of a target in this window, or None if it is not visible there."""
         if target.window() is not self._window or not target.isVisible():
             return None
@@ -153,7 +153,7 @@ class Tour(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         if not isinstance(event, QKeyEvent) or event.key() != Qt.Key.Key_Escape:
             return False
-        if event.modifiers() or not self._esc_is_ours():
+        if event.modifiers() or not self._is_escape_available():
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             # Otherwise the command of Esc in the outcrop would receive the key.
@@ -164,7 +164,7 @@ class Tour(QObject):
             return True
         return False
 
-    def _esc_is_ours(self) -> bool:
+    def _is_escape_available(self) -> bool:
         if QApplication.activePopupWidget() is not None or self._studio.open_tool is not None:
             return False
         if QApplication.activeWindow() is not self._window:
@@ -190,7 +190,9 @@ def commands(
     def start() -> None:
         if not tours:
             all_steps = steps(studio, actions, view, docks)
-            tours.append(Tour(window, studio, all_steps, partial(docks.place_of, "stereonet")))
+            tours.append(
+                Tour(window, studio, all_steps, partial(docks.find_page_widget, "stereonet"))
+            )
         tours[0].start()
 
     return [

@@ -10,8 +10,8 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.controls import Label
 
 WIDTH = 264
-_GAP = 12
-_ROOM = 4
+_GAP_PX = 12
+_FRAME_MARGIN_PX = 4
 
 
 class TourFrame(QWidget):
@@ -93,12 +93,14 @@ class TourCard(QFrame):
 
 def frame_box(target: QRect, window: QSize) -> QRect:
     """Return the frame around a target, limited to the window."""
-    width = target.adjusted(-_ROOM, -_ROOM, _ROOM, _ROOM)
+    width = target.adjusted(
+        -_FRAME_MARGIN_PX, -_FRAME_MARGIN_PX, _FRAME_MARGIN_PX, _FRAME_MARGIN_PX
+    )
     return width.intersected(QRect(QPoint(0, 0), window))
 
 
-def card_place(
-    target: QRect | None, card: QSize, window: QSize, avoided: QRect | None = None
+def place_card(
+    target: QRect | None, card_size: QSize, window_size: QSize, avoided_box: QRect | None = None
 ) -> QPoint:
     """Return the position of the card in the window.
 
@@ -108,36 +110,39 @@ def card_place(
     Parameters
     ----------
     target : QRect or None
-    card, window : QSize
-    avoided : QRect, optional
+    card_size, window_size : QSize
+    avoided_box : QRect, optional
         Rectangle that the card covers only if it does not fit elsewhere.
     """
-    far_x, far_y = window.width() - card.width() - _GAP, window.height() - card.height() - _GAP
-    if target is None or (avoided is not None and target.contains(avoided)):
+    max_x, max_y = (
+        window_size.width() - card_size.width() - _GAP_PX,
+        window_size.height() - card_size.height() - _GAP_PX,
+    )
+    if target is None or (avoided_box is not None and target.contains(avoided_box)):
         # A target that is nearly the whole window, such as the outcrop, may be covered.
-        centre = [QPoint(far_x // 2, far_y // 2)] if target is None else []
-        corners = [QPoint(x, y) for y in (far_y, _GAP) for x in (far_x // 2, _GAP, far_x)]
+        centre = [QPoint(max_x // 2, max_y // 2)] if target is None else []
+        corners = [QPoint(x, y) for y in (max_y, _GAP_PX) for x in (max_x // 2, _GAP_PX, max_x)]
         free_positions = [
             location
             for location in (*centre, *corners)
-            if avoided is None or not QRect(location, card).intersects(avoided)
+            if avoided_box is None or not QRect(location, card_size).intersects(avoided_box)
         ]
         if free_positions or target is None:
             location = (free_positions or centre)[0]
             return QPoint(max(0, location.x()), max(0, location.y()))
-    columns = target.right() + _GAP, target.left() - card.width() - _GAP
-    rows = target.bottom() + _GAP, target.top() - card.height() - _GAP
+    columns = target.right() + _GAP_PX, target.left() - card_size.width() - _GAP_PX
+    rows = target.bottom() + _GAP_PX, target.top() - card_size.height() - _GAP_PX
     positions = [
         *(QPoint(x, target.top()) for x in columns),
         *(QPoint(target.left(), y) for y in rows),
-        *(QPoint(x, target.bottom() - card.height()) for x in columns),
+        *(QPoint(x, target.bottom() - card_size.height()) for x in columns),
     ]
     candidates: list[tuple[bool, int, QPoint]] = []
     for location in positions:
-        position = QPoint(max(0, min(location.x(), far_x)), max(0, min(location.y(), far_y)))
-        if not QRect(position, card).intersects(target):
-            covers = avoided is not None and QRect(position, card).intersects(avoided)
+        position = QPoint(max(0, min(location.x(), max_x)), max(0, min(location.y(), max_y)))
+        if not QRect(position, card_size).intersects(target):
+            covers = avoided_box is not None and QRect(position, card_size).intersects(avoided_box)
             candidates.append((covers, (position - location).manhattanLength(), position))
     if candidates:
         return min(candidates, key=lambda one: one[:2])[2]
-    return QPoint(max(0, far_x), max(0, far_y))
+    return QPoint(max(0, max_x), max(0, max_y))

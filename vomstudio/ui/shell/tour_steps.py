@@ -39,7 +39,7 @@ class TourStep:
     result: Callable[[], str] = str
 
 
-def button_of(action: QAction) -> QWidget | None:
+def find_button(action: QAction) -> QWidget | None:
     """Return the visible button or toolbar entry of an action, or None."""
     for holder in action.associatedObjects():
         button: QWidget | None = None
@@ -64,19 +64,19 @@ def steps(
         return view.viewport
 
     def button(*names: str) -> Callable[[], QWidget | None]:
-        return lambda: next((b for n in names if (b := button_of(actions[n])) is not None), None)
+        return lambda: next((b for n in names if (b := find_button(actions[n])) is not None), None)
 
     def dock(name: str) -> Callable[[], QWidget | None]:
-        return lambda: docks.place_of(name)
+        return lambda: docks.find_page_widget(name)
 
     def direction() -> np.ndarray | None:
         return None if view.viewport is None else view.viewport.camera.direction.copy()
 
-    def turned(direction_before: np.ndarray | None) -> bool:
+    def has_turned(previous_direction: np.ndarray | None) -> bool:
         current_direction = direction()
-        if current_direction is None or direction_before is None:
+        if current_direction is None or previous_direction is None:
             return False
-        return bool(current_direction @ direction_before < np.cos(np.radians(_TURNED_DEG)))
+        return bool(current_direction @ previous_direction < np.cos(np.radians(_TURNED_DEG)))
 
     def picked() -> int:
         tool = studio.open_tool
@@ -85,15 +85,15 @@ def steps(
     def traces() -> int:
         return len(studio.session.of(Trace))
 
-    def looked_at(name: str) -> Callable[[Any], bool]:
+    def create_mouse_check(name: str) -> Callable[[Any], bool]:
         def is_under_mouse(_: object) -> bool:
-            place = docks.place_of(name)
+            place = docks.find_page_widget(name)
             return place is not None and place.underMouse()
 
         return is_under_mouse
 
     def saved(_: object) -> bool:
-        return not (studio.project.untitled or studio.session.dirty)
+        return not (studio.project.is_untitled or studio.session.dirty)
 
     orthophotos: list[str] = []
 
@@ -108,7 +108,7 @@ def steps(
         orientation = orientation_text(studio.measure(trace), studio.settings.notation)
         return f"{trace.name}: {orientation}"
 
-    def nothing() -> None:
+    def no_state() -> None:
         return None
 
     return [
@@ -118,7 +118,7 @@ def steps(
                 "Open the sample outcrop: click the button, or search for it with Ctrl+K."
             ),
             button("open_sample", "open"),
-            nothing,
+            no_state,
             lambda _: bool(studio.models),
             result=lambda: tr("The model is open."),
         ),
@@ -130,7 +130,7 @@ def steps(
             ),
             viewport,
             direction,
-            turned,
+            has_turned,
         ),
         TourStep(
             "trace",
@@ -139,7 +139,7 @@ def steps(
                 " clicks."
             ),
             button("trace"),
-            nothing,
+            no_state,
             lambda _: studio.tool_name == "trace",
         ),
         TourStep(
@@ -149,7 +149,7 @@ def steps(
                 " possible. The plane is fitted as you click."
             ),
             viewport,
-            nothing,
+            no_state,
             lambda _: picked() >= 5,
         ),
         TourStep(
@@ -168,9 +168,9 @@ def steps(
                 "Choose Properties in the inspector. It shows the errors of the plane. Point at a"
                 " value and press F1 for an explanation."
             ),
-            lambda: docks.place_of("properties") or docks.place_of("tool"),
-            nothing,
-            looked_at("properties"),
+            lambda: docks.find_page_widget("properties") or docks.find_page_widget("tool"),
+            no_state,
+            create_mouse_check("properties"),
             has_next_button=True,
         ),
         TourStep(
@@ -180,8 +180,8 @@ def steps(
                 " and net."
             ),
             dock("stereonet"),
-            nothing,
-            looked_at("stereonet"),
+            no_state,
+            create_mouse_check("stereonet"),
             has_next_button=True,
         ),
         TourStep(
@@ -199,7 +199,7 @@ def steps(
             "save",
             to_translate("Save the project (Ctrl+S). Unsaved work also survives a crash."),
             button("save"),
-            nothing,
+            no_state,
             saved,
             result=lambda: tr("The project {name} has been saved.", name=studio.project.name),
         ),

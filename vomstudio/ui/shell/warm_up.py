@@ -16,14 +16,14 @@ def start_worker(studio: Studio) -> None:
     """Start the worker that reads models, without the libraries of the formats."""
     from vomstudio.studio.jobs.model_tasks import START_WORKER
 
-    _ask(studio, START_WORKER)
+    _submit_job(studio, START_WORKER)
 
 
-def for_models(studio: Studio) -> None:
+def import_libraries(studio: Studio) -> None:
     """Import the libraries of the worker that reads models."""
     from vomstudio.studio.jobs.model_tasks import IMPORT_LIBRARIES
 
-    _ask(studio, IMPORT_LIBRARIES)
+    _submit_job(studio, IMPORT_LIBRARIES)
 
 
 def compile_kernels(studio: Studio) -> None:
@@ -34,10 +34,10 @@ def compile_kernels(studio: Studio) -> None:
     if not compilation_state.is_compilation_recorded():
         # Otherwise a new worker would use two seconds of processor time without any effect.
         # No other job runs in this worker, so its memory would be wasted.
-        _ask(studio, COMPILE_KERNELS, lambda: studio.jobs.release(COMPILE_KERNELS.lane))
+        _submit_job(studio, COMPILE_KERNELS, lambda: studio.jobs.release(COMPILE_KERNELS.lane))
 
 
-def _ask(
+def _submit_job(
     studio: Studio,
     job: Job[NoArguments, NoArguments],
     finished: Callable[[], object] = lambda: None,

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.core.failures.missing_libraries import missing_library
-from vomstudio.core.failures.stop_requests import end_on_second
+from vomstudio.core.failures.stop_requests import reset_handler_after_first
 from vomstudio.core.findings import Finding
 from vomstudio.core.paths import resource
-from vomstudio.ui.shell.drawing_check import why_not_drawn
+from vomstudio.ui.shell.drawing_check import opengl_problem
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QTimer
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 # Name of the desktop menu entry (vomstudio/core/files/desktop.py).
 DESKTOP_NAME = "vomstudio"
-_SHOWN_MS = 10_000
+_MESSAGE_DURATION_MS = 10_000
 
 
 def run_window(paths: Sequence[str]) -> int:
     """Open the window with models, projects or photo folders, and return the exit code."""
-    from vomstudio.ui.shell.drawing_check import why_no_screen
+    from vomstudio.ui.shell.drawing_check import screen_problem
 
-    if (refusal := why_no_screen()) is not None:
+    if (refusal := screen_problem()) is not None:
         # Otherwise Qt would abort the process with its own long message.
         print(refusal, file=sys.stderr)
         return 2
@@ -44,7 +44,7 @@ def run_window(paths: Sequence[str]) -> int:
         return _report_missing(error)
 
     _disable_source_reading()
-    _ask_for_opengl()
+    _request_opengl()
     # The name becomes the window class on X11, by which desktops find the menu entry
     # (StartupWMClass). argv[0] is __main__.py in a bundle.
     application = QApplication([DESKTOP_NAME])
@@ -76,7 +76,7 @@ def run_window(paths: Sequence[str]) -> int:
 
     def begin() -> None:
         # The window is visible by now; only its viewport uses OpenGL.
-        if (refused := why_not_drawn()) is not None:
+        if (refused := opengl_problem()) is not None:
             _print_refusal(refused)
             application.exit(2)
             return
@@ -118,7 +118,7 @@ def _connect_signals(window: QMainWindow) -> QTimer:
         if hasattr(signal, name):
             number = getattr(signal, name)
             signal.signal(number, lambda *_: QTimer.singleShot(0, window.close))
-            end_on_second(number)
+            reset_handler_after_first(number)
     listener = QTimer()
     listener.start(500)
     listener.timeout.connect(lambda: None)
@@ -134,15 +134,15 @@ def _report_missing(error: ImportError) -> int:
     return 2
 
 
-def _print_refusal(refused_finding: Finding) -> None:
+def _print_refusal(finding: Finding) -> None:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMessageBox
 
-    print(refused_finding, file=sys.stderr)
+    print(finding, file=sys.stderr)
     # A user who started the program from a menu has no terminal; a dialog without a user must
     # close itself.
-    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused_finding.message)
-    QTimer.singleShot(_SHOWN_MS, box.close)
+    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", finding.message)
+    QTimer.singleShot(_MESSAGE_DURATION_MS, box.close)
     box.exec()
 
 
@@ -157,7 +157,7 @@ def _disable_source_reading() -> None:
         setattr(feature, "_mod_uses_pyside", lambda _: False)  # noqa: B010 - not for type checkers
 
 
-def _ask_for_opengl() -> None:
+def _request_opengl() -> None:
     """Request OpenGL for all widgets. Must be called before the application is created."""
     from PySide6.QtGui import QSurfaceFormat
 

@@ -17,20 +17,20 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.window_protocols import Docks, WorkspaceSwitcher
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
-Make = Callable[[Studio, OutcropView], QWidget]
-Needs = Callable[[OutcropView], tuple[object, ...]]
+PanelFactory = Callable[[Studio, OutcropView], QWidget]
+ArgumentsGetter = Callable[[OutcropView], tuple[object, ...]]
 
 
 PERMANENT_PAGES = ("second_view",)
 """Pages that stay when another project is opened, because they hold graphics memory."""
 
 
-def work_panels() -> tuple[tuple[str, str, Make], ...]:
+def work_panels() -> tuple[tuple[str, str, PanelFactory], ...]:
     """Return the dock name, title and factory of each scrolling panel.
 
     A panel is imported when it is created, because most panels are rarely used.
     """
-    position = _made_at
+    position = _create_factory
     return (
         (
             "statistics",
@@ -101,13 +101,13 @@ def _all(view: OutcropView) -> tuple[object, ...]:
     return (view,)
 
 
-def _made_at(call_site: str, needs: Needs = _nothing) -> Make:
-    """Return the factory of a panel: `call_site` names its class, `needs` its other arguments."""
-    module, _, class_name = call_site.rpartition(".")
+def _create_factory(class_path: str, find_arguments: ArgumentsGetter = _nothing) -> PanelFactory:
+    """Return the factory of a panel of class `class_path`; `find_arguments` returns the rest."""
+    module, _, class_name = class_path.rpartition(".")
 
     def make(studio: Studio, view: OutcropView) -> QWidget:
         panel: QWidget = getattr(import_module(f"vomstudio.ui.{module}"), class_name)(
-            studio, *needs(view)
+            studio, *find_arguments(view)
         )
         return panel
 

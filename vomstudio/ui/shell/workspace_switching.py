@@ -35,18 +35,18 @@ class WorkspaceSwitching(QObject):
         self._has_model = self._has_feature = False
         self._is_picking = False
         survey.changed.connect(self.refresh)
-        survey.model_made.connect(self.model_made)
+        survey.model_created.connect(self.model_created)
         workspaces.changed.connect(self._workspace_changed)
         studio.project_opened.connect(self._project_opened)
         for signal in (studio.edited, studio.model_loaded):
             signal.connect(self._data_changed)
         studio.selection_changed.connect(self._selection_changed)
-        studio.tool_changed_signal.connect(self._tool_changed)
-        workspaces.settled.connect(lambda: studio.keep_window(workspaces.to_store()))
+        studio.tool_changed_signal.connect(self._handle_tool_change)
+        workspaces.settled.connect(lambda: studio.store_window(workspaces.export_state()))
 
     def _project_opened(self) -> None:
         """Show the outcrop, and close the drawer if the project is empty."""
-        self._docks.leave_center()
+        self._docks.restore_from_center()
         self._data_changed()
         if not self._has_model and self._survey.folder is None:
             self._docks.close_region("drawer")
@@ -56,22 +56,22 @@ class WorkspaceSwitching(QObject):
         """Show the page of photos after the user has opened a folder of photos."""
         self._workspaces.switch(_MODEL)
         if not self._has_model:
-            self._docks.take_center(_PHOTOS)
+            self._docks.move_to_center(_PHOTOS)
         else:
             self._docks.bring_forward(_PHOTOS)
 
     def path_opened(self) -> None:
         """Show the outcrop after the user has opened a model or a project."""
         had_photos = self._area.shows_photo or self._docks.center_page == _PHOTOS
-        self._docks.leave_center()
+        self._docks.restore_from_center()
         if had_photos and self._workspaces.shown.center:
             self._workspaces.switch(_INTERPRET)
 
-    def model_made(self) -> None:
+    def model_created(self) -> None:
         """Show the model of a finished reconstruction, unless a photo is being edited."""
         if self._area.shows_photo:
             return
-        self._docks.leave_center()
+        self._docks.restore_from_center()
         if self._workspaces.shown.name == _MODEL:
             self._workspaces.switch(_INTERPRET)
 
@@ -80,12 +80,12 @@ class WorkspaceSwitching(QObject):
         """Show the settings of a selected tool, or the properties if it has no panel."""
         self._is_picking = has_panel
         if has_panel:
-            self._docks.leave_center()
+            self._docks.restore_from_center()
             self._docks.bring_forward(_TOOL)
         else:
-            self._tool_changed()
+            self._handle_tool_change()
 
-    def _tool_changed(self) -> None:
+    def _handle_tool_change(self) -> None:
         """Leave the settings of a tool once it has no unfinished feature."""
         is_idle = not self._is_picking and self._studio.open_tool is None
         if is_idle and self._docks.page("inspector") == _TOOL:
@@ -125,13 +125,15 @@ class WorkspaceSwitching(QObject):
     def _workspace_changed(self, _: str) -> None:
         page = self._workspaces.shown.center
         if page and not self._has_model and self._survey.folder is not None:
-            self._docks.take_center(page)
+            self._docks.move_to_center(page)
         self.refresh()
 
     def refresh(self, *_: object) -> None:
         """Show the purpose of an empty workspace."""
         shown_workspace, has_photos = self._workspaces.shown, self._survey.folder is not None
-        is_empty = not (self._has_model if shown_workspace.needs == "model" else self._has_feature)
+        is_empty = not (
+            self._has_model if shown_workspace.required_content == "model" else self._has_feature
+        )
         if shown_workspace.center and has_photos:
             is_empty = False
         self._area.show_purpose(tr(shown_workspace.purpose) if is_empty else "")

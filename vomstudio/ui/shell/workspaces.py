@@ -11,19 +11,25 @@ from PySide6.QtWidgets import QMainWindow
 from vomstudio.ui.shell import screens
 from vomstudio.ui.shell.docks import WindowDocks
 from vomstudio.ui.shell.layout import (
-    FIRST,
+    DEFAULT_WORKSPACE,
     REGIONS,
     WORKSPACES,
     Region,
     WorkspaceLayout,
-    workspace_of,
+    find_workspace,
 )
 
-_GEOMETRY, _SHOWN, _DOCKS, _PAGES, _NET = "geometry", "workspace", "docks", "pages", "net"
+_GEOMETRY_KEY, _WORKSPACE_KEY, _DOCKS_KEY, _PAGES_KEY, _NET_KEY = (
+    "geometry",
+    "workspace",
+    "docks",
+    "pages",
+    "net",
+)
 _OVERLAY, _DOCKED, _HIDDEN = "overlay", "docked", "hidden"
 # Long enough for a drag to end, and short enough to lose little in a crash.
-_SETTLE_MS = 300
-_FOLLOWED: tuple[Region, Region] = ("inspector", "drawer")
+_SETTLE_DELAY_MS = 300
+_STORED_REGIONS: tuple[Region, Region] = ("inspector", "drawer")
 
 
 class Workspaces(QObject):
@@ -49,25 +55,25 @@ class Workspaces(QObject):
     def __init__(
         self, window: QMainWindow, docks: WindowDocks, stored_state: Mapping[str, str]
     ) -> None:
-        """Use an arrangement that `to_store` returned in an earlier session."""
+        """Use an arrangement that `export_state` returned in an earlier session."""
         super().__init__(window)
         self._window, self._docks = window, docks
-        self._state = screens.from_text(stored_state.get(_DOCKS, ""))
+        self._state = screens.from_text(stored_state.get(_DOCKS_KEY, ""))
         self._pages = {item.name: _read_pages(stored_state, item) for item in WORKSPACES}
-        self._shown_pages = workspace_of(stored_state.get(_SHOWN, FIRST))
+        self._shown_workspace = find_workspace(stored_state.get(_WORKSPACE_KEY, DEFAULT_WORKSPACE))
         self._hidden_docks: tuple[QByteArray, bool] | None = None
-        self._net = stored_state.get(_NET, "")
+        self._net = stored_state.get(_NET_KEY, "")
         self._has_begun = False
-        self._timer = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._timer = QTimer(self, singleShot=True, interval=_SETTLE_DELAY_MS)
         self._timer.timeout.connect(self._settle)
 
     @property
     def shown(self) -> WorkspaceLayout:
         """Current workspace."""
-        return self._shown_pages
+        return self._shown_workspace
 
     @property
-    def only_outcrop(self) -> bool:
+    def is_only_outcrop_visible(self) -> bool:
         """Whether all docks are hidden."""
         return self._hidden_docks is not None
 
@@ -89,9 +95,9 @@ class Workspaces(QObject):
             self._docks.bring_forward("stereonet")
         self._show_pages()
         if not is_restored:
-            self._give_sizes()
+            self._set_initial_sizes()
         if center_page:
-            self._docks.take_center(center_page)
+            self._docks.move_to_center(center_page)
         self._has_begun = True
         self._window.installEventFilter(self)
         self._docks.rearranged.connect(self._change)
@@ -107,19 +113,19 @@ class Workspaces(QObject):
         screen.availableGeometryChanged.connect(self._screens_changed)
 
     def _screens_changed(self) -> None:
-        QTimer.singleShot(0, self._window, self._come_on_screen)
+        QTimer.singleShot(0, self._window, self._bring_on_screen)
 
     def switch(self, name: str) -> None:
         """Switch to a workspace, with the pages that were last open in it."""
-        workspace = workspace_of(name)
-        if workspace is self._shown_pages and self._hidden_docks is None:
+        workspace = find_workspace(name)
+        if workspace is self._shown_workspace and self._hidden_docks is None:
             return
         if self._hidden_docks is not None:
             self.show_only_outcrop()
         self._remember()
         self.leaving.emit()
-        self._docks.leave_center()
-        self._shown_pages = workspace
+        self._docks.restore_from_center()
+        self._shown_workspace = workspace
         self._show_pages()
         self._docks.bring_on_screen()
         self.changed.emit(workspace.name)
@@ -127,18 +133,18 @@ class Workspaces(QObject):
     def reset(self) -> None:
         """Restore the initial arrangement of the window and of the current workspace."""
         self._hidden_docks = None
-        self._pages[self._shown_pages.name] = _initial_pages()
+        self._pages[self._shown_workspace.name] = _initial_pages()
         self._docks.arrange()
-        self._docks.net_docked = False
+        self._docks.is_net_docked = False
         self._docks.bring_forward("stereonet")
         self._show_pages()
-        self._give_sizes()
-        self.changed.emit(self._shown_pages.name)
+        self._set_initial_sizes()
+        self.changed.emit(self._shown_workspace.name)
 
     def show_only_outcrop(self) -> None:
         """Hide all panels, or show the previously visible panels again."""
         if self._hidden_docks is None:
-            self._docks.leave_center()
+            self._docks.restore_from_center()
             self._remember()
             self._hidden_docks = (self._docks.state(), self._docks.is_shown("stereonet"))
             self._docks.hide_all()
@@ -147,20 +153,20 @@ class Workspaces(QObject):
             self._docks.restore(state)
             if has_net:
                 self._docks.bring_forward("stereonet")
-        self.changed.emit(self._shown_pages.name)
+        self.changed.emit(self._shown_workspace.name)
 
     def _show_pages(self) -> None:
-        pages = self._pages[self._shown_pages.name]
-        for region in _FOLLOWED:
+        pages = self._pages[self._shown_workspace.name]
+        for region in _STORED_REGIONS:
             if name := pages[region]:
                 self._docks.bring_forward(name)
             else:
                 self._docks.close_region(region)
 
-    def _give_sizes(self) -> None:
-        self._docks.give_sizes()
+    def _set_initial_sizes(self) -> None:
+        self._docks.set_initial_sizes()
         # Docks that were never shown get their sizes only after the layout.
-        QTimer.singleShot(0, self._window, self._docks.give_sizes)
+        QTimer.singleShot(0, self._window, self._docks.set_initial_sizes)
 
     # --- storing -----------------------------------------------------------------------------
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
@@ -179,12 +185,14 @@ class Workspaces(QObject):
 
     def _remember(self) -> None:
         if self._has_begun and self._hidden_docks is None:
-            self._pages[self._shown_pages.name] = {r: self._docks.page(r) for r in _FOLLOWED}
+            self._pages[self._shown_workspace.name] = {
+                r: self._docks.page(r) for r in _STORED_REGIONS
+            }
             self._state = self._docks.state()
             is_shown = self._docks.is_shown("stereonet")
-            self._net = _DOCKED if self._docks.net_docked else _OVERLAY if is_shown else _HIDDEN
+            self._net = _DOCKED if self._docks.is_net_docked else _OVERLAY if is_shown else _HIDDEN
 
-    def _come_on_screen(self) -> None:
+    def _bring_on_screen(self) -> None:
         screens.bring_on_screen(self._window)
         self._docks.bring_on_screen()
 
@@ -194,20 +202,20 @@ class Workspaces(QObject):
         self._has_begun = False
         self._timer.stop()
 
-    def to_store(self) -> dict[str, str]:
+    def export_state(self) -> dict[str, str]:
         """Return the geometry, workspace, docks and pages of the window for the settings."""
         return {
-            _GEOMETRY: screens.to_text(self._window.saveGeometry()),
-            _SHOWN: self._shown_pages.name,
-            _NET: self._net,
-            _DOCKS: "" if self._state is None else screens.to_text(self._state),
-            **{f"{_PAGES} {name}": ",".join(p.values()) for name, p in self._pages.items()},
+            _GEOMETRY_KEY: screens.to_text(self._window.saveGeometry()),
+            _WORKSPACE_KEY: self._shown_workspace.name,
+            _NET_KEY: self._net,
+            _DOCKS_KEY: "" if self._state is None else screens.to_text(self._state),
+            **{f"{_PAGES_KEY} {name}": ",".join(p.values()) for name, p in self._pages.items()},
         }
 
 
 def stored_geometry(stored_state: Mapping[str, str]) -> str | None:
-    """Return the window position and size contained in a result of `to_store`."""
-    return stored_state.get(_GEOMETRY)
+    """Return the window position and size contained in a result of `export_state`."""
+    return stored_state.get(_GEOMETRY_KEY)
 
 
 def _initial_pages() -> dict[Region, str]:
@@ -215,7 +223,9 @@ def _initial_pages() -> dict[Region, str]:
 
 
 def _read_pages(stored_state: Mapping[str, str], workspace: WorkspaceLayout) -> dict[Region, str]:
-    inspector, _, drawer = stored_state.get(f"{_PAGES} {workspace.name}", "project,").partition(",")
+    inspector, _, drawer = stored_state.get(f"{_PAGES_KEY} {workspace.name}", "project,").partition(
+        ","
+    )
     pages = _initial_pages()
     if REGIONS.get(inspector) == "inspector":
         pages["inspector"] = inspector

@@ -38,7 +38,7 @@ def follow_axes(owner: QObject, studio: Studio, show: Callable[[Axes], object]) 
 class _AxesFollower(QObject):
     def __init__(self, owner: QObject, studio: Studio, show: Callable[[Axes], object]) -> None:
         super().__init__(owner)
-        self._studio, self._show = studio, show
+        self._studio, self._show_axes = studio, show
         self._axes: Axes | None = None
         studio.project_opened.connect(self.refresh)
         studio.edited.connect(self.refresh)
@@ -47,7 +47,7 @@ class _AxesFollower(QObject):
         axes = project_axes(self._studio)
         if axes != self._axes:
             self._axes = axes
-            self._show(axes)
+            self._show_axes(axes)
 
 
 def add_length_row(

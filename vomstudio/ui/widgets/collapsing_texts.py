@@ -56,21 +56,23 @@ class CollapsingTexts(QObject):
     def fit(self) -> None:
         """Show as many texts as fit."""
         if not self._widths:
-            for collapsed in range(len(self._groups) + 1):
-                self._collapse(collapsed)
+            for group_count in range(len(self._groups) + 1):
+                self._collapse_groups(group_count)
                 self._widths.append(self._required_width())
         available_width = self._row.width()
         fits = [
-            collapsed for collapsed, width in enumerate(self._widths) if width <= available_width
+            group_count
+            for group_count, width in enumerate(self._widths)
+            if width <= available_width
         ]
-        self._collapse(fits[0] if fits else len(self._groups))
+        self._collapse_groups(fits[0] if fits else len(self._groups))
         layout = self._row.layout()
         if layout is not None:
             # Buttons behind the extension arrow are hidden and do not request a layout.
             layout.invalidate()
             QCoreApplication.postEvent(self._row, QEvent(QEvent.Type.LayoutRequest))
 
-    def _collapse(self, collapsed_count: int) -> None:
+    def _collapse_groups(self, collapsed_count: int) -> None:
         for number, (buttons, style) in enumerate(self._groups):
             for button in buttons:
                 button.setToolButtonStyle(style if number < collapsed_count else _TEXT_BESIDE_ICON)

@@ -41,9 +41,9 @@ class CopyCommandButton(QToolButton):
         self.setAccessibleName(tr("Copy as command"))
         self.setObjectName("copy_command")
         self.clicked.connect(lambda _=False: clicked_callback())
-        self.allow(None)
+        self.set_enabled(None)
 
-    def allow(self, why_not: Finding | None) -> None:
+    def set_enabled(self, why_not: Finding | None) -> None:
         """Enable the button, or disable it with a reason."""
         self.setEnabled(why_not is None)
         self.setToolTip(

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.products.ortho.vector_drawing import Drawing, choose_ticks
 from vomstudio.studio.tools.interaction_types import is_click
 
-_TICK = 5.0
-_DIP_TICK = 14.0
-_INK = QColor("#141414")
+_TICK_PX = 5.0
+_DIP_TICK_PX = 14.0
+_INK_COLOR = QColor("#141414")
 _PAPER = QColor("#ffffff")
 _MARK = QColor("#d55e00")
 _MAX_LABELS = 60
@@ -174,7 +174,7 @@ class DrawingView(QWidget):
             painter.setPen(QPen(color, 1.4))
             if len(vertices) == 1:
                 centre = QPointF(*vertices[0].tolist())
-                for line in shape.marks(_DIP_TICK / self._drawing_extent()[2]):
+                for line in shape.marks(_DIP_TICK_PX / self._drawing_extent()[2]):
                     pixels = self.to_widget(line).tolist()
                     painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in pixels]))
                 painter.setBrush(color)
@@ -225,7 +225,7 @@ class DrawingView(QWidget):
     def _draw_frame(self, painter: QPainter, frame: QRectF) -> None:
         drawing = self.drawing
         assert drawing is not None
-        painter.setPen(QPen(_INK, 1.0))
+        painter.setPen(QPen(_INK_COLOR, 1.0))
         painter.drawRect(frame)
         metrics = painter.fontMetrics()
         line_height = metrics.height()
@@ -233,19 +233,19 @@ class DrawingView(QWidget):
         label_width = metrics.horizontalAdvance("-0000")
         for value in thin_ticks(choose_ticks(float(low[0]), float(top[0])), label_width / scale):
             x = frame.left() + (value - float(low[0])) * scale
-            painter.drawLine(QPointF(x, frame.bottom()), QPointF(x, frame.bottom() + _TICK))
-            box = QRectF(x - 50, frame.bottom() + _TICK, 100, line_height)
+            painter.drawLine(QPointF(x, frame.bottom()), QPointF(x, frame.bottom() + _TICK_PX))
+            box = QRectF(x - 50, frame.bottom() + _TICK_PX, 100, line_height)
             painter.drawText(box, int(Qt.AlignmentFlag.AlignHCenter), f"{value:g}")
         for value in thin_ticks(choose_ticks(float(low[1]), float(top[1])), line_height / scale):
             y = frame.bottom() - (value - float(low[1])) * scale
-            painter.drawLine(QPointF(frame.left() - _TICK, y), QPointF(frame.left(), y))
-            box = QRectF(0, y - line_height / 2, frame.left() - _TICK - 2, line_height)
+            painter.drawLine(QPointF(frame.left() - _TICK_PX, y), QPointF(frame.left(), y))
+            box = QRectF(0, y - line_height / 2, frame.left() - _TICK_PX - 2, line_height)
             flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(box, int(flags), f"{value:g}")
         title_box = QRectF(frame.left(), frame.top() - line_height - 4, frame.width(), line_height)
         painter.drawText(title_box, int(Qt.AlignmentFlag.AlignLeft), drawing.ends[0])
         painter.drawText(title_box, int(Qt.AlignmentFlag.AlignRight), drawing.ends[1])
-        self._draw_below(painter, frame, scale)
+        self._draw_scale_row(painter, frame, scale)
         painter.save()
         # In a low dock, the title may be longer than the height of the frame.
         painter.translate(line_height * 0.2, self.height() / 2)
@@ -255,17 +255,17 @@ class DrawingView(QWidget):
         painter.drawText(box, int(Qt.AlignmentFlag.AlignCenter), title)
         painter.restore()
 
-    def _draw_below(self, painter: QPainter, frame: QRectF, per_metre: float) -> None:
+    def _draw_scale_row(self, painter: QPainter, frame: QRectF, pixels_per_metre: float) -> None:
         drawing = self.drawing
         assert drawing is not None
         line_height = painter.fontMetrics().height()
         metrics = painter.fontMetrics()
         row = QRectF(
-            frame.left(), frame.bottom() + _TICK + line_height + 2, frame.width(), line_height
+            frame.left(), frame.bottom() + _TICK_PX + line_height + 2, frame.width(), line_height
         )
-        length = round_length(0.2 * frame.width() / per_metre)
-        bar = QRectF(frame.left(), row.center().y(), length * per_metre, 4)
-        text = bar_text(length, is_metric=drawing.is_metric)
+        length = round_length(0.2 * frame.width() / pixels_per_metre)
+        bar = QRectF(frame.left(), row.center().y(), length * pixels_per_metre, 4)
+        text = scale_bar_text(length, is_metric=drawing.is_metric)
         available_width = (
             frame.right() - bar.right() - metrics.horizontalAdvance(drawing.axes[0]) - 20
         )
@@ -274,7 +274,7 @@ class DrawingView(QWidget):
         if metrics.horizontalAdvance(text) > available_width:
             return
         text = scale_text if metrics.horizontalAdvance(scale_text) <= available_width else text
-        painter.fillRect(bar, _INK)
+        painter.fillRect(bar, _INK_COLOR)
         painter.drawText(
             QRectF(
                 bar.right() + 6, bar.center().y() - line_height / 2, available_width, line_height

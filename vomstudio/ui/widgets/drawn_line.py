@@ -34,7 +34,7 @@ class DrawnLine(QObject):
 
     def begin(self) -> None:
         """Open the measure tool, and wait for a polyline."""
-        self._studio.tool_of(MeasureTool).choose(kind="polyline")
+        self._studio.get_tool(MeasureTool).choose(kind="polyline")
         self._studio.activate("measure")
         self._is_waiting = True
 

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from vomstudio.ui.widgets.messages_panel import MessageBar, MessagesPanel
 
 _log = logging.getLogger(__name__)
-_REPORT_EDITS = 50
-_ACTION = "save_report"
-_MAX_DELAY_MS = 60_000
+_MAX_REPORT_EDITS = 50
+_REPORT_ACTION = "save_report"
+_ANSWER_TIMEOUT_MS = 60_000
 """Maximum time for which a message delays closing, for example at the end of the session."""
 
 
@@ -48,13 +48,13 @@ class Host(Protocol):
 class FailureNotices(QObject):
     """Receives program errors from any thread and shows them in the window's thread."""
 
-    _arrived = Signal(object)
+    _failure_received = Signal(object)
 
     def __init__(self, host: Host, parent: QWidget) -> None:
         super().__init__()
         self._host, self._parent = host, parent
         self._pending_failures: list[Failure] = []
-        self._arrived.connect(self._queue_failure, Qt.ConnectionType.QueuedConnection)
+        self._failure_received.connect(self._queue_failure, Qt.ConnectionType.QueuedConnection)
         ERRORS.listen(self._forward)
 
     def begin(self) -> None:
@@ -69,9 +69,9 @@ class FailureNotices(QObject):
         notice = Notice(
             Finding("program.crashed"),
             "error",
-            _ACTION,
+            _REPORT_ACTION,
         )
-        bar, action = self._host.message_bar, self._host.actions_table.all[_ACTION]
+        bar, action = self._host.message_bar, self._host.actions_table.all[_REPORT_ACTION]
         if bar.isVisible():
             # The bar offers unsaved work, which has priority.
             self._host.messages.add(notice)
@@ -82,7 +82,7 @@ class FailureNotices(QObject):
     def close(self) -> None:
         """Stop showing errors because the window was closed."""
         ERRORS.listen(None)
-        self._arrived.disconnect(self._queue_failure)
+        self._failure_received.disconnect(self._queue_failure)
 
     def show_fatal(self, error: BaseException) -> None:
         """Show an error that prevents filling the window, and offer a report."""
@@ -107,7 +107,7 @@ class FailureNotices(QObject):
     def _forward(self, failure: Failure) -> None:
         # Qt may have deleted the window and this object.
         with contextlib.suppress(RuntimeError):
-            self._arrived.emit(failure)
+            self._failure_received.emit(failure)
 
     def _queue_failure(self, failure: Failure) -> None:
         if not self._host.is_filled:
@@ -116,7 +116,7 @@ class FailureNotices(QObject):
             self._show_failure(failure)
 
     def _show_failure(self, failure: Failure) -> None:
-        notice = Notice(failure.finding, "error", _ACTION, failure.repetitions)
+        notice = Notice(failure.finding, "error", _REPORT_ACTION, failure.repetitions)
         try:
             self._host.studio.notice.emit(notice)
         except Exception:  # noqa: BLE001 - reporting it would lead back here
@@ -142,10 +142,10 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
                 error=escape_markup(str(error)),
             ),
         )
-        leave_button = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
+        close_button = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         _answer(box, host, parent)
-        return box.clickedButton() is leave_button
+        return box.clickedButton() is close_button
 
 
 def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
@@ -172,11 +172,11 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)
-    unanswered = QTimer(box)
-    unanswered.timeout.connect(box.reject)
-    unanswered.start(_MAX_DELAY_MS)
+    answer_timer = QTimer(box)
+    answer_timer.timeout.connect(box.reject)
+    answer_timer.start(_ANSWER_TIMEOUT_MS)
     _answer(box, host, parent)
-    unanswered.stop()
+    answer_timer.stop()
 
 
 def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
@@ -238,6 +238,6 @@ def compose_report(host: Host) -> str:
         names.append(studio.project.name)
     journal = studio.project.journal
     return report.compose(
-        [("Edits", lambda: outline(journal.last_rows(_REPORT_EDITS)))],
+        [("Edits", lambda: outline(journal.last_rows(_MAX_REPORT_EDITS)))],
         private_words=names,
     )

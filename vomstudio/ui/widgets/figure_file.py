@@ -17,7 +17,7 @@ _FORMATS = {
 }
 
 
-def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
+def choose_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) -> Path | None:
     """Return a path that ends in .svg, .pdf or .png, or None.
 
     Parameters
@@ -26,6 +26,6 @@ def ask_for_figure_file(parent: QWidget, studio: Studio, title: str, stem: str) 
         Proposed file name, after the name of the project.
     """
     project = studio.project
-    proposed_stem = stem if project.untitled else f"{project.name}-{stem}"
+    proposed_stem = stem if project.is_untitled else f"{project.name}-{stem}"
     formats = {suffix: tr(name) for suffix, name in _FORMATS.items()}
     return ask_for_target(parent, studio, title, f"{proposed_stem}.svg", formats)

@@ -21,14 +21,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Subject
-from vomstudio.project.kinds import kind_named
+from vomstudio.project.kinds import find_kind
 from vomstudio.project.measurement import Measurement
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.actions import strip_mnemonic
 from vomstudio.ui.base.controls import Label, escape_markup, fold_button, lay_out_now
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import orientation_text
-from vomstudio.ui.base.remedies import command_for, short_reason
+from vomstudio.ui.base.remedies import remedy_command, short_reason
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class _Line:
 _ERROR = _Line(
     to_translate("95 % error"),
     to_translate("Total 95 % error, which determines the verdict, and that of registration."),
-    catalogue.TOTAL,
+    catalogue.TOTAL_ERROR,
     catalogue.REGISTRATION_ERROR,
 )
 _CONFIDENCE = _Line(
@@ -136,7 +136,7 @@ class FitView(QWidget):
         self._reason = _wrapped_label()
         self.remedy = QPushButton()
         self.remedy.setObjectName("remedy")
-        self.remedy.clicked.connect(self._act)
+        self.remedy.clicked.connect(self._run_action)
         row = QHBoxLayout()
         row.addWidget(self._reason, 1)
         row.addWidget(self.remedy, 0, Qt.AlignmentFlag.AlignTop)
@@ -148,12 +148,12 @@ class FitView(QWidget):
         self._figures = self._create_details()
         self._figures.hide()
         self.details.toggled.connect(self._unfold_details)
-        explain(self._plane, "numbers.md#orientation")
-        explain(self._badge, catalogue.QUALITY)
-        explain(self._verdict, catalogue.QUALITY)
+        set_help_topic(self._plane, "numbers.md#orientation")
+        set_help_topic(self._badge, catalogue.QUALITY)
+        set_help_topic(self._verdict, catalogue.QUALITY)
         for label in (self._reason, self._reasons):
-            explain(label, catalogue.REASONS)
-        explain(self, "numbers.md")
+            set_help_topic(label, catalogue.REASONS)
+        set_help_topic(self, "numbers.md")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -181,8 +181,8 @@ class FitView(QWidget):
             label, value = Label(tr(line.title)), Label("–")
             label.setToolTip(tr(line.tip))
             value.setToolTip(tr(line.tip))
-            explain(label, line.first)
-            explain(value, partial(_figure_at, value, line))
+            set_help_topic(label, line.first)
+            set_help_topic(value, partial(_figure_at, value, line))
             value.setAlignment(Qt.AlignmentFlag.AlignRight)
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             grid.addWidget(label, row, 0)
@@ -207,7 +207,7 @@ class FitView(QWidget):
             Whether the frame of the model is unknown.
         """
         verdict = measurement.verdict if measurement else None
-        texts = self._show_head(measurement, notation, is_local=is_local)
+        texts = self._show_header(measurement, notation, is_local=is_local)
         quality = verdict.quality if verdict else None
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._verdict.setText(quality or "")
@@ -222,11 +222,11 @@ class FitView(QWidget):
         self._show_details(measurement)
         lay_out_now(self)
 
-    def _show_head(
+    def _show_header(
         self, measurement: Measurement | None, notation: str, *, is_local: bool
     ) -> Sequence[str]:
         """Show the attitude or main figure, and return the remaining lines of the kind."""
-        feature_kind = kind_named(measurement.kind) if measurement else None
+        feature_kind = find_kind(measurement.kind) if measurement else None
         texts = feature_kind.words(measurement) if feature_kind and measurement else []
         is_attitude = measurement is not None and (
             measurement.plane is not None or measurement.line is not None
@@ -244,11 +244,13 @@ class FitView(QWidget):
 
     def _show_reasons(self, reasons: Sequence[Finding]) -> None:
         """Show the first reason in short form with its command; others are unfolded in place."""
-        first_reason = reasons[0] if reasons else None
-        self._reason.setText("" if first_reason is None else short_reason(first_reason))
-        self._reason.setToolTip("" if first_reason is None else escape_markup(first_reason.message))
-        self._reason.setVisible(first_reason is not None)
-        self._set_action("" if first_reason is None else command_for(first_reason))
+        first_reason_lines = reasons[0] if reasons else None
+        self._reason.setText("" if first_reason_lines is None else short_reason(first_reason_lines))
+        self._reason.setToolTip(
+            "" if first_reason_lines is None else escape_markup(first_reason_lines.message)
+        )
+        self._reason.setVisible(first_reason_lines is not None)
+        self._set_action("" if first_reason_lines is None else remedy_command(first_reason_lines))
         self.more.setVisible(bool(reasons))
         count = len(reasons) - 1
         self.more.setText(
@@ -275,7 +277,7 @@ class FitView(QWidget):
             self.remedy.setText(strip_mnemonic(action.text()).rstrip("…"))
             self.remedy.setToolTip(action.toolTip())
 
-    def _act(self) -> None:
+    def _run_action(self) -> None:
         if self._action is not None:
             self._action.trigger()
 

@@ -13,7 +13,7 @@ from vomstudio.core.words import tr
 from vomstudio.extraction.trace_options import COST_TITLES, FollowOptions
 from vomstudio.studio.tools.followed_line import AUTO
 from vomstudio.studio.tools.following import FollowingTool
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.options_form import fill_choices
 
@@ -56,10 +56,10 @@ class FollowBox(ComboBox):
                 self._fields = fields
                 fill_choices(self, find_declaration(FollowOptions, "cost"), field_costs(fields))
                 self.insertItem(0, tr("straight line"), None)
-            cost_in_use = self._tool.followed_by if self._tool.cost == AUTO else None
-            best_cost_name = tr(COST_TITLES[AUTO])
+            cost_in_use = self._tool.merge_with if self._tool.cost == AUTO else None
+            automatic_title = tr(COST_TITLES[AUTO])
             if cost_in_use in COST_TITLES:
-                best_cost_name = tr("automatic: {cost}", cost=tr(COST_TITLES[cost_in_use]))
-            self.setItemText(self.findData(AUTO), best_cost_name)
+                automatic_title = tr("automatic: {cost}", cost=tr(COST_TITLES[cost_in_use]))
+            self.setItemText(self.findData(AUTO), automatic_title)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
-        allow(self, Finding("follow.continued") if self._tool.is_continued else None)
+        set_enabled(self, Finding("follow.continued") if self._tool.is_continued else None)

@@ -8,10 +8,10 @@ from PySide6.QtWidgets import QBoxLayout, QLayout, QVBoxLayout, QWidget
 
 from vomstudio.ui.base.controls import PanelScrollArea
 
-_MIN_WIDTH_BESIDE = 620
-_FORM_WIDTH, _FORM_FRACTION = 330, 0.44
-_MIN_PICTURE_HEIGHT = 120
-_NO_LIMIT = 16_777_215
+_MIN_SIDE_BY_SIDE_WIDTH_PX = 620
+_FORM_WIDTH_PX, _FORM_FRACTION = 330, 0.44
+_MIN_PICTURE_HEIGHT_PX = 120
+_MAX_WIDGET_WIDTH_PX = 16_777_215
 
 
 class FormWithPicture(QWidget):
@@ -37,7 +37,7 @@ class FormWithPicture(QWidget):
         self.column.setSpacing(4)
         self._scroll_area = PanelScrollArea(self._form)
         self._form.installEventFilter(self)
-        self._is_beside = False
+        self._is_side_by_side = False
 
     @classmethod
     def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormWithPicture:
@@ -54,7 +54,7 @@ class FormWithPicture(QWidget):
     def add_picture(self, picture: QWidget) -> None:
         """Add the picture after all parts of the form."""
         self.column.addStretch()
-        picture.setMinimumHeight(_MIN_PICTURE_HEIGHT)
+        picture.setMinimumHeight(_MIN_PICTURE_HEIGHT_PX)
         self._side_layout.addWidget(self._scroll_area)
         self._side_layout.addWidget(picture, 1)
         self._fit()
@@ -66,16 +66,18 @@ class FormWithPicture(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
-        is_beside = self.width() >= _MIN_WIDTH_BESIDE
+        is_legend_beside = self.width() >= _MIN_SIDE_BY_SIDE_WIDTH_PX
         directions = QBoxLayout.Direction
         self._side_layout.setDirection(
-            directions.LeftToRight if is_beside else directions.TopToBottom
+            directions.LeftToRight if is_legend_beside else directions.TopToBottom
         )
-        self._is_beside = is_beside
-        self._scroll_area.setMaximumWidth(_FORM_WIDTH if is_beside else _NO_LIMIT)
+        self._is_side_by_side = is_legend_beside
+        self._scroll_area.setMaximumWidth(
+            _FORM_WIDTH_PX if is_legend_beside else _MAX_WIDGET_WIDTH_PX
+        )
         # Placeholders of fields must not be truncated if there is space.
-        minimum = min(_FORM_WIDTH, round(_FORM_FRACTION * self.width()))
-        self._scroll_area.setMinimumWidth(minimum if is_beside else 0)
+        minimum = min(_FORM_WIDTH_PX, round(_FORM_FRACTION * self.width()))
+        self._scroll_area.setMinimumWidth(minimum if is_legend_beside else 0)
         self._fit()
 
     def _fit(self) -> None:
@@ -83,4 +85,4 @@ class FormWithPicture(QWidget):
         size = self._form.sizeHint()
         height = self._form.heightForWidth(max(self._scroll_area.width(), size.width()))
         needed_size = QSize(size.width(), max(size.height(), height))
-        self._scroll_area.setMinimumHeight(0 if self._is_beside else needed_size.height())
+        self._scroll_area.setMinimumHeight(0 if self._is_side_by_side else needed_size.height())

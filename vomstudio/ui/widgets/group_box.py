@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from vomstudio.core.words import tr
 from vomstudio.io.text.repeated_rows import repeats_finding
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.records import FeatureType, Record, Typed
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.records import FeatureType, Record, TypedFeature
 from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.base.controls import ComboBox
 from vomstudio.ui.base.number_formatting import natural_sort_key
@@ -32,21 +32,21 @@ class GroupBox(ComboBox):
     def __init__(self, studio: Studio, all_title: str = "") -> None:
         super().__init__()
         self._studio = studio
-        self._always: list[tuple[str, Choice]] = [(tr("Selection"), SELECTED)]
+        self._fixed_entries: list[tuple[str, Choice]] = [(tr("Selection"), SELECTED)]
         if all_title:
-            self._always.insert(0, (all_title, ALL))
+            self._fixed_entries.insert(0, (all_title, ALL))
         self.keep_narrow()
 
     def choice(self) -> Choice:
         """Return the selected group."""
         data = self.currentData()
-        return self._always[0][1] if data is None else data
+        return self._fixed_entries[0][1] if data is None else data
 
     def list_groups(self) -> None:
         """List the existing groups, keeping the selected group if it still exists."""
         previous = self.choice()
-        groups = [*self._always]
-        features = [f for f in self._studio.session.of(Typed) if kind_of(f).net is not None]
+        groups = [*self._fixed_entries]
+        features = [f for f in self._studio.session.of(TypedFeature) if get_kind(f).net is not None]
         for type_ in self._studio.session.of(FeatureType):
             members = [f for f in features if f.type_id == type_.id]
             if not members:
@@ -63,12 +63,12 @@ class GroupBox(ComboBox):
         self.clear()
         for title, choice in groups:
             self.addItem(title, choice)
-        first_choice = 0 if ALL in choices else min(1, len(groups) - 1)
+        default_index = 0 if ALL in choices else min(1, len(groups) - 1)
         # If it was the only entry, it was not selected by the user.
         keep_previous = previous in choices and len(entries) > 1
-        self.setCurrentIndex(choices.index(previous) if keep_previous else first_choice)
+        self.setCurrentIndex(choices.index(previous) if keep_previous else default_index)
 
-    def features(self) -> list[Typed]:
+    def features(self) -> list[TypedFeature]:
         """Return the features of the group that can be plotted on a net, without repeats."""
         return first_picks(self._selected_features(), self._studio.records)
 
@@ -78,7 +78,7 @@ class GroupBox(ComboBox):
         count = len(selected_features) - len(first_picks(selected_features, self._studio.records))
         return [repeats_finding(count).message] if count else []
 
-    def _selected_features(self) -> list[Typed]:
+    def _selected_features(self) -> list[TypedFeature]:
         choice_kind, type_id, name = self.choice()
         if choice_kind == "selection":
             records = self._studio.records
@@ -86,12 +86,14 @@ class GroupBox(ComboBox):
                 records.get(i) for i in self._studio.selection.ids
             ]
             return [
-                f for f in selected_records if isinstance(f, Typed) and kind_of(f).net is not None
+                f
+                for f in selected_records
+                if isinstance(f, TypedFeature) and get_kind(f).net is not None
             ]
         return [
             f
-            for f in self._studio.session.of(Typed)
-            if kind_of(f).net is not None
+            for f in self._studio.session.of(TypedFeature)
+            if get_kind(f).net is not None
             and (
                 choice_kind == "all"
                 or (f.type_id == type_id and (choice_kind == "type" or f.set_name == name))

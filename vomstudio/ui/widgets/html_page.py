@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDialog, QTextBrowser, QVBoxLayout, QWidget
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.long_boxes import fit_to_screen
+from vomstudio.ui.base.window_fitting import fit_to_screen
 
 
 def open_page(parent: QWidget, path: Path) -> None:

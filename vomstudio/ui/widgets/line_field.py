@@ -11,7 +11,7 @@ from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_measurement
-from vomstudio.ui.base.controls import allow
+from vomstudio.ui.base.controls import set_enabled
 from vomstudio.ui.base.studio import Studio
 
 
@@ -58,11 +58,13 @@ class LineField(QWidget):
 
     def selected(self) -> Line | None:
         """Return the line of the selected feature, or None."""
-        measured_current_measurement = current_measurement(self._studio)
-        return None if measured_current_measurement is None else measured_current_measurement.line
+        measurement = current_measurement(self._studio)
+        return None if measurement is None else measurement.line
 
     def _refresh(self) -> None:
-        allow(self.take_button, Finding("selection.no-line") if self.selected() is None else None)
+        set_enabled(
+            self.take_button, Finding("selection.no-line") if self.selected() is None else None
+        )
 
     def _use_selection(self) -> None:
         if (line := self.selected()) is not None:

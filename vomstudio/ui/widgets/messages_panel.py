@@ -84,7 +84,7 @@ class MessageBar(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._buttons = QHBoxLayout()
-        self._unread, self._has_history = 0, False
+        self._unread_count, self._has_history = 0, False
         self.notice: Notice | None = None
         self._earlier_button = QToolButton()
         self._earlier_button.setAutoRaise(True)
@@ -127,13 +127,13 @@ class MessageBar(QFrame):
         else:
             self._hint_timer.stop()
         if not is_unread:
-            self._unread = 0
+            self._unread_count = 0
         elif notice.text != self.text:
-            self._unread += 1
+            self._unread_count += 1
         self._earlier_button.setText(
-            tr_n("{count} earlier message", "{count} earlier messages", self._unread)
+            tr_n("{count} earlier message", "{count} earlier messages", self._unread_count)
         )
-        self._earlier_button.setVisible(self._has_history and self._unread > 0)
+        self._earlier_button.setVisible(self._has_history and self._unread_count > 0)
         while (item := self._buttons.takeAt(0)) is not None:
             if (old_widget := item.widget()) is not None:
                 old_widget.hide()
@@ -150,7 +150,7 @@ class MessageBar(QFrame):
     def clear(self) -> None:
         """Hide the notice, and forget the unread ones."""
         self._hint_timer.stop()
-        self._unread = 0
+        self._unread_count = 0
         self.notice = None
         self.hide()
 

@@ -97,8 +97,8 @@ class NumberModel(QAbstractTableModel):
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
         """Sort by a column; rows without a value come last in both orders."""
         self.layoutAboutToBeChanged.emit()
-        persistent = self.persistentIndexList()
-        rows = [self.rows[index.row()] for index in persistent]
+        persistent_indexes = self.persistentIndexList()
+        rows = [self.rows[index.row()] for index in persistent_indexes]
 
         def key(row: tuple[tuple[Any, ...], str]) -> Any:
             value = row[0][column]
@@ -108,7 +108,7 @@ class NumberModel(QAbstractTableModel):
         rows_with_value.sort(key=key, reverse=order == Qt.SortOrder.DescendingOrder)
         self.rows = rows_with_value + [row for row in self.rows if row[0][column] is None]
         positions = {id(row): number for number, row in enumerate(self.rows)}
-        for index, row in zip(persistent, rows, strict=True):
+        for index, row in zip(persistent_indexes, rows, strict=True):
             self.changePersistentIndex(index, self.index(positions[id(row)], index.column()))
         self.layoutChanged.emit()
 

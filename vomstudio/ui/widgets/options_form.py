@@ -69,13 +69,13 @@ class OptionFields(QObject, Generic[Options]):
     ) -> None:
         super().__init__()
         self._is_live = is_live
-        self._class = options
+        self._options_class = options
         self._start = options() if start is None else start
-        self._declared = {item.name: item for item in declarations(options) if item.label}
+        self._declarations = {item.name: item for item in declarations(options) if item.label}
         self._placed: set[str] = set()
         self.fields: dict[str, QWidget] = {}
         self.labels: dict[str, Label] = {}
-        for name, item in self._declared.items():
+        for name, item in self._declarations.items():
             field = self._create(item)
             field.setObjectName(f"{prefix}_{item.flag.removeprefix('--').replace('-', '_')}")
             field.setAccessibleName(tr(item.label))
@@ -176,12 +176,16 @@ class OptionFields(QObject, Generic[Options]):
         UsageError
             If options exclude each other.
         """
-        values = {item.name: getattr(self._start, item.name) for item in declarations(self._class)}
-        return self._class(**values | {name: self.value(name) for name in self.fields} | others)
+        values = {
+            item.name: getattr(self._start, item.name) for item in declarations(self._options_class)
+        }
+        return self._options_class(
+            **values | {name: self.value(name) for name in self.fields} | others
+        )
 
     def value(self, name: str) -> Any:
         """Return the value of one field, in the unit of the option."""
-        field, declaration = self.fields[name], self._declared[name]
+        field, declaration = self.fields[name], self._declarations[name]
         if isinstance(field, QCheckBox):
             return field.isChecked()
         if isinstance(field, ComboBox):
@@ -202,7 +206,7 @@ class OptionFields(QObject, Generic[Options]):
     def show_unit(self, unit: str) -> None:
         """Set the unit of length, such as m, that is shown for lengths and areas."""
         for name, field in self.fields.items():
-            declaration = self._declared[name]
+            declaration = self._declarations[name]
             symbol = UNITS.get(declaration.unit or "", "")
             if declaration.form_unit is not None:
                 symbol = declaration.form_unit[0]
@@ -247,7 +251,7 @@ class OptionFields(QObject, Generic[Options]):
 
     def _scale(self, name: str) -> float:
         """Return the number in the field per unit of the option."""
-        form_unit = self._declared[name].form_unit
+        form_unit = self._declarations[name].form_unit
         return 1 if form_unit is None else form_unit[1]
 
 

@@ -118,7 +118,7 @@ class OtherModelBox(QWidget):
         record = self._studio.records.get(key)
         return project_model(self._studio, record) if isinstance(record, Model) else None
 
-    def close_reading(self) -> None:
+    def cancel_reading(self) -> None:
         """Stop reading, and deliver no further models."""
         self._background.stop()
         if self._job is not None:
@@ -173,10 +173,12 @@ class OtherModelBox(QWidget):
 
         def read(cached_model: CachedModel) -> None:
             self._background.run(
-                lambda: _fetch_model(path, cached_model), arrived, lambda error: refuse(str(error))
+                lambda: _fetch_model(path, cached_model),
+                receive_model,
+                lambda error: refuse(str(error)),
             )
 
-        def arrived(other_model: OtherModel) -> None:
+        def receive_model(other_model: OtherModel) -> None:
             self._job = None
             self.browse.setEnabled(True)
             self._add(other_model)
@@ -216,7 +218,7 @@ def _fetch_model(path: Path, cached_model: CachedModel) -> OtherModel:
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.frames import establish_frame
 
-    loaded_model = model_cache.open_cached(cached_model.folder)
+    loaded_model = model_cache.open_cache_folder(cached_model.folder)
     established = establish_frame(replace(loaded_model, path=path))
     return OtherModel(
         path.name,

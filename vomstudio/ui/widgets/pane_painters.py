@@ -17,7 +17,7 @@ Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float]
 to the screen and the zoom."""
 
 
-def mask_inside(box: QRectF, points: FloatArray) -> BoolArray:
+def inside_mask(box: QRectF, points: FloatArray) -> BoolArray:
     """Return which points (n, 2), in widget pixels, are inside a box."""
     x, y = points[:, 0], points[:, 1]
     is_in_x, is_in_y = (
@@ -48,7 +48,7 @@ def dot_painter(positions: FloatArray, color: QColor, size: float) -> Painter:
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
         pixels = to_screen(positions)
-        pixels = (pixels[mask_inside(box, pixels)] - [box.left(), box.top()]) * ratio
+        pixels = (pixels[inside_mask(box, pixels)] - [box.left(), box.top()]) * ratio
         width, height = max(1, int(box.width() * ratio)), max(1, int(box.height() * ratio))
         # Written to an image, because drawing thousands of dots takes half a second.
         marks = np.zeros((height, width), np.uint32)
@@ -104,14 +104,14 @@ def vector_painter(
     return paint
 
 
-def _draw_scale_bar(painter: QPainter, box: QRectF, per_pixel: float) -> None:
+def _draw_scale_bar(painter: QPainter, box: QRectF, pixels_per_unit: float) -> None:
     """Draw a scale bar for a round number of pixels."""
-    power = 10.0 ** math.floor(math.log10(110.0 / per_pixel))
-    error = max(step * power for step in (1, 2, 5) if step * power * per_pixel <= 111.0)
+    power = 10.0 ** math.floor(math.log10(110.0 / pixels_per_unit))
+    bar_units = max(step * power for step in (1, 2, 5) if step * power * pixels_per_unit <= 111.0)
     font = system_font()
     metrics = QFontMetricsF(font)
-    text = f"{error:g} px"
-    length = error * per_pixel
+    text = f"{bar_units:g} px"
+    length = bar_units * pixels_per_unit
     width = max(length, 20.0) + metrics.horizontalAdvance(text) + 26.0
     background = QRectF(
         box.left() + 6, box.bottom() - metrics.height() - 16, width, metrics.height() + 10

@@ -29,11 +29,11 @@ from vomstudio.rendering.view.readout_position import ReadingPosition
 from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
 from vomstudio.ui.base.photo_images import PhotoPyramid
 
-HANDLE_PIXELS = 9.0
-LINE_PIXELS = 7.0
+HANDLE_PICK_DISTANCE_PIXELS = 9.0
+MAX_LINE_DISTANCE_PIXELS = 7.0
 _ZOOM_PER_NOTCH = 1.2
 _HOVER_MS = 30
-_STROKE_PIXELS, _MAX_STEPS = 6.0, 40
+_STROKE_STEP_PIXELS, _MAX_STEPS = 6.0, 40
 _MAX_ZOOM = 24.0  # screen pixels per photo pixel
 _BUTTONS = {
     Qt.MouseButton.LeftButton: Button.LEFT,
@@ -114,13 +114,13 @@ class PhotoCanvas(QWidget):
         self._size = (1, 1)
         self._picture: PhotoPyramid | None = None
         self._turn = QTransform()
-        self._upright = QSize(1, 1)
+        self._upright_size = QSize(1, 1)
         self._scale, self._offset = 1.0, QPointF()
         self._is_fitted = True
-        self._drawn: Sequence[Drawn] = ()
+        self._drawn_features: Sequence[Drawn] = ()
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
-        self._reading_place = ReadingPosition()
+        self._reading_position = ReadingPosition()
         self._cross: FloatArray | None = None
         self._marker_position: FloatArray | None = None
         self._cursor: QPointF | None = None
@@ -129,7 +129,7 @@ class PhotoCanvas(QWidget):
         self._button = Qt.MouseButton.NoButton
         self._action: str | None = None
         self._handle: int | None = None
-        self._is_doubled = False
+        self._is_double_click = False
         # Throttled, because tools fit planes at each move of the cursor.
         self._hover_event: PhotoPointer | None = None
         self._hover_timer = QTimer(self, singleShot=True, interval=_HOVER_MS)
@@ -139,33 +139,33 @@ class PhotoCanvas(QWidget):
     def set_photo(self, width: int, height: int) -> None:
         """Set the size of another photo, in pixels, and remove the previous picture."""
         self._size, self._picture = (width, height), None
-        self._drawn, self._cross = (), None
-        self._set_turn(QTransform())
+        self._drawn_features, self._cross = (), None
+        self._set_upright_transform(QTransform())
         self.fit()
 
     def set_picture(self, picture: PhotoPyramid | None) -> None:
         """Draw a picture of the current photo."""
-        previous = self._upright
+        previous = self._upright_size
         self._picture = picture
         if picture is not None:
             # The cameras may refer to photos of another size.
             to_upright, (w, h) = picture.to_upright, self._size
-            shrink = QTransform.fromScale(picture.width / w, picture.height / h)
-            grow = QTransform.fromScale(w / picture.width, h / picture.height)
+            reduction = QTransform.fromScale(picture.width / w, picture.height / h)
+            enlargement = QTransform.fromScale(w / picture.width, h / picture.height)
             if abs(to_upright.m11()) < 0.5:
-                grow = QTransform.fromScale(h / picture.height, w / picture.width)
-            self._set_turn(shrink * to_upright * grow)
-            if self._upright != previous:
+                enlargement = QTransform.fromScale(h / picture.height, w / picture.width)
+            self._set_upright_transform(reduction * to_upright * enlargement)
+            if self._upright_size != previous:
                 self.fit()
         self.update()
 
-    def _set_turn(self, to_upright: QTransform) -> None:
+    def _set_upright_transform(self, to_upright: QTransform) -> None:
         self._turn = to_upright
         box = to_upright.mapRect(QRectF(0, 0, *self._size))
-        self._upright = QSize(round(box.width()), round(box.height()))
+        self._upright_size = QSize(round(box.width()), round(box.height()))
 
     def set_features(self, drawn_features: Sequence[Drawn], selected_names: frozenset[str]) -> None:
-        self._drawn, self._selected = drawn_features, selected_names
+        self._drawn_features, self._selected = drawn_features, selected_names
         self.update()
 
     def set_preview(self, preview: Preview | None) -> None:
@@ -208,9 +208,9 @@ class PhotoCanvas(QWidget):
         self._is_fitted = True
         size = self.size()
         self._scale = min(
-            size.width() / self._upright.width(), size.height() / self._upright.height()
+            size.width() / self._upright_size.width(), size.height() / self._upright_size.height()
         )
-        self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
+        self._centre(QPointF(self._upright_size.width() / 2, self._upright_size.height() / 2))
 
     def look_at(self, pixels: FloatArray) -> None:
         """Show pixels (n, 2) of the stored photo with a margin, at a scale of at most 1:1."""
@@ -242,7 +242,7 @@ class PhotoCanvas(QWidget):
         """Zoom by a factor about a point of the widget, by default its centre."""
         zoom_centre = zoom_centre or QPointF(self.width() / 2, self.height() / 2)
         min_scale = 0.5 * min(
-            self.width() / self._upright.width(), self.height() / self._upright.height()
+            self.width() / self._upright_size.width(), self.height() / self._upright_size.height()
         )
         scale = min(max(self._scale * factor, min_scale), _MAX_ZOOM)
         self._offset = zoom_centre + (self._offset - zoom_centre) * (scale / self._scale)
@@ -257,8 +257,8 @@ class PhotoCanvas(QWidget):
         if self._is_fitted:
             self.fit()
         elif event.oldSize().isValid():
-            grown_size = event.size() - event.oldSize()
-            self._offset += QPointF(grown_size.width() / 2, grown_size.height() / 2)
+            size_change = event.size() - event.oldSize()
+            self._offset += QPointF(size_change.width() / 2, size_change.height() / 2)
         super().resizeEvent(event)
 
     # --- painting ----------------------------------------------------------------------------
@@ -270,7 +270,7 @@ class PhotoCanvas(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.save()
         painter.setClipRect(self.to_screen.mapRect(QRectF(0, 0, *self._size)))
-        for drawing in sorted(self._drawn, key=lambda d: d.id in self._selected):
+        for drawing in sorted(self._drawn_features, key=lambda d: d.id in self._selected):
             self._paint_feature(painter, drawing)
         painter.restore()
         self._paint_labels(painter)
@@ -278,7 +278,9 @@ class PhotoCanvas(QWidget):
             self._paint_cross(painter, self._marker_position, 11.0, QColor("#56b4e9"))
         if self._preview is not None and self.projection is not None:
             extent = float(self.width()), float(self.height())
-            eye = PreviewPainter(painter, _Eye(self), extent, self._project, self._reading_place)
+            eye = PreviewPainter(
+                painter, _PhotoCamera(self), extent, self._project, self._reading_position
+            )
             cursor = self._cursor if self.underMouse() else None
             handle = self._handle_at(cursor) if cursor is not None else None
             self._paint_border(painter, self._preview)
@@ -336,7 +338,7 @@ class PhotoCanvas(QWidget):
     def _paint_labels(self, painter: QPainter) -> None:
         """Draw the labels that do not overlap, starting with those of selected features."""
         boxes: list[QRectF] = []
-        for drawing in sorted(self._drawn, key=lambda d: d.id not in self._selected):
+        for drawing in sorted(self._drawn_features, key=lambda d: d.id not in self._selected):
             if drawing.anchor is None or not drawing.label:
                 continue
             font = painting.system_font(bold=drawing.id in self._selected)
@@ -390,13 +392,13 @@ class PhotoCanvas(QWidget):
         pixels, is_visible = self._project(np.asarray(self._preview.line, np.float64))
         distances = np.hypot(pixels[:, 0] - position.x(), pixels[:, 1] - position.y())
         distances = np.where(is_visible & np.isfinite(distances), distances, np.inf)
-        return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
+        return int(distances.argmin()) if distances.min() <= HANDLE_PICK_DISTANCE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
         """Return the id of the feature at a pixel of the photo, or None."""
         position = self.to_widget([x, y])[0]
-        best_distance, feature_id = LINE_PIXELS, None
-        for drawing in self._drawn:
+        best_distance, feature_id = MAX_LINE_DISTANCE_PIXELS, None
+        for drawing in self._drawn_features:
             is_segment_visible = drawing.is_visible[:-1] & drawing.is_visible[1:]
             widget_pixels = self.to_widget(drawing.pixels)
             if drawing.is_edge_list:
@@ -446,7 +448,7 @@ class PhotoCanvas(QWidget):
             motion = cursor - self._last_position
             # A brush leaves no gaps.
             length = motion.manhattanLength() if self._handle is None else 0.0
-            steps = min(max(1, math.ceil(length / _STROKE_PIXELS)), _MAX_STEPS)
+            steps = min(max(1, math.ceil(length / _STROKE_STEP_PIXELS)), _MAX_STEPS)
             for step in range(1, steps + 1):
                 position = self._last_position + motion * (step / steps)
                 self._drag(Pointer.DRAG_MOVE, position, event, is_continued=step < steps)
@@ -477,16 +479,16 @@ class PhotoCanvas(QWidget):
         press, self._press_position = self._press_position, None
         if self._action == "tool":
             self._drag(Pointer.DRAG_END, event.position(), event)
-        elif self._action is None and not self._is_doubled:
+        elif self._action is None and not self._is_double_click:
             self.pointed.emit(self._create_pointer(Pointer.CLICK, press, event.button(), event))
-        self._action, self._handle, self._is_doubled = None, None, False
+        self._action, self._handle, self._is_double_click = None, None, False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self.is_left_button_painting:
             self.mousePressEvent(event)
             return
         self._press_position = self._last_position = event.position()
-        self._button, self._action, self._is_doubled = event.button(), None, True
+        self._button, self._action, self._is_double_click = event.button(), None, True
         self.pointed.emit(
             self._create_pointer(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
         )
@@ -501,7 +503,7 @@ class PhotoCanvas(QWidget):
         super().leaveEvent(event)
 
 
-class _Eye:
+class _PhotoCamera:
     """Camera interface of the photo for the painter of previews."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:

@@ -25,7 +25,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray, IntArray
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
-from vomstudio.ui.widgets.pane_painters import Painter, mask_inside, paint_nothing
+from vomstudio.ui.widgets.pane_painters import Painter, inside_mask, paint_nothing
 
 BACKGROUND = QColor(46, 48, 52)
 GAP_PIXELS = 6.0
@@ -76,7 +76,7 @@ class Links:
     colors : (m, 3) uint8 array
     visible_rows : int array
         Rows of the lines that are drawn.
-    faint : tuple of arrays, optional
+    faint_lines : tuple of arrays, optional
         Ends of lines that are drawn in red, below the others.
     """
 
@@ -84,7 +84,7 @@ class Links:
     right: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     colors: ByteArray = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
     visible_rows: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
-    faint: tuple[FloatArray, FloatArray] | None = None
+    faint_lines: tuple[FloatArray, FloatArray] | None = None
 
 
 class PicturePanes(QWidget):
@@ -113,7 +113,7 @@ class PicturePanes(QWidget):
         self._views = [_PaneView() for _ in range(count)]
         if is_linked:
             self._views = [self._views[0]] * count
-        self._is_linked, self._reserve = is_linked, reserve
+        self._is_linked, self._reserved_width = is_linked, reserve
         self._overlays: list[Painter] = []
         self._links = Links()
         self._hovered_link: int | None = None
@@ -129,11 +129,13 @@ class PicturePanes(QWidget):
         return QSize(900, 500)
 
     # --- content -----------------------------------------------------------------------------
-    def show_pictures(self, pictures: Sequence[Picture | None], *, keep_view: bool = False) -> None:
-        """Show one picture per pane; `keep_view` keeps the zoom if the sizes are the same."""
+    def show_pictures(
+        self, pictures: Sequence[Picture | None], *, store_view: bool = False
+    ) -> None:
+        """Show one picture per pane; `store_view` keeps the zoom if the sizes are the same."""
         previous = [None if p is None else p.size for p in self._pictures]
         self._pictures = list(pictures)
-        if not keep_view or previous != [None if p is None else p.size for p in pictures]:
+        if not store_view or previous != [None if p is None else p.size for p in pictures]:
             for view in self._views:
                 view.centre = None
         self._repaint_base()
@@ -160,13 +162,13 @@ class PicturePanes(QWidget):
 
     def middle(self, pane: int) -> QPointF:
         """Return the position on the screen at which the centre of the view is drawn."""
-        return self.box(pane).center() - QPointF(self._reserve / 2, 0.0)
+        return self.box(pane).center() - QPointF(self._reserved_width / 2, 0.0)
 
     def _fit(self, pane: int) -> tuple[FloatArray, float]:
         picture, box = self._pictures[pane], self.box(pane)
         width, height = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
-        available_width = max(box.width() - self._reserve, 20.0)
+        available_width = max(box.width() - self._reserved_width, 20.0)
         zoom = min(
             available_width / max(width, 1.0), max(box.height() - 2 * title, 20) / max(height, 1.0)
         )
@@ -267,9 +269,9 @@ class PicturePanes(QWidget):
         corners = self.to_screen(pane, [[0, 0], picture.size])
         target = QRectF(QPointF(*corners[0]), QPointF(*corners[1]))
         if picture.image is not None:
-            per_pixel = target.width() / max(picture.image.width(), 1)
+            magnification = target.width() / max(picture.image.width(), 1)
             smooth_hint = QPainter.RenderHint.SmoothPixmapTransform
-            painter.setRenderHint(smooth_hint, per_pixel < 3.0)
+            painter.setRenderHint(smooth_hint, magnification < 3.0)
             painter.drawImage(target, picture.image)
             painter.setRenderHint(smooth_hint)
         else:
@@ -305,9 +307,9 @@ class PicturePanes(QWidget):
         links = self._links
         if len(self._pictures) < 2 or any(p is None for p in self._pictures[:2]):
             return
-        if links.faint is not None:
+        if links.faint_lines is not None:
             painter.setPen(QPen(QColor(224, 64, 42, 110), 1.0))
-            painter.drawLines(self._lines(*links.faint))
+            painter.drawLines(self._lines(*links.faint_lines))
         is_smooth = len(links.visible_rows) <= _MAX_SMOOTH_LINES
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, is_smooth)
         lines = self._lines(links.left[links.visible_rows], links.right[links.visible_rows])
@@ -336,7 +338,7 @@ class PicturePanes(QWidget):
         """Return lines between positions (n, 2); a line is null if an end is invisible."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
         for pane, points in ((0, ends[:, :2]), (1, ends[:, 2:])):
-            ends[~mask_inside(self.box(pane), points)] = 0.0
+            ends[~inside_mask(self.box(pane), points)] = 0.0
         return [QLineF(*row) for row in ends.tolist()]
 
     # --- mouse and keys ----------------------------------------------------------------------
@@ -428,7 +430,7 @@ def _group_by_color(
 ) -> Iterator[tuple[QColor, IndexArray]]:
     """Yield each distinct colour in (n, 3) with its rows, ordered by colour."""
     if len(colors):
-        unique, indices = np.unique(colors, axis=0, return_inverse=True)
-        for number, rgb in enumerate(unique.tolist()):
+        unique_colors, indices = np.unique(colors, axis=0, return_inverse=True)
+        for number, rgb in enumerate(unique_colors.tolist()):
             red, green, blue = (int(v) for v in rgb)
             yield QColor(red, green, blue, 220), np.flatnonzero(indices.reshape(-1) == number)

@@ -63,7 +63,7 @@ class PlaneBox(ComboBox):
         studio.selection_changed.connect(self._follow_selection)
         studio.edited.connect(self._follow_edit)
         studio.project_opened.connect(self._list_planes)
-        studio.settings_changed.connect(self._settings_changed)
+        studio.settings_changed.connect(self._handle_settings_change)
         self.show_plane("")
 
     def show_plane(self, plane_id: str) -> None:
@@ -166,7 +166,7 @@ class PlaneBox(ComboBox):
                 self.plane_selected.emit("")
         self.show_plane(self._plane_id)
 
-    def _settings_changed(self) -> None:
+    def _handle_settings_change(self) -> None:
         self.show_plane(self._plane_id)
 
     def _list_planes(self) -> None:

@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.kinds import has_plane
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ElidedLabel, allow
+from vomstudio.ui.base.controls import ElidedLabel, set_enabled
 from vomstudio.ui.base.number_formatting import marked_attitude
 from vomstudio.ui.base.studio import Studio
 
@@ -42,7 +42,7 @@ class PlaneChoice(QWidget):
         self.take_button.setToolTip(tr("Use the selected plane."))
         self.take_button.setIcon(theme.icon("cursor-default-click-outline"))
         self.take_button.setAccessibleName(tr("Use selected"))
-        self.take_button.clicked.connect(lambda _=False: self.take_selected())
+        self.take_button.clicked.connect(lambda _=False: self.use_selected_plane())
         self.clear_button = QToolButton()
         self.clear_button.setIcon(theme.icon("close"))
         self.clear_button.setAccessibleName(tr("None"))
@@ -59,7 +59,7 @@ class PlaneChoice(QWidget):
         studio.settings_changed.connect(self.refresh)
         self.refresh()
 
-    def take_selected(self) -> None:
+    def use_selected_plane(self) -> None:
         if selected_plane_id := self._selected_plane_id():
             self._choose(selected_plane_id)
 
@@ -86,7 +86,7 @@ class PlaneChoice(QWidget):
             measurements = self._studio.measured([self.id])[self.id]
             orientation = marked_attitude(measurements, self._studio.settings.notation)
             self.label.setText(f"{record.name or self.id}  {orientation}")
-        allow(
+        set_enabled(
             self.take_button, None if self._selected_plane_id() else Finding("selection.no-plane")
         )
         self.clear_button.setVisible(record is not None)

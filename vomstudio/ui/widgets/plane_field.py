@@ -18,7 +18,7 @@ from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.base.command_targets import current_measurement
-from vomstudio.ui.base.controls import allow, icon_button
+from vomstudio.ui.base.controls import icon_button, set_enabled
 from vomstudio.ui.base.studio import Studio
 
 ViewDirection = Callable[[], tuple[float, float] | None]
@@ -91,14 +91,14 @@ class PlaneField(QWidget):
                 self.show_plane(plane, 0 if is_rounded else 2)
 
     def _refresh(self) -> None:
-        allow(
+        set_enabled(
             self.take_button,
             Finding("selection.no-plane") if self._selected_plane() is None else None,
         )
 
     def _selected_plane(self) -> Plane | None:
-        measured_current_measurement = current_measurement(self._studio)
-        return None if measured_current_measurement is None else measured_current_measurement.plane
+        measurement = current_measurement(self._studio)
+        return None if measurement is None else measurement.plane
 
     def _use_selection(self) -> None:
         if (plane := self._selected_plane()) is not None:

@@ -99,13 +99,13 @@ class VertexTable(QTableWidget):
         point[item.column()] = value
         if rows:
             point = [float(v) for v in transform.apply(transform.invert(rows), [point])[0]]
-        if (finding := self._why_not_at(point)) is not None:
+        if (finding := self._position_problem(point)) is not None:
             self._studio.warn(finding)
             self.refresh()
             return
         tool.move_vertex(index, (point[0], point[1], point[2]))
 
-    def _why_not_at(self, point: list[float]) -> Finding | None:
+    def _position_problem(self, point: list[float]) -> Finding | None:
         """Return a finding if a point in the file frame of a model cannot be on the model."""
         model = self._model()
         open_model = None if model is None else self._studio.models.get(model.id)

@@ -15,11 +15,11 @@ def compression_limit(file_bytes: int) -> int:
     return BYTES_PER_FILE_BYTE * file_bytes + FREE_ALLOWANCE_BYTES
 
 
-def decoded_limit(file_bytes: int) -> int:
+def decoding_limit(file_bytes: int) -> int:
     """Return the maximum decompressed content of a file in memory at a time, in bytes.
 
     This is `compression_limit`, but not more than half of the free memory if the system reports
     it.
     """
-    limit, available = compression_limit(file_bytes), free_bytes()
-    return limit if available is None else min(limit, available // 2)
+    limit, available_bytes = compression_limit(file_bytes), free_bytes()
+    return limit if available_bytes is None else min(limit, available_bytes // 2)

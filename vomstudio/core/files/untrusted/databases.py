@@ -18,10 +18,10 @@ from typing import NoReturn
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.failures import stop_requests
-from vomstudio.core.files.regular import require_regular
+from vomstudio.core.files.regular import require_regular_file
 from vomstudio.core.findings import Finding
 
-SQLITE_MARK = b"SQLite format 3\0"
+SQLITE_SIGNATURE = b"SQLite format 3\0"
 MAX_ENTRIES = 20_000
 """Maximum number of tables, indexes and triggers of a schema; a GDAL layer has about 15."""
 
@@ -62,7 +62,7 @@ _TRIGGER_NAMES = re.compile(
     r"|.+_(?:zoom|tile_column|tile_row)_(?:insert|update)",
     re.DOTALL,
 )
-_RTREE_COLUMNS = 5
+_RTREE_COLUMN_COUNT = 5
 _STANDARD_VIEWS = {
     "st_spatial_ref_sys",
     "spatial_ref_sys",
@@ -145,7 +145,7 @@ class SchemaEntry:
         return "generated" in self.tokens or ("as", "(") in itertools.pairwise(self.tokens)
 
 
-def open_to_read(path: Path, timeout_s: float = 5.0) -> sqlite3.Connection:
+def open_read_only(path: Path, timeout_s: float = 5.0) -> sqlite3.Connection:
     """Open a database for reading, restricted by `restrict_connection`.
 
     Parameters
@@ -161,7 +161,7 @@ def open_to_read(path: Path, timeout_s: float = 5.0) -> sqlite3.Connection:
     sqlite3.Error
         If the database cannot be opened.
     """
-    require_regular(path)
+    require_regular_file(path)
     db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=timeout_s)
     try:
         restrict_connection(db)
@@ -202,10 +202,10 @@ def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
         if row == MAX_ENTRIES:
             raise sqlite3.DatabaseError("the schema has too many entries")
         if sql is not None:
-            yield _entry(str(name), str(sql))
+            yield _schema_entry(str(name), str(sql))
 
 
-def _entry(name: str, sql: str) -> SchemaEntry:
+def _schema_entry(name: str, sql: str) -> SchemaEntry:
     statements = [
         token
         for token in _TOKEN.findall(sql)
@@ -245,7 +245,7 @@ def require_geopackage(path: Path) -> None:
         If the file is damaged or not a database.
     """
     try:
-        with closing(open_to_read(path)) as db:
+        with closing(open_read_only(path)) as db:
             for entry in read_schema(db):
                 if not _is_written_by_gdal(entry):
                     refuse(entry.kind, entry.name, path)
@@ -278,7 +278,7 @@ def _is_rtree(tokens: tuple[str, ...]) -> bool:
     return (
         tokens[1:4] == ("using", "rtree", "(")
         and tokens[-1] == ")"
-        and len(columns) == _RTREE_COLUMNS
+        and len(columns) == _RTREE_COLUMN_COUNT
         and all(_unquote(column).replace("_", "").isalnum() for column in columns)
         and set(commas) == {","}
     )

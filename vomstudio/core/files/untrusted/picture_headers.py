@@ -16,9 +16,9 @@ from typing import BinaryIO
 
 from vomstudio.core.words import tr
 
-PNG_MARK = b"\x89PNG\r\n\x1a\n"
-JPEG_MARK = b"\xff\xd8"
-TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+JPEG_SIGNATURE = b"\xff\xd8"
+TIFF_SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 _MAX_PARTS = 10_000
 _MAX_SKIPPED_BYTES = 1 << 20
@@ -28,19 +28,19 @@ _MAX_SCANS = 100
 """Maximum number of scans of a progressive JPEG; encoders write about ten for a picture."""
 _MAX_DIRECTORIES = 1000
 # Bytes per value, by the type of a TIFF tag (TIFF 6.0, page 15; BigTIFF).
-_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
-_SIZES |= {16: 8, 17: 8, 18: 8}
-_BYTES = {1, 2, 6, 7}
+_VALUE_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+_VALUE_SIZES |= {16: 8, 17: 8, 18: 8}
+_BYTE_TYPES = {1, 2, 6, 7}
 _EXIF_DIRECTORIES = {0x8769, 0x8825, 0xA005}
-_SUB_DIRECTORIES = 0x014A
-_SCAN, _END = 0xDA, 0xD9
-_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+_SUB_DIRECTORIES_TAG = 0x014A
+_SCAN_MARKER, _END_MARKER = 0xDA, 0xD9
+_FRAME_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 """Markers of JPEG frame headers, which contain the size (ITU T.81, table B.1)."""
-_PROGRESSIVE = {0xC2, 0xC6, 0xCA, 0xCE}
-_MARKER = re.compile(rb"\xff[^\x00\xff]")
-_SEGMENT = re.compile(rb"\xff[\x02-\xcf\xd9-\xfe]")
+_PROGRESSIVE_MARKERS = {0xC2, 0xC6, 0xCA, 0xCE}
+_MARKER_PATTERN = re.compile(rb"\xff[^\x00\xff]")
+_SEGMENT_PATTERN = re.compile(rb"\xff[\x02-\xcf\xd9-\xfe]")
 """Segment markers, excluding restart markers between pixels and markers without content."""
-_BLOCK = 1 << 16
+_BLOCK_BYTES = 1 << 16
 
 
 class HeaderError(ValueError):
@@ -60,7 +60,7 @@ class PictureSize:
     extra_bytes : int
         Additional memory that the decoder needs: a strip or tile, the coefficients of a
         progressive JPEG, or the canvas of a WebP picture.
-    tiles_bytes : int
+    tile_bytes : int
         Total bytes of all tiles, which may extend far beyond the picture; 0 if the picture is not
         tiled.
     """
@@ -69,12 +69,12 @@ class PictureSize:
     height: int
     pixel_bytes: int
     extra_bytes: int = 0
-    tiles_bytes: int = 0
+    tile_bytes: int = 0
 
     @property
     def stored_bytes(self) -> int:
         """Decompressed bytes of all pixels, as the file stores them."""
-        return max(self.width * self.height * self.pixel_bytes, self.tiles_bytes)
+        return max(self.width * self.height * self.pixel_bytes, self.tile_bytes)
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
         """Return the decompressed size in bytes.
@@ -84,7 +84,7 @@ class PictureSize:
         """
         row = self.width * max(self.pixel_bytes, min_pixel_bytes)
         pixels = self.height * ((row + 3) // 4 * 4 + 8)
-        return max(pixels, self.tiles_bytes) + self.extra_bytes
+        return max(pixels, self.tile_bytes) + self.extra_bytes
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:
@@ -135,9 +135,11 @@ def jpeg_scan_start(file: BinaryIO) -> int | None:
     Returns None if the file is not a JPEG or has no scan. Raises HeaderError.
     """
     file.seek(0)
-    if file.read(2) != JPEG_MARK:
+    if file.read(2) != JPEG_SIGNATURE:
         return None
-    return next((offset - 4 for marker, offset, _ in _segments(file) if marker == _SCAN), None)
+    return next(
+        (offset - 4 for marker, offset, _ in _segments(file) if marker == _SCAN_MARKER), None
+    )
 
 
 # --- JPEG -----------------------------------------------------------------------------------------
@@ -152,11 +154,11 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
             exif += file.read(length - 6)
             if len(exif) > _MAX_EXIF_BYTES:
                 raise HeaderError(tr("its EXIF data are implausibly large"))
-        elif marker in _FRAMES:
+        elif marker in _FRAME_MARKERS:
             precision, height, width, components = struct.unpack(">BHHB", file.read(6))
             size = PictureSize(width, height, components * (1 if precision <= 8 else 2))
-            is_progressive = marker in _PROGRESSIVE
-        elif marker == _SCAN:
+            is_progressive = marker in _PROGRESSIVE_MARKERS
+        elif marker == _SCAN_MARKER:
             has_several_scans = is_progressive or file.read(1) < bytes([components])
             if has_several_scans:
                 _check_scans(file, start)
@@ -184,7 +186,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
         if header[0] != 0xFF or header[1] in (0x00, 0xFF):
             file.seek(offset)
             block = file.read(1 << 16)
-            match = _MARKER.search(block)
+            match = _MARKER_PATTERN.search(block)
             step = match.start() if match else max(1, len(block) - 1)
             offset, skipped_count = offset + step, skipped_count + step
             if skipped_count > _MAX_SKIPPED_BYTES:
@@ -199,20 +201,20 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
         if length < 2:
             return
         yield marker, offset + 4, length - 2
-        if marker == _SCAN:
+        if marker == _SCAN_MARKER:
             return
         offset += 2 + length
 
 
 def _check_scans(file: BinaryIO, start: int) -> None:
     """Raise HeaderError if a JPEG has too many scans after offset `start`."""
-    offset, scans = start, 1
+    offset, scan_count = start, 1
     for _ in range(_MAX_PARTS):
         position, marker = _next_segment(file, offset)
-        if marker == _END:
+        if marker == _END_MARKER:
             return
-        scans += marker == _SCAN
-        if scans > _MAX_SCANS:
+        scan_count += marker == _SCAN_MARKER
+        if scan_count > _MAX_SCANS:
             raise HeaderError(tr("it has an implausible number of scans"))
         file.seek(position + 2)
         offset = position + 2 + max(2, int.from_bytes(file.read(2), "big"))
@@ -220,16 +222,16 @@ def _check_scans(file: BinaryIO, start: int) -> None:
 
 
 def _next_segment(file: BinaryIO, offset: int) -> tuple[int, int]:
-    """Return offset and marker (`_END` at the end) of the segment after compressed pixels."""
+    """Return offset and marker (`_END_MARKER` at the end) of the segment after the pixels."""
     file.seek(offset)
-    while block := file.read(_BLOCK):
-        if match := _SEGMENT.search(block):
+    while block := file.read(_BLOCK_BYTES):
+        if match := _SEGMENT_PATTERN.search(block):
             return offset + match.start(), match[0][1]
         offset += max(1, len(block) - 1)
         file.seek(offset)
         if len(block) == 1:
             break
-    return offset, _END
+    return offset, _END_MARKER
 
 
 # --- PNG, BMP, WebP -------------------------------------------------------------------------------
@@ -278,8 +280,8 @@ def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
             int.from_bytes(head[offset : offset + 3], "little") + 1 for offset in (24, 27)
         )
     elif kind == b"VP8L":
-        (packed,) = struct.unpack_from("<I", head, 21)
-        width, height = (packed & 0x3FFF) + 1, (packed >> 14 & 0x3FFF) + 1
+        (packed_size,) = struct.unpack_from("<I", head, 21)
+        width, height = (packed_size & 0x3FFF) + 1, (packed_size >> 14 & 0x3FFF) + 1
     elif kind == b"VP8 ":
         width, height = (value & 0x3FFF for value in struct.unpack_from("<HH", head, 26))
     else:
@@ -291,7 +293,7 @@ def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 _Directory = dict[int, int]
 """Value of each tag, or the largest value if the tag has several."""
 _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES = 256, 257, 258, 262, 277
-_STRIP_ROWS, _PLANAR, _TILE_WIDTH, _TILE_HEIGHT = 278, 284, 322, 323
+_STRIP_ROWS, _PLANAR_CONFIGURATION, _TILE_WIDTH, _TILE_HEIGHT = 278, 284, 322, 323
 _SIZE_TAGS = {
     _WIDTH,
     _HEIGHT,
@@ -299,7 +301,7 @@ _SIZE_TAGS = {
     _PHOTOMETRIC,
     _SAMPLES,
     _STRIP_ROWS,
-    _PLANAR,
+    _PLANAR_CONFIGURATION,
     _TILE_WIDTH,
     _TILE_HEIGHT,
 }
@@ -315,16 +317,18 @@ def _first_tiff_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 def _tiff_size(directory: _Directory) -> PictureSize:
     width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
     samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
-    is_contiguous = directory.get(_PLANAR, 1) != _SEPARATE_PLANES
+    is_contiguous = directory.get(_PLANAR_CONFIGURATION, 1) != _SEPARATE_PLANES
     tile_width = directory.get(_TILE_WIDTH) or width
-    down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
-    block = tile_width * down * bits * (samples if is_contiguous else 1) // 8
+    tile_height = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
+    block = tile_width * tile_height * bits * (samples if is_contiguous else 1) // 8
     if directory.get(_PHOTOMETRIC) == _YCBCR:
         # libtiff converts the whole block to red, green, blue and opacity.
-        block = max(block, 4 * tile_width * down)
+        block = max(block, 4 * tile_width * tile_height)
     tiles = 0
     if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
-        tiles = -(-width // tile_width) * -(-height // down) * (1 if is_contiguous else samples)
+        tiles = (
+            -(-width // tile_width) * -(-height // tile_height) * (1 if is_contiguous else samples)
+        )
     return PictureSize(width, height, max(1, samples * bits // 8), block, tiles * block)
 
 
@@ -339,13 +343,13 @@ def _check_tags(file: BinaryIO) -> None:
         if index > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts_text())
         for kind, count, _, value_field in entries:
-            needed_size = count * _SIZES.get(kind, 1)
+            needed_size = count * _VALUE_SIZES.get(kind, 1)
             # Some cameras write tags that extend beyond the end of the file; readers ignore them.
             if needed_size > size - min(value_field, size):
                 continue
             total_count += needed_size
             if total_count > 2 * size + (1 << 16) or (
-                kind not in _BYTES and count > _MAX_TAG_VALUES
+                kind not in _BYTE_TYPES and count > _MAX_TAG_VALUES
             ):
                 raise HeaderError(tr("its tags describe more data than the file contains"))
 
@@ -384,7 +388,7 @@ def _all_directories(
         for kind, count, tag, value in entries:
             if include_exif and tag in _EXIF_DIRECTORIES:
                 pending.append(value)
-            elif tag == _SUB_DIRECTORIES:
+            elif tag == _SUB_DIRECTORIES_TAG:
                 pending += _numbers(file, byte_order, is_big_tiff, kind, count, value)
         pending.append(next_offset)
 
@@ -433,14 +437,14 @@ def _numbers(
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []
-    size = _SIZES[kind] * count
+    size = _VALUE_SIZES[kind] * count
     raw = struct.pack(byte_order + ("Q" if is_big_tiff else "I"), value)
     if size > len(raw):
         file.seek(min(value, 1 << 62))
         raw = file.read(min(size, 2048))
-    value_count = min(count, len(raw) // _SIZES[kind])
+    value_count = min(count, len(raw) // _VALUE_SIZES[kind])
     return list(
-        struct.unpack(f"{byte_order}{value_count}{code}", raw[: value_count * _SIZES[kind]])
+        struct.unpack(f"{byte_order}{value_count}{code}", raw[: value_count * _VALUE_SIZES[kind]])
     )
 
 
@@ -449,9 +453,9 @@ def _too_many_parts_text() -> str:
 
 
 _READERS: dict[bytes, Callable[[BinaryIO, bytes], PictureSize | None]] = {
-    JPEG_MARK: _jpeg_size,
-    PNG_MARK: _png_size,
+    JPEG_SIGNATURE: _jpeg_size,
+    PNG_SIGNATURE: _png_size,
     b"BM": _bmp_size,
     b"RIFF": _webp_size,
-    **dict.fromkeys(TIFF_MARKS, _first_tiff_size),
+    **dict.fromkeys(TIFF_SIGNATURES, _first_tiff_size),
 }

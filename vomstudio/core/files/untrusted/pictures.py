@@ -3,7 +3,7 @@
 Pillow chooses a decoder by the content and not by the file name; one of its decoders starts
 Ghostscript to run a PostScript file. Therefore the header is parsed here before decoding. A picture
 is rejected if it would keep the decoder busy for minutes, or if it needs more memory than the size
-of its file justifies (`budgets.decoded_limit`).
+of its file justifies (`budgets.decoding_limit`).
 
 Every picture is opened by `open_picture` (Pillow), by `decode_picture` (OpenCV), or by a library
 that opens files by name after a call of `check_picture` or, for rasters that are read in windows,
@@ -24,12 +24,12 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, ByteArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular, require_regular
-from vomstudio.core.files.untrusted.budgets import compression_limit, decoded_limit
+from vomstudio.core.files.regular import open_regular_file, require_regular_file
+from vomstudio.core.files.untrusted.budgets import compression_limit, decoding_limit
 from vomstudio.core.files.untrusted.picture_headers import (
-    JPEG_MARK,
-    PNG_MARK,
-    TIFF_MARKS,
+    JPEG_SIGNATURE,
+    PNG_SIGNATURE,
+    TIFF_SIGNATURES,
     HeaderError,
     PictureSize,
     block_sizes,
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageFile import ImageFile
 
-PHOTOS = ("JPEG", "PNG", "TIFF")
+PHOTO_FORMATS = ("JPEG", "PNG", "TIFF")
 """Formats of photos and masks. JPEG includes MPO, which is a JPEG with a preview."""
-TEXTURES = (*PHOTOS, "WEBP", "BMP", "TGA")
+TEXTURE_FORMATS = (*PHOTO_FORMATS, "WEBP", "BMP", "TGA")
 COLOR_BYTES = 4
 """Bytes of an RGB pixel in memory, both in Pillow and in Qt."""
 MASK_BYTES = 1
@@ -52,13 +52,13 @@ MASK_BYTES = 1
 RASTER_CACHE_BYTES = 256 << 20
 """Size of GDAL's block cache, which is 5 % of the total memory by default."""
 
-_ROWS = 512
-_PHOTO_MARKS = (JPEG_MARK, PNG_MARK, *TIFF_MARKS)
+_ROWS_PER_BLOCK = 512
+_PHOTO_SIGNATURES = (JPEG_SIGNATURE, PNG_SIGNATURE, *TIFF_SIGNATURES)
 
 
 def open_picture(
     source: str | Path | bytes,
-    formats: tuple[str, ...] = TEXTURES,
+    formats: tuple[str, ...] = TEXTURE_FORMATS,
     *,
     min_pixel_bytes: int = COLOR_BYTES,
     header_only: bool = False,
@@ -70,7 +70,7 @@ def open_picture(
     source : str, Path or bytes
         Path or content of the file.
     formats : tuple of str
-        Pillow's format names: `PHOTOS` or `TEXTURES`.
+        Pillow's format names: `PHOTO_FORMATS` or `TEXTURE_FORMATS`.
     min_pixel_bytes : int
         Minimum size of a decoded pixel: `COLOR_BYTES` or `MASK_BYTES`.
     header_only : bool
@@ -97,12 +97,12 @@ def open_picture(
     # Photos and textures exceed Pillow's default limit.
     Image.MAX_IMAGE_PIXELS = None
     if not isinstance(source, bytes):
-        require_regular(source)
+        require_regular_file(source)
     file = io.BytesIO(source) if isinstance(source, bytes) else _UnmappedFile(source)
     name = None if isinstance(source, bytes) else source
     pixel_bytes = None if header_only else min_pixel_bytes
     try:
-        with _refusals(name):
+        with _convert_errors(name):
             _check_size(file, read_size(file), pixel_bytes)
         file.seek(0)
         with warnings.catch_warnings():
@@ -119,7 +119,7 @@ def open_picture(
         file.close()
         raise
     try:
-        with _refusals(name):
+        with _convert_errors(name):
             # Covers formats whose header is not parsed here (TGA), and the size that Pillow read.
             _check_size(file, PictureSize(*image.size, 1), pixel_bytes)
             exif = image.info.get("exif")
@@ -141,7 +141,7 @@ def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> No
     OSError
         If the file cannot be read.
     """
-    with open_regular(path) as file, _refusals(path):
+    with open_regular_file(path) as file, _convert_errors(path):
         _check_photo(file, min_pixel_bytes)
 
 
@@ -158,17 +158,17 @@ def check_raster(path: str | Path) -> None:
     OSError
         If the file cannot be read.
     """
-    with open_regular(path) as file, _refusals(path):
-        if not file.read(4).startswith(TIFF_MARKS):
+    with open_regular_file(path) as file, _convert_errors(path):
+        if not file.read(4).startswith(TIFF_SIGNATURES):
             # GDAL will reject the file because it is opened as a GeoTIFF.
             return
         size = file.seek(0, io.SEEK_END)
-        limit = decoded_limit(size)
+        limit = decoding_limit(size)
         for picture in block_sizes(file):
             if picture.extra_bytes > limit:
-                raise _TooLarge(picture, picture.extra_bytes, limit)
+                raise _PictureTooLargeError(picture, picture.extra_bytes, limit)
             if picture.stored_bytes > compression_limit(size):
-                raise _TooLarge(picture, picture.stored_bytes, compression_limit(size))
+                raise _PictureTooLargeError(picture, picture.stored_bytes, compression_limit(size))
 
 
 def decode_picture(
@@ -198,9 +198,9 @@ def decode_picture(
     """
     import cv2
 
-    if not content.startswith(_PHOTO_MARKS):
+    if not content.startswith(_PHOTO_SIGNATURES):
         return None
-    with _refusals(name):
+    with _convert_errors(name):
         size = read_size(file := io.BytesIO(content))
         _check_size(file, size, min_pixel_bytes)
     if size is None:
@@ -214,7 +214,7 @@ def decode_picture(
     return None if pixels is None else np.asarray(pixels)
 
 
-class _TooLarge(Exception):
+class _PictureTooLargeError(Exception):
     def __init__(self, picture: PictureSize, needed_bytes: int, limit: int) -> None:
         super().__init__(needed_bytes)
         self.finding = Finding(
@@ -227,11 +227,11 @@ class _TooLarge(Exception):
 
 
 @contextmanager
-def _refusals(file: str | Path | None) -> Iterator[None]:
+def _convert_errors(file: str | Path | None) -> Iterator[None]:
     """Convert errors of the checks to an InputError that contains the file name."""
     try:
         yield
-    except _TooLarge as error:
+    except _PictureTooLargeError as error:
         raise InputError(error.finding, file=file) from None
     except HeaderError as error:
         finding = Finding("file.picture-header", reason=str(error))
@@ -240,7 +240,7 @@ def _refusals(file: str | Path | None) -> Iterator[None]:
 
 def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:
     file.seek(0)
-    if not file.read(len(PNG_MARK)).startswith(_PHOTO_MARKS):
+    if not file.read(len(PNG_SIGNATURE)).startswith(_PHOTO_SIGNATURES):
         raise HeaderError("it is not a JPEG, PNG or TIFF")
     size = read_size(file)
     if size is None:
@@ -259,9 +259,9 @@ def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: in
     if min_pixel_bytes is None:
         needed_stored_bytes, limit = picture.stored_bytes, compression_limit(size)
     else:
-        needed_stored_bytes, limit = picture.decoded_bytes(min_pixel_bytes), decoded_limit(size)
+        needed_stored_bytes, limit = picture.decoded_bytes(min_pixel_bytes), decoding_limit(size)
     if needed_stored_bytes > limit:
-        raise _TooLarge(picture, needed_stored_bytes, limit)
+        raise _PictureTooLargeError(picture, needed_stored_bytes, limit)
 
 
 class _UnmappedFile(io.BufferedReader):
@@ -296,8 +296,8 @@ def copy_pixels(picture: Image, out: ByteArray) -> None:
 
     `numpy.asarray` needs twice the memory of the result.
     """
-    for top in range(0, picture.height, _ROWS):
-        bottom = min(top + _ROWS, picture.height)
+    for top in range(0, picture.height, _ROWS_PER_BLOCK):
+        bottom = min(top + _ROWS_PER_BLOCK, picture.height)
         out[top:bottom] = np.asarray(picture.crop((0, top, picture.width, bottom)))
 
 

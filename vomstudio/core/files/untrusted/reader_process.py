@@ -73,10 +73,10 @@ def run_reader(module: str, request: Mapping[str, Any], progress: Progress, path
         answer = run_in_thread(process.communicate, text, name="reader process")
         try:
             progress.stage(tr("Reading {file}", file=path.name))
-            polls = 0
+            poll_count = 0
             while not wait([answer], _POLL_PERIOD_S).done:
-                polls += 1
-                progress.step(polls)
+                poll_count += 1
+                progress.step(poll_count)
         finally:
             if process.poll() is None:
                 process.kill()

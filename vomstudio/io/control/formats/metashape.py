@@ -8,7 +8,7 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.control.formats.micmac import only_xml
+from vomstudio.io.control.formats.micmac import find_single_xml
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import project_points
 from vomstudio.io.text.xml_tree import (
@@ -29,12 +29,12 @@ def matches(path: Path) -> bool:
     return is_xml(path) and read_xml(path).tag == ROOT_TAG
 
 
-def points_of(path: Path) -> list[ControlPoint]:
+def read_points(path: Path) -> list[ControlPoint]:
     """Return the points of a file. Raises InputError with line and element."""
     return _projected_points(path)[0]
 
 
-def crs_of(path: Path) -> str | None:
+def read_crs(path: Path) -> str | None:
     """Return the CRS of a file. Raises InputError with line and element."""
     return _projected_points(path)[1]
 
@@ -82,7 +82,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
     return points
 
 
-def marks_of(path: Path) -> list[Mark]:
+def read_marks(path: Path) -> list[Mark]:
     """Return the marks that were placed or confirmed by hand ("pinned").
 
     Raises InputError with line and element.
@@ -102,8 +102,8 @@ def marks_of(path: Path) -> list[Mark]:
     for marker in frames.iter("marker") if frames is not None else ():
         label = _require_known(path, marker, "marker_id", labels)
         for location in marker.findall("location"):
-            pinned = location.get("pinned", location.get("valid", "true"))
-            if pinned.casefold() in ("false", "0"):
+            pinned_text = location.get("pinned", location.get("valid", "true"))
+            if pinned_text.casefold() in ("false", "0"):
                 continue
             photo = _require_known(path, location, "camera_id", names)
             marks.append(
@@ -123,8 +123,8 @@ def _stated_crs(path: Path, root: Element) -> str | None:
 
 
 def _markers(chunk: Element) -> list[Element]:
-    top = chunk.find("markers")
-    return [] if top is None else list(top.iter("marker"))
+    markers_element = chunk.find("markers")
+    return [] if markers_element is None else list(markers_element.iter("marker"))
 
 
 def _number(path: Path, element: Element, name: str) -> float:
@@ -149,11 +149,11 @@ def find_points(folder: Path) -> Path | None:
     -------
     Path or None
     """
-    path = only_xml(folder, lambda head: f"<{ROOT_TAG}" in head and "<chunk" in head)
+    path = find_single_xml(folder, lambda head: f"<{ROOT_TAG}" in head and "<chunk" in head)
     if path is None:
         return None
     try:
-        return path if points_of(path) else None
+        return path if read_points(path) else None
     except (InputError, UsageError):
         return None
 
@@ -161,10 +161,10 @@ def find_points(folder: Path) -> Path | None:
 CONTROL_FORMAT = ControlFormat(
     to_translate("Metashape markers (XML)"),
     matches=matches,
-    points=points_of,
-    marks=marks_of,
-    crs=crs_of,
-    holds_marks=True,
+    points=read_points,
+    marks=read_marks,
+    crs=read_crs,
+    has_marks=True,
     find_points=find_points,
     extensions=(".xml",),
 )

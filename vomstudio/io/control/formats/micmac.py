@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
@@ -24,25 +24,25 @@ from vomstudio.io.text.xml_tree import (
     words,
 )
 
-POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
-_POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
+POINTS_TAG, MARKS_TAG = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
+_POINT_TAG, _PHOTO_TAG, _MARK_TAG = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
 # Default for points without a stated error; it is a weight and not a length.
 _DEFAULT_WEIGHTS = (1.0, 1.0, 1.0)
 HEAD_BYTES, MAX_FILES = 4096, 200
 
 
-def points_of(path: Path) -> list[ControlPoint]:
+def read_points(path: Path) -> list[ControlPoint]:
     """Return the ground points of a file.
 
     The error is the root mean square of the three numbers of `Incertitude` in metres, unless these
     are 1 1 1. Raises InputError with line and element.
     """
     root = read_xml(path)
-    elements = [element for top in root.iter(POINTS) for element in top.findall(_POINT)]
+    elements = [element for top in root.iter(POINTS_TAG) for element in top.findall(_POINT_TAG)]
     if not elements:
         finding = (
             Finding("control.only-marks")
-            if next(root.iter(MARKS), None) is not None
+            if next(root.iter(MARKS_TAG), None) is not None
             else Finding("control.no-points")
         )
         raise InputError(finding, file=path, field=root.tag)
@@ -56,7 +56,7 @@ def points_of(path: Path) -> list[ControlPoint]:
     return points
 
 
-def crs_of(path: Path) -> None:
+def read_crs(path: Path) -> None:
     """Return None because MicMac files do not state a CRS.
 
     Raises
@@ -64,7 +64,7 @@ def crs_of(path: Path) -> None:
     InputError
         If the points are not valid.
     """
-    points_of(path)
+    read_points(path)
 
 
 def _sigma(path: Path, point: Element) -> float | None:
@@ -79,18 +79,18 @@ def _sigma(path: Path, point: Element) -> float | None:
     return float((sum(value * value for value in stated_numbers) / 3) ** 0.5)
 
 
-def marks_of(path: Path) -> list[Mark]:
+def read_marks(path: Path) -> list[Mark]:
     """Return the marks of a file, with pixel coordinates as written.
 
     Raises InputError with line and element.
     """
     root = read_xml(path)
-    photos = [element for top in root.iter(MARKS) for element in top.findall(_PHOTO)]
+    photos = [element for top in root.iter(MARKS_TAG) for element in top.findall(_PHOTO_TAG)]
     marks = []
     labels = UniqueKeys(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
-        for element in photo.findall(_MARK):
+        for element in photo.findall(_MARK_TAG):
             label = words(path, element, "NamePt")
             x, y = numbers(path, element.find("PtIm"), words(path, element, "PtIm"), 2)
             labels.add(
@@ -99,7 +99,7 @@ def marks_of(path: Path) -> list[Mark]:
             marks.append(Mark(label, name, x, y))
     if not marks:
         finding = Finding("control.no-marks")
-        if next(root.iter(POINTS), None) is not None:
+        if next(root.iter(POINTS_TAG), None) is not None:
             finding = Finding("control.only-points")
         raise InputError(finding, file=path, field=root.tag)
     return marks
@@ -107,7 +107,9 @@ def marks_of(path: Path) -> list[Mark]:
 
 def find_marks(path: Path) -> Path | None:
     """Return the only other XML file in the folder that has marks but no points, or None."""
-    return only_xml(path.parent, lambda head: MARKS in head and POINTS not in head, path)
+    return find_single_xml(
+        path.parent, lambda head: MARKS_TAG in head and POINTS_TAG not in head, path
+    )
 
 
 def find_points(folder: Path) -> Path | None:
@@ -121,10 +123,10 @@ def find_points(folder: Path) -> Path | None:
     -------
     Path or None
     """
-    return only_xml(folder, lambda head: POINTS in head)
+    return find_single_xml(folder, lambda head: POINTS_TAG in head)
 
 
-def only_xml(
+def find_single_xml(
     folder: Path, matches: Callable[[str], bool], excluded_path: Path | None = None
 ) -> Path | None:
     """Return the only XML file in a folder whose first bytes match, or None.
@@ -140,7 +142,7 @@ def only_xml(
     candidates = []
     for file in sorted(folder.glob("*.[xX][mM][lL]"))[:MAX_FILES]:
         try:
-            with open_regular(file) as stream:
+            with open_regular_file(file) as stream:
                 header = stream.read(HEAD_BYTES).decode("utf-8", "replace")
         except (InputError, OSError):
             continue
@@ -153,9 +155,9 @@ def only_xml(
 CONTROL_FORMAT = ControlFormat(
     to_translate("MicMac ground points (XML)"),
     matches=is_xml,
-    points=points_of,
-    marks=marks_of,
-    crs=crs_of,
+    points=read_points,
+    marks=read_marks,
+    crs=read_crs,
     is_certain=False,
     extensions=(".xml",),
     find_marks=find_marks,

@@ -13,7 +13,7 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import is_regular, open_regular, read_small
+from vomstudio.core.files.regular import is_regular_file, open_regular_file, read_small_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.format import ControlFormat
@@ -40,17 +40,17 @@ class OdmControl:
     marks: tuple[Mark, ...]
 
 
-def points_of(path: Path) -> list[ControlPoint]:
+def read_points(path: Path) -> list[ControlPoint]:
     """Return the points of a file. Raises InputError with line and column."""
     return _projected_points(path)[0]
 
 
-def crs_of(path: Path) -> str | None:
+def read_crs(path: Path) -> str | None:
     """Return the CRS of a file. Raises InputError with line and column."""
     return _projected_points(path)[1]
 
 
-def marks_of(path: Path) -> list[Mark]:
+def read_marks(path: Path) -> list[Mark]:
     """Return the marks of a file. Raises InputError with line and column."""
     return list(read_odm(path).marks)
 
@@ -62,10 +62,10 @@ def _projected_points(path: Path) -> tuple[list[ControlPoint], str | None]:
 
 def is_odm(path: str | Path) -> bool:
     """Return whether the first line is a projection; False if the file is unreadable."""
-    if not is_regular(path):
+    if not is_regular_file(path):
         return False
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             header = convert_to_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
         for text in header.splitlines():
             if text.strip() and not text.startswith("#"):
@@ -79,7 +79,7 @@ def read_odm(path: str | Path) -> OdmControl:
     """Read a `gcp_list.txt` file. Raises InputError with line and column."""
     path = Path(path)
     try:
-        lines = decode_text(read_small(path, MAX_BYTES)).splitlines()
+        lines = decode_text(read_small_file(path, MAX_BYTES)).splitlines()
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:
@@ -140,7 +140,7 @@ def read_odm(path: str | Path) -> OdmControl:
     if not points:
         raise InputError(Finding("control.no-points"), file=path)
     return OdmControl(
-        projection_of(path, first_line_number, header),
+        parse_projection(path, first_line_number, header),
         first_line_number,
         tuple(point for _, point in points.values()),
         tuple(mark for _, mark in marks.values()),
@@ -158,7 +158,7 @@ def _photo_and_label(cells: list[str]) -> tuple[str, str]:
     return " ".join(cells[:end]).replace("\\", "/"), label
 
 
-def projection_of(path: Path, line: int, header: str) -> str:
+def parse_projection(path: Path, line: int, header: str) -> str:
     """Return the projection in the first line of a file, in a form that pyproj accepts.
 
     Raises InputError.
@@ -186,10 +186,10 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
 CONTROL_FORMAT = ControlFormat(
     to_translate("OpenDroneMap ground control list"),
     matches=is_odm,
-    points=points_of,
-    marks=marks_of,
-    crs=crs_of,
-    holds_marks=True,
-    found_as=("gcp_list.txt",),
+    points=read_points,
+    marks=read_marks,
+    crs=read_crs,
+    has_marks=True,
+    default_names=("gcp_list.txt",),
     extensions=(".txt",),
 )

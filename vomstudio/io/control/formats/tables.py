@@ -23,26 +23,28 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import project_points
 from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.file_text import MAX_OBJECTS
-from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
+from vomstudio.io.text.named_columns import LABEL_NAMES, PHOTO_NAMES, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
-_POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
+_POINT_COLUMNS, _MARK_COLUMNS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """Order of the columns in a table without a header."""
-_PHOTO_COLUMN = tuple(name for name in PHOTO if name not in LABEL)
+_PHOTO_COLUMN = tuple(name for name in PHOTO_NAMES if name not in LABEL_NAMES)
 _X_COLUMNS = ("x", "x px", "pixel x", "px", "u", "column", "col")
 _Y_COLUMNS = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 
-def points_of(path: Path) -> list[ControlPoint]:
+def read_points(path: Path) -> list[ControlPoint]:
     """Return the points of a table. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-points"), file=path)
-    table = NamedTable(path, _POINTS)
-    labels = table.words(LABEL, "label")
+    table = NamedTable(path, _POINT_COLUMNS)
+    labels = table.words(LABEL_NAMES, "label")
     table.require_unique(labels)
-    positions, uses = table.columns(WORLD, _POINTS[1:]), table.uses()
+    positions, is_check_point = table.columns(WORLD, _POINT_COLUMNS[1:]), table.is_check_point()
     points = []
-    for label, position, sigma, check in zip(labels, positions, table.sigma(), uses, strict=True):
+    for label, position, sigma, check in zip(
+        labels, positions, table.sigma(), is_check_point, strict=True
+    ):
         x, y, z = position.tolist()
         points.append(ControlPoint(label, (x, y, z), _common_sigma(sigma), bool(check)))
     return points
@@ -56,12 +58,12 @@ def _common_sigma(sigma: FloatArray) -> float | None:
     return float(np.sqrt(np.mean(np.square(stated_sigma))))
 
 
-def marks_of(path: Path) -> list[Mark]:
+def read_marks(path: Path) -> list[Mark]:
     """Return the marks of a table. Raises InputError with file, line and column."""
     if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-marks"), file=path)
-    table = NamedTable(path, _MARKS)
-    labels = table.words(LABEL, "label")
+    table = NamedTable(path, _MARK_COLUMNS)
+    labels = table.words(LABEL_NAMES, "label")
     names = [name.replace("\\", "/") for name in table.words(_PHOTO_COLUMN, "photo")]
     pixels = table.columns((_X_COLUMNS, _Y_COLUMNS), ("x", "y"))
     marks = []
@@ -83,7 +85,7 @@ def marks_of(path: Path) -> list[Mark]:
     return marks
 
 
-def crs_of(path: Path) -> str | None:
+def read_crs(path: Path) -> str | None:
     """Return the CRS that is stated by the table or its `.prj` file.
 
     Raises
@@ -100,9 +102,9 @@ def crs_of(path: Path) -> str | None:
 CONTROL_FORMAT = ControlFormat(
     to_translate("control point table"),
     matches=lambda path: True,
-    points=points_of,
-    marks=marks_of,
-    crs=crs_of,
+    points=read_points,
+    marks=read_marks,
+    crs=read_crs,
     is_certain=False,
     extensions=TABLE_EXTENSIONS,
 )

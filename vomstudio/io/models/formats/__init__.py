@@ -1,6 +1,6 @@
 """Model formats, one module per format with a `READER`; _modules are shared helpers."""
 
-USUAL = {
+MODULES_BY_SUFFIX = {
     ".dxf": "dxf",
     ".glb": "gltf",
     ".gltf": "gltf",

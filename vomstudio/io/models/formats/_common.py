@@ -28,7 +28,7 @@ INITIAL_ROWS = 2_000_000
 BLOCK_ROWS = 1 << 17
 
 
-def read_whole(path: Path, progress: Progress, padding: bytes = b"") -> ByteArray:
+def read_whole_file(path: Path, progress: Progress, padding: bytes = b"") -> ByteArray:
     """Return all bytes of a file followed by `padding`.
 
     Blocks are read so that the user can cancel. The file is not memory-mapped: if a mapped file
@@ -66,7 +66,7 @@ def read_whole(path: Path, progress: Progress, padding: bytes = b"") -> ByteArra
 
 
 def to_utf8(data: ByteArray, padding: bytes = b"") -> ByteArray:
-    """Return the result of `read_whole` for the same tail, with UTF-16 converted to UTF-8."""
+    """Return the result of `read_whole_file` for the same tail, with UTF-16 converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
     raw_data = data[: len(data) - len(padding)].tobytes()
@@ -89,7 +89,7 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
         )
 
 
-def points_missing(count: int, declared_count: int) -> Finding:
+def missing_points_finding(count: int, declared_count: int) -> Finding:
     """Return the finding about a truncated point cloud."""
     return Finding("model.incomplete", count=count, promised=declared_count, element=tr("points"))
 
@@ -118,7 +118,7 @@ def scale_colors(colors: AnyArray) -> ByteArray:
     return scaled_colors
 
 
-def drop_invalid(mesh: Mesh, findings: list[Finding], path: Path) -> Mesh | PointCloud:
+def drop_invalid_vertices(mesh: Mesh, findings: list[Finding], path: Path) -> Mesh | PointCloud:
     """Remove non-finite vertices and their faces; return a cloud if no faces remain.
 
     Faces must refer to existing vertices. Findings are appended to `findings`. Raises InputError if
@@ -127,10 +127,10 @@ def drop_invalid(mesh: Mesh, findings: list[Finding], path: Path) -> Mesh | Poin
     vertices, faces = mesh.vertices, mesh.faces
     is_finite_vertex = np.logical_and.reduce(np.isfinite(vertices), axis=1)
     offsets, uv, colors, fields = mesh.material_offsets, mesh.uv, mesh.colors, dict(mesh.fields)
-    n_bad = int(len(is_finite_vertex) - np.count_nonzero(is_finite_vertex))
-    if n_bad:
+    n_invalid = int(len(is_finite_vertex) - np.count_nonzero(is_finite_vertex))
+    if n_invalid:
         is_valid_face = is_finite_vertex[faces].all(axis=1)
-        n_faces = int(len(is_valid_face) - np.count_nonzero(is_valid_face))
+        n_invalid_faces = int(len(is_valid_face) - np.count_nonzero(is_valid_face))
         rows = np.cumsum(is_finite_vertex, dtype=np.int64).astype(np.int32) - 1
         faces = rows[faces[is_valid_face]]
         offsets = np.concatenate([[0], np.cumsum(is_valid_face)])[offsets].astype(np.int64)
@@ -138,9 +138,9 @@ def drop_invalid(mesh: Mesh, findings: list[Finding], path: Path) -> Mesh | Poin
         uv = None if uv is None else uv[is_finite_vertex]
         colors = None if colors is None else colors[is_finite_vertex]
         fields = {name: values[is_finite_vertex] for name, values in fields.items()}
-        findings.append(Finding("model.points-invalid", count=n_bad))
-        if n_faces:
-            findings.append(Finding("model.faces-invalid", count=n_faces))
+        findings.append(Finding("model.points-invalid", count=n_invalid))
+        if n_invalid_faces:
+            findings.append(Finding("model.faces-invalid", count=n_invalid_faces))
     if len(vertices) == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if len(faces) == 0:
@@ -159,10 +159,10 @@ def drop_invalid_points(cloud: PointCloud, findings: list[Finding], path: Path) 
     if len(is_finite) and is_finite.all():
         return cloud
     is_finite_point = np.logical_and.reduce(is_finite, axis=1)
-    n_bad = int(len(is_finite_point) - np.count_nonzero(is_finite_point))
-    if n_bad == len(is_finite_point):
+    n_invalid = int(len(is_finite_point) - np.count_nonzero(is_finite_point))
+    if n_invalid == len(is_finite_point):
         raise InputError(Finding("model.no-points"), file=path)
-    findings.append(Finding("model.points-invalid", count=n_bad))
+    findings.append(Finding("model.points-invalid", count=n_invalid))
     return cloud.select_rows(is_finite_point)
 
 
@@ -206,11 +206,11 @@ class Columns:
         """Create the columns. An array is copied each time it grows beyond `initial_rows`."""
         self._initial_rows = initial_rows
         self._arrays: dict[str, AnyArray] = {}
-        self._filled: dict[str, int] = {}
+        self._row_counts: dict[str, int] = {}
 
     def add(self, name: str, values: AnyArray, limit: int | None = None) -> None:
         """Append values. `limit` is the maximum number of rows, if known."""
-        n_filled = self._filled.get(name, 0)
+        n_filled = self._row_counts.get(name, 0)
         needed_size = n_filled + len(values)
         array = self._arrays.get(name, values[:0])
         common_type = _common_type(array.dtype, values.dtype)
@@ -222,7 +222,7 @@ class Columns:
             enlarged_array[:n_filled] = array[:n_filled]
             self._arrays[name] = array = enlarged_array
         array[n_filled:needed_size] = values
-        self._filled[name] = needed_size
+        self._row_counts[name] = needed_size
 
     def take(self, name: str, n: int) -> AnyArray | None:
         array = self._arrays.pop(name, None)
@@ -231,11 +231,11 @@ class Columns:
         return array if len(array) == n else array[:n].copy()
 
 
-def _common_type(first: np.dtype[Any], second: np.dtype[Any]) -> np.dtype[Any]:
-    if first == second:
-        return first
+def _common_type(dtype: np.dtype[Any], other_dtype: np.dtype[Any]) -> np.dtype[Any]:
+    if dtype == other_dtype:
+        return dtype
     return (
-        np.result_type(first, second)
-        if {first.kind, second.kind} <= set("iuf")
+        np.result_type(dtype, other_dtype)
+        if {dtype.kind, other_dtype.kind} <= set("iuf")
         else np.dtype(object)
     )

@@ -15,11 +15,11 @@ import numpy as np
 
 from vomstudio.geometry.kernels.jit import part, step
 
-EXACT = 1 << 53
+MAX_EXACT_INTEGER = 1 << 53
 MAX_DIGITS = 18
 POWERS = 10.0 ** np.arange(23)
 
-READY, LEFT_OVER, NO_NUMBER = 0, 1, 2
+READY, UNPARSED, NOT_A_NUMBER = 0, 1, 2
 
 
 @part
@@ -36,22 +36,22 @@ def _quotient(mantissa, power):  # type: ignore[no-untyped-def]
     low = float(mantissa - np.int64(high))
     q = high / p
     # Exact q * p as product + tail: Dekker's product of two doubles.
-    split = 134217729.0
-    t = split * q
+    splitter = 134217729.0
+    t = splitter * q
     q1 = t - (t - q)
     q2 = q - q1
-    t = split * p
+    t = splitter * p
     p1 = t - (t - p)
     p2 = p - p1
     product = q * p
     tail = ((q1 * p1 - product) + q1 * p2 + q2 * p1) + q2 * p2
     correction = (((high - product) - tail) + low) / p
     rounded_quotient = q + correction
-    remainder_part = correction - (rounded_quotient - q)
+    remainder = correction - (rounded_quotient - q)
     tolerance = abs(rounded_quotient) * 2.0**-98
     if (
-        rounded_quotient + (remainder_part + tolerance) == rounded_quotient
-        and rounded_quotient + (remainder_part - tolerance) == rounded_quotient
+        rounded_quotient + (remainder + tolerance) == rounded_quotient
+        and rounded_quotient + (remainder - tolerance) == rounded_quotient
     ):
         return rounded_quotient
     return np.nan
@@ -62,7 +62,7 @@ def _round(mantissa, exponent):  # type: ignore[no-untyped-def]
     """Return ``mantissa * 10**exponent``, correctly rounded, or NaN if that is not certain."""
     if mantissa == 0:
         return 0.0
-    if mantissa <= EXACT and -22 <= exponent <= 22:
+    if mantissa <= MAX_EXACT_INTEGER and -22 <= exponent <= 22:
         value = float(mantissa)
         if exponent < 0:
             value /= POWERS[-exponent]
@@ -75,11 +75,11 @@ def _round(mantissa, exponent):  # type: ignore[no-untyped-def]
 
 
 @step
-def _power(data, i, end):  # type: ignore[no-untyped-def]
+def _parse_power(data, i, end):  # type: ignore[no-untyped-def]
     """Parse a power of ten at i; return its value, whether it is valid, and its end."""
-    minus = False
+    is_negative = False
     if i < end and (data[i] == 45 or data[i] == 43):
-        minus = data[i] == 45
+        is_negative = data[i] == 45
         i += 1
     power = np.int64(0)
     is_valid = False
@@ -91,7 +91,7 @@ def _power(data, i, end):  # type: ignore[no-untyped-def]
         if power < 100000:
             power = power * 10 + d
         i += 1
-    return (-power if minus else power), is_valid, i
+    return (-power if is_negative else power), is_valid, i
 
 
 @part
@@ -139,7 +139,7 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
                 is_long = True
             i += 1
     if is_valid and i < end and (data[i] == 101 or data[i] == 69):
-        power, is_valid, i = _power(data, i + 1, end)
+        power, is_valid, i = _parse_power(data, i + 1, end)
         exponent += power
     if i < end and not is_space(data[i]):
         is_valid = False
@@ -149,11 +149,11 @@ def number(data, start, end):  # type: ignore[no-untyped-def]
         c = data[start] | 32
         # A word that cannot be nan or inf with any sign does not need to be parsed by Python.
         if 97 <= c <= 122 and c != 110 and c != 105:
-            return 0.0, NO_NUMBER, i
-        return 0.0, LEFT_OVER, i
+            return 0.0, NOT_A_NUMBER, i
+        return 0.0, UNPARSED, i
     value = _round(mantissa, exponent)
     if np.isnan(value):
-        return 0.0, LEFT_OVER, i
+        return 0.0, UNPARSED, i
     return -value if is_negative else value, READY, i
 
 

@@ -24,16 +24,16 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, SilentProgress
 from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
-from vomstudio.io.models.formats._common import read_whole
+from vomstudio.io.models.formats._common import read_whole_file
 from vomstudio.io.models.mtl import find_companion
 
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 MAX_JSON_BYTES = 1 << 28
 MAX_JSON_VALUES = 4_000_000
-COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+COMPONENT_TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-COMPRESSED = {
+COMPRESSION_EXTENSIONS = {
     "KHR_draco_mesh_compression": "Draco",
     "EXT_meshopt_compression": "meshopt",
     "KHR_meshopt_compression": "meshopt",
@@ -78,12 +78,12 @@ class Document:
     def __init__(self, path: Path, progress: Progress) -> None:
         self.path = path
         self.progress = progress
-        data = read_whole(path, progress)
+        data = read_whole_file(path, progress)
         self.budget = Budget(path, len(data))
         self._binary: AnyArray | None = None
         is_packed = data[:4].tobytes() == MAGIC
-        text = self._split(data) if is_packed else data.tobytes()
-        self.json = self._parse(text)
+        text = self._split_chunks(data) if is_packed else data.tobytes()
+        self.json = self._parse_json(text)
         self._buffers: dict[int, AnyArray] = {}
         self._hasher = hashlib.sha256(data.data)
         self._has_files = False
@@ -98,7 +98,7 @@ class Document:
             Finding("file.damaged", reason=reason, format="glTF"), file=self.path, field=field
         )
 
-    def _split(self, data: AnyArray) -> bytes:
+    def _split_chunks(self, data: AnyArray) -> bytes:
         if len(data) < 20:
             raise self.error(tr("the file ends within its header"))
         version, length = struct.unpack_from("<II", data.data, 4)
@@ -125,7 +125,7 @@ class Document:
             offset += size
         return text
 
-    def _parse(self, text: bytes) -> dict[str, Any]:
+    def _parse_json(self, text: bytes) -> dict[str, Any]:
         if len(text) > MAX_JSON_BYTES or sum(map(text.count, (b",", b"{", b"["))) > MAX_JSON_VALUES:
             raise self.error(tr("the JSON part is too large"))
         try:
@@ -147,32 +147,36 @@ class Document:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
             raise self.error(tr("glTF version 2 is not specified"), "asset.version")
-        required = self.json.get("extensionsRequired")
-        for name in required if isinstance(required, list) else ():
-            if name in COMPRESSED:
+        required_extensions = self.json.get("extensionsRequired")
+        for name in required_extensions if isinstance(required_extensions, list) else ():
+            if name in COMPRESSION_EXTENSIONS:
                 raise InputError(
-                    Finding("model.unsupported", feature=COMPRESSED[name]),
+                    Finding("model.unsupported", feature=COMPRESSION_EXTENSIONS[name]),
                     file=self.path,
                     field="extensionsRequired",
                 )
 
     def unknown_extensions(self) -> list[str]:
         """Return the required extensions that are not supported."""
-        required = self.json.get("extensionsRequired")
-        names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
+        required_extensions = self.json.get("extensionsRequired")
+        names = (
+            [n for n in required_extensions if isinstance(n, str)]
+            if isinstance(required_extensions, list)
+            else []
+        )
         return [name for name in names if not name.startswith(SUPPORTED_EXTENSIONS)]
 
     def extensions_to_report(self) -> list[str]:
         """Return the unsupported extensions that change the model."""
-        required = self.unknown_extensions()
-        moving_nodes = [
+        unknown_names = self.unknown_extensions()
+        positioning_names = [
             n
             for n in POSITIONING_EXTENSIONS
-            if n in self.section("extensions") and n not in required
+            if n in self.section("extensions") and n not in unknown_names
         ]
-        return [*required, *moving_nodes]
+        return [*unknown_names, *positioning_names]
 
-    def is_understood(self, extension: str) -> bool:
+    def is_known_extension(self, extension: str) -> bool:
         """Return whether an extension is supported or has already been reported."""
         return extension.startswith(SUPPORTED_EXTENSIONS) or extension in self.unknown_extensions()
 
@@ -234,7 +238,7 @@ class Document:
             if isinstance(source, bytes):
                 data: AnyArray = np.frombuffer(source, np.uint8)
             else:
-                data = read_whole(source, self.progress)
+                data = read_whole_file(source, self.progress)
                 self.budget.add(len(data))
                 self._hasher.update(data.data)
                 self._has_files = True
@@ -256,12 +260,14 @@ class Document:
         """Return the bytes and the stride (0 if not stated) of a buffer view."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
-        is_compressed = any(name in self.section("extensions", view) for name in COMPRESSED)
+        is_compressed = any(
+            name in self.section("extensions", view) for name in COMPRESSION_EXTENSIONS
+        )
         buffer = self.item("buffers", view.get("buffer"))
         # Uncompressed data may exist as a fallback for compressed data.
         has_fallback = any(
             self.section(name, self.section("extensions", buffer)).get("fallback") is True
-            for name in COMPRESSED
+            for name in COMPRESSION_EXTENSIONS
         )
         if is_compressed and has_fallback and "uri" not in buffer:
             raise self.error(tr("the data are compressed"), field)
@@ -281,13 +287,13 @@ class Document:
         field = f"accessors[{index}]"
         kind = accessor.get("componentType")
         width = WIDTHS.get(str(accessor.get("type")))
-        if not isinstance(kind, int) or kind not in COMPONENTS or width is None:
+        if not isinstance(kind, int) or kind not in COMPONENT_TYPES or width is None:
             raise self.error(tr("the type is unknown"), field)
         if width not in widths:
             raise self.error(
                 tr("the number of {width} values per row is wrong", width=width), field
             )
-        dtype = np.dtype(COMPONENTS[kind])
+        dtype = np.dtype(COMPONENT_TYPES[kind])
         count = self.integer(accessor, "count", 0, field)
         sparse_accessor = accessor.get("sparse")
         if "bufferView" in accessor:
@@ -333,13 +339,13 @@ class Document:
             self.section("indices", sparse_accessor),
             self.section("values", sparse_accessor),
         )
-        kind = COMPONENTS.get(indices.get("componentType", 0), "")
+        kind = COMPONENT_TYPES.get(indices.get("componentType", 0), "")
         if "u" not in kind:
             raise self.error(tr("the indices have an unknown type"), f"{field}.sparse")
         rows = self._typed_values(
             indices, indices.get("bufferView"), np.dtype(kind), count, 1, field
         )[:, 0]
-        new = self._typed_values(
+        new_values = self._typed_values(
             replacements,
             replacements.get("bufferView"),
             values.dtype,
@@ -350,7 +356,7 @@ class Document:
         if len(rows) and int(rows.max()) >= len(values):
             raise self.error(tr("it refers to rows that do not exist"), f"{field}.sparse")
         values = values.copy()
-        values[rows] = new
+        values[rows] = new_values
         return values
 
 

@@ -35,18 +35,20 @@ def color_map(document: Document, material: object) -> dict[str, Any]:
     return document.section("diffuseTexture", extension)
 
 
-def _transform(document: Document, texture: dict[str, Any]) -> dict[str, Any]:
+def _texture_transform(document: Document, texture: dict[str, Any]) -> dict[str, Any]:
     return document.section("KHR_texture_transform", document.section("extensions", texture))
 
 
 def uv_set(document: Document, texture: dict[str, Any]) -> int:
-    uv_set_number = _transform(document, texture).get("texCoord", texture.get("texCoord", 0))
+    uv_set_number = _texture_transform(document, texture).get(
+        "texCoord", texture.get("texCoord", 0)
+    )
     return uv_set_number if isinstance(uv_set_number, int) and 0 <= uv_set_number < 100 else 0
 
 
 def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) -> AnyArray:
     """Return texture coordinates in mesh convention: lower-left origin, transform applied."""
-    transform = _transform(document, texture)
+    transform = _texture_transform(document, texture)
     if "scale" in transform:
         uv = uv * numbers(document, transform["scale"], 2, "KHR_texture_transform")
     if "rotation" in transform:
@@ -58,35 +60,35 @@ def transform_uv(document: Document, uv: FloatArray, texture: dict[str, Any]) ->
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)
 
 
-def materials_of(
+def read_materials(
     document: Document, used_indices: list[int], findings: list[Finding]
 ) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
-    has_extra = False
+    has_unused_maps = False
     for index in used_indices:
         if index == -1:
             result.append(Material(""))
             continue
         entry = document.item("materials", index)
         name = str(entry.get("name") or f"material_{index}")
-        has_extra = has_extra or any(key in entry for key in UNUSED_MAPS)
+        has_unused_maps = has_unused_maps or any(key in entry for key in UNUSED_MAPS)
         info = color_map(document, index)
         texture: Path | None = None
         if info:
-            source = _image_of(document, info)
+            source = _image_index(document, info)
             if source not in images:
                 images[source] = _image(document, source, name)
             texture, problem = images[source]
             if problem:
                 findings.append(texture_finding(name, texture, problem))
-        result.append(Material(name, texture, _diffuse(document, entry)))
-    if has_extra:
+        result.append(Material(name, texture, _diffuse_color(document, entry)))
+    if has_unused_maps:
         findings.append(Finding("texture.only-colors"))
     return tuple(result)
 
 
-def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, float] | None:
+def _diffuse_color(document: Document, entry: dict[str, Any]) -> tuple[float, float, float] | None:
     metallic_roughness = document.section("pbrMetallicRoughness", entry)
     extension = document.section(
         "KHR_materials_pbrSpecularGlossiness", document.section("extensions", entry)
@@ -94,19 +96,23 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
     factor = metallic_roughness.get("baseColorFactor", extension.get("diffuseFactor"))
     if factor is None:
         return None
-    r, g, b, _ = srgb(np.clip(numbers(document, factor, 4, "baseColorFactor"), 0.0, 1.0)).tolist()
+    r, g, b, _ = linear_to_srgb(
+        np.clip(numbers(document, factor, 4, "baseColorFactor"), 0.0, 1.0)
+    ).tolist()
     return r, g, b
 
 
-def srgb(linear_colors: AnyArray) -> AnyArray:
+def linear_to_srgb(linear_colors: AnyArray) -> AnyArray:
     """Convert linear-light glTF factors to sRGB values (IEC 61966-2-1)."""
-    low = linear_colors <= 0.0031308
+    is_linear = linear_colors <= 0.0031308
     return np.where(
-        low, 12.92 * linear_colors, 1.055 * np.maximum(linear_colors, 0.0) ** (1 / 2.4) - 0.055
+        is_linear,
+        12.92 * linear_colors,
+        1.055 * np.maximum(linear_colors, 0.0) ** (1 / 2.4) - 0.055,
     )
 
 
-def _image_of(document: Document, info: dict[str, Any]) -> object:
+def _image_index(document: Document, info: dict[str, Any]) -> object:
     texture = document.item("textures", info.get("index"))
     webp = document.section("EXT_texture_webp", document.section("extensions", texture))
     return webp.get("source", texture.get("source"))
@@ -134,7 +140,7 @@ def _image(document: Document, index: object, material: str) -> tuple[Path | Non
             content = source
     except InputError as error:
         return None, error.message.rstrip(".")
-    if image_store.suffix_of(content) == ".img":
+    if image_store.image_suffix(content) == ".img":
         return None, tr("'{image}' is not an image that can be read", image=label)
     try:
         stored_image = image_store.store_image(content, Path(label).stem if "." in label else label)

@@ -47,12 +47,12 @@ class PlacedPrimitive:
     fields: dict[str, AnyArray] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPrimitive]:
+def read_primitives(document: Document, findings: list[Finding]) -> Iterator[PlacedPrimitive]:
     instances = []
     for instance in _placed_meshes(document, findings):
         document.budget.take(BYTES_PER_INSTANCE, "nodes")
         instances.append(instance)
-    uses: dict[object, int] = {}
+    use_counts: dict[object, int] = {}
     steps = 0
     for index, _, _ in instances:
         primitives = _primitives(document, index)
@@ -60,8 +60,8 @@ def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPri
         document.budget.take(BYTES_PER_PRIMITIVE * len(primitives), "meshes")
         for primitive in primitives:
             key = document.section("attributes", primitive).get("POSITION")
-            uses[_key(key)] = uses.get(_key(key), 0) + 1
-    primitive_count = line_count = done_count = 0
+            use_counts[_key(key)] = use_counts.get(_key(key), 0) + 1
+    vertex_count = line_count = done_count = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), steps)
     for index, matrix, weights in instances:
@@ -73,10 +73,10 @@ def pieces_of(document: Document, findings: list[Finding]) -> Iterator[PlacedPri
                 line_count += 1
                 continue
             key = document.section("attributes", primitive).get("POSITION")
-            is_shared = uses[_key(key)] > 1
-            piece = _piece(document, primitive, matrix, weights, is_shared, findings)
-            primitive_count += len(piece.positions)
-            if primitive_count > MAX_VERTICES:
+            is_shared = use_counts[_key(key)] > 1
+            piece = _read_primitive(document, primitive, matrix, weights, is_shared, findings)
+            vertex_count += len(piece.positions)
+            if vertex_count > MAX_VERTICES:
                 raise InputError(
                     Finding("model.too-many-elements", limit=MAX_VERTICES), file=document.path
                 )
@@ -119,27 +119,27 @@ def _placed_meshes(
         roots = [i for i in range(n) if i not in child_nodes]
     if not isinstance(roots, list):
         raise document.error(tr("'nodes' is not a list"), "scenes")
-    visited: set[int] = set()
-    pending: list[tuple[object, AnyArray]] = [(node, np.eye(4)) for node in reversed(roots)]
-    while pending:
-        index, parent_matrix = pending.pop()
+    visited_nodes: set[int] = set()
+    pending_nodes: list[tuple[object, AnyArray]] = [(node, np.eye(4)) for node in reversed(roots)]
+    while pending_nodes:
+        index, parent_matrix = pending_nodes.pop()
         node = document.item("nodes", index)
         assert isinstance(index, int)
-        if index in visited:
+        if index in visited_nodes:
             raise document.error(tr("a node has two parents or contains itself"), f"nodes[{index}]")
-        visited.add(index)
+        visited_nodes.add(index)
         matrix = parent_matrix @ _local_matrix(document, node, index)
         if "skin" in node:
             findings.append(Finding("model.pose-unused"))
         for name in document.section("extensions", node):
             reason = Finding("model.extension-unsupported", extension=name)
-            if not document.is_understood(name) and reason not in findings:
+            if not document.is_known_extension(name) and reason not in findings:
                 findings.append(reason)
         if "mesh" in node:
             weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
-            for place in _instances(document, node, index):
-                yield node["mesh"], matrix @ place, weights
-        pending.extend((child, matrix) for child in reversed(_children(document, index)))
+            for instance_matrix in _instances(document, node, index):
+                yield node["mesh"], matrix @ instance_matrix, weights
+        pending_nodes.extend((child, matrix) for child in reversed(_children(document, index)))
 
 
 def _children(document: Document, index: int) -> list[Any]:
@@ -234,7 +234,7 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> AnyAr
     return matrix
 
 
-def _piece(
+def _read_primitive(
     document: Document,
     primitive: dict[str, Any],
     matrix: AnyArray,
@@ -327,12 +327,12 @@ def _faces(
         if len(corners) < 3:
             return np.empty((0, 3), corners.dtype)
         document.budget.take(16 * len(corners), "primitives")
-        second, third = corners[1:-1], corners[2:]
+        second_corners, third_corners = corners[1:-1], corners[2:]
         if mode == FAN:
-            first_corners = np.broadcast_to(corners[0], second.shape)
-            faces = np.stack([first_corners, second, third], axis=1)
+            first_corners = np.broadcast_to(corners[0], second_corners.shape)
+            faces = np.stack([first_corners, second_corners, third_corners], axis=1)
         else:
-            faces = np.stack([corners[:-2], second, third], axis=1)
+            faces = np.stack([corners[:-2], second_corners, third_corners], axis=1)
             faces[1::2] = faces[1::2, ::-1]
     else:
         raise document.error(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")

@@ -11,28 +11,30 @@ import struct
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.io.models.formats._las_header import MIN_HEADER_BYTES
 
 _BYTES = 192
 _KINDS = 30
-_USER_AT = 2
+_USER_ID_OFFSET = 2
 
 
 def invalid_extra_record_offset(path: Path) -> int | None:
     """Return the offset of the user ID of the extra bytes record if the record is invalid."""
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         header_bytes = file.read(MIN_HEADER_BYTES)
-        offset, points_at, count = struct.unpack_from("<HII", header_bytes, 94)
+        offset, points_offset, count = struct.unpack_from("<HII", header_bytes, 94)
         file.seek(0)
-        header = file.read(points_at)
+        header = file.read(points_offset)
     for _ in range(count):
         if offset + 54 > len(header):
             return None
-        user_id, record_id, length = struct.unpack_from("<16sHH", header, offset + _USER_AT)
+        user_id, record_id, length = struct.unpack_from("<16sHH", header, offset + _USER_ID_OFFSET)
         if user_id.split(b"\0")[0] == b"LASF_Spec" and record_id == 4:
             return (
-                None if _is_valid(header[offset + 54 : offset + 54 + length]) else offset + _USER_AT
+                None
+                if _is_valid(header[offset + 54 : offset + 54 + length])
+                else offset + _USER_ID_OFFSET
             )
         offset += 54 + length
     return None

@@ -16,7 +16,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
@@ -27,13 +27,13 @@ DEFAULT_CHUNK_POINTS = 50_000
 MAX_TRUNCATION_BYTES = 64 << 20
 MAX_CHUNK_POINTS = 10_000_000
 VARIABLE_CHUNKS = 2**32 - 1
-POINT_FORMAT_AT, COMPRESSED = 104, 0x80
+POINT_FORMAT_OFFSET, COMPRESSED_BIT = 104, 0x80
 
 
 def check_header(path: Path) -> int:
     """Reject invalid LAS files before a library reads them; return the size of the file."""
     try:
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             header = file.read(MIN_HEADER_BYTES)
             size = file.seek(0, 2)
     except OSError as error:
@@ -44,10 +44,12 @@ def check_header(path: Path) -> int:
         raise InputError(
             Finding("file.truncated", size=len(header), expected=MIN_HEADER_BYTES), file=path
         )
-    header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
-    if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
+    header_size, points_offset, n_records = struct.unpack_from("<HII", header, 94)
+    if header_size < MIN_HEADER_BYTES or points_offset < header_size or points_offset > size:
         raise InputError(
-            Finding("file.truncated", size=size, expected=points_at), file=path, field="LAS header"
+            Finding("file.truncated", size=size, expected=points_offset),
+            file=path,
+            field="LAS header",
         )
     (record_bytes,) = struct.unpack_from("<H", header, 105)
     if record_bytes < MIN_POINT_BYTES:
@@ -82,40 +84,41 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
     for sequential reading. lazrs trusts the table and aborts the process if it requires too much
     memory, so false values must be detected here.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         header = file.read(MIN_HEADER_BYTES)
-        if not header[POINT_FORMAT_AT] & COMPRESSED:
+        if not header[POINT_FORMAT_OFFSET] & COMPRESSED_BIT:
             return None
-        header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
+        header_size, points_offset, n_records = struct.unpack_from("<HII", header, 94)
         (record_bytes,) = struct.unpack_from("<H", header, 105)
-        (table_offset,) = struct.unpack_from("<I", header, 107)
+        (point_count,) = struct.unpack_from("<I", header, 107)
         file.seek(0)
-        top = file.read(points_at + 8)
-        if len(top) < points_at + 8:
+        header_records = file.read(points_offset + 8)
+        if len(header_records) < points_offset + 8:
             raise InputError(
-                Finding("file.truncated", size=len(top), expected=points_at + 8), file=path
+                Finding("file.truncated", size=len(header_records), expected=points_offset + 8),
+                file=path,
             )
-        if header[25] >= 4 and len(top) >= 255:
-            (table_offset,) = struct.unpack_from("<Q", top, 247)
-        chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
+        if header[25] >= 4 and len(header_records) >= 255:
+            (point_count,) = struct.unpack_from("<Q", header_records, 247)
+        chunk_points = laszip_chunk_points(header_records, header_size, n_records, record_bytes)
         if chunk_points is None:
             raise InputError(
                 Finding("file.damaged", format="LAZ", reason=tr("its header contradicts itself")),
                 file=path,
                 field="LAS header",
             )
-        (table_at,) = struct.unpack_from("<q", top, points_at)
-        if table_at == -1:
+        (chunk_table_offset,) = struct.unpack_from("<q", header_records, points_offset)
+        if chunk_table_offset == -1:
             file.seek(size - 8)
-            (table_at,) = struct.unpack("<q", file.read(8))
-        if points_at < table_at <= size - 8:
-            file.seek(table_at)
+            (chunk_table_offset,) = struct.unpack("<q", file.read(8))
+        if points_offset < chunk_table_offset <= size - 8:
+            file.seek(chunk_table_offset)
             _, n_chunks = struct.unpack("<II", file.read(8))
             # Each chunk begins with a complete point.
-            fits = n_chunks <= (table_at - points_at) // MIN_POINT_BYTES
-            if fits and chunk_points in (VARIABLE_CHUNKS, 0):
+            is_plausible = n_chunks <= (chunk_table_offset - points_offset) // MIN_POINT_BYTES
+            if is_plausible and chunk_points in (VARIABLE_CHUNKS, 0):
                 return None
-            if fits and n_chunks == -(-table_offset // chunk_points):
+            if is_plausible and n_chunks == -(-point_count // chunk_points):
                 return None
         if chunk_points != DEFAULT_CHUNK_POINTS:
             raise InputError(
@@ -128,28 +131,31 @@ def replace_chunk_table(path: Path, size: int) -> io.BytesIO | None:
             )
         file.seek(0)
         content = bytearray(file.read())
-    struct.pack_into("<q", content, points_at, len(content))
+    struct.pack_into("<q", content, points_offset, len(content))
     content += struct.pack("<II", 0, 0)
     return io.BytesIO(content)
 
 
-def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: int) -> int | None:
+def laszip_chunk_points(
+    header_records: bytes, offset: int, n_records: int, record_bytes: int
+) -> int | None:
     """Return the points per chunk in the laszip record (0: no chunks), or None if invalid."""
     for _ in range(n_records):
-        if offset + 54 > len(top):
+        if offset + 54 > len(header_records):
             return None
-        user_id, record_id, length = struct.unpack_from("<16sHH", top, offset + 2)
+        user_id, record_id, length = struct.unpack_from("<16sHH", header_records, offset + 2)
         offset += 54
         if user_id.rstrip(b"\0") == b"laszip encoded" and record_id == 22204:
-            if length < 34 or offset + length > len(top):
+            if length < 34 or offset + length > len(header_records):
                 return None
-            (compressor,) = struct.unpack_from("<H", top, offset)
-            (points,) = struct.unpack_from("<I", top, offset + 12)
-            (item_count,) = struct.unpack_from("<H", top, offset + 32)
+            (compressor,) = struct.unpack_from("<H", header_records, offset)
+            (points,) = struct.unpack_from("<I", header_records, offset + 12)
+            (item_count,) = struct.unpack_from("<H", header_records, offset + 32)
             if length < 34 + 6 * item_count:
                 return None
             item_bytes = sum(
-                struct.unpack_from("<H", top, offset + 36 + 6 * k)[0] for k in range(item_count)
+                struct.unpack_from("<H", header_records, offset + 36 + 6 * k)[0]
+                for k in range(item_count)
             )
             if item_bytes != record_bytes:
                 return None
@@ -162,13 +168,13 @@ def laszip_chunk_points(top: bytes, offset: int, n_records: int, record_bytes: i
 
 def is_layered(path: Path) -> bool:
     """Return whether the points are compressed in a layered format."""
-    with open_regular(path) as file:
-        file.seek(POINT_FORMAT_AT)
+    with open_regular_file(path) as file:
+        file.seek(POINT_FORMAT_OFFSET)
         kind = file.read(1)[0]
-    return bool(kind & COMPRESSED) and kind & 0x3F >= 6
+    return bool(kind & COMPRESSED_BIT) and kind & 0x3F >= 6
 
 
-def check_layers(path: Path, top: LasHeader) -> None:
+def check_layers(path: Path, header: LasHeader) -> None:
     """Check the layer lengths of chunks, according to which lazrs allocates memory.
 
     Only the layered formats have layer lengths.
@@ -176,27 +182,27 @@ def check_layers(path: Path, top: LasHeader) -> None:
     Raises InputError if one of them is far larger than the remainder of the file; a truncated last
     chunk is allowed.
     """
-    if not top.layer_count or is_copc(path):
+    if not header.layer_count or is_copc(path):
         return
-    format_ = f"<{top.layer_count}I"
-    with open_regular(path) as file:
-        file.seek(top.points_offset)
+    format_ = f"<{header.layer_count}I"
+    with open_regular_file(path) as file:
+        file.seek(header.points_offset)
         (end,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
         if end == -1:
-            file.seek(top.size - 8)
+            file.seek(header.size - 8)
             (end,) = struct.unpack("<q", file.read(8))
         # The chunk table follows the last chunk.
-        end = end if top.points_offset < end < top.size else top.size
-        offset = top.points_offset + 8
+        end = end if header.points_offset < end < header.size else header.size
+        offset = header.points_offset + 8
         while offset < end:
-            file.seek(offset + top.record_bytes + 4)
+            file.seek(offset + header.record_bytes + 4)
             sizes = file.read(struct.calcsize(format_))
             if len(sizes) < struct.calcsize(format_):
                 return
             layer_bytes = sum(struct.unpack(format_, sizes))
-            offset += top.record_bytes + 4 + len(sizes) + layer_bytes
-            if offset > top.size + MAX_TRUNCATION_BYTES:
-                raise _contradiction(path)
+            offset += header.record_bytes + 4 + len(sizes) + layer_bytes
+            if offset > header.size + MAX_TRUNCATION_BYTES:
+                raise _contradiction_error(path)
 
 
 BLOCK_BYTES = 2 << 20
@@ -216,13 +222,13 @@ def _blank_bytes(record_bytes: int) -> bytes:
 
 def refuse_blank(path: Path, progress: Progress) -> None:
     """Raise InputError if a part of a LAZ file consists only of one bits."""
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         header = file.read(MIN_HEADER_BYTES)
-        if not header[POINT_FORMAT_AT] & COMPRESSED:
+        if not header[POINT_FORMAT_OFFSET] & COMPRESSED_BIT:
             return
-        header_size, points_at = struct.unpack_from("<HI", header, 94)
+        header_size, points_offset = struct.unpack_from("<HI", header, 94)
         blank_bytes = _blank_bytes(struct.unpack_from("<H", header, 105)[0])
-        file.seek(max(points_at, header_size))
+        file.seek(max(points_offset, header_size))
         # Use one buffer for all blocks, each of which overlaps the end of the previous one.
         buffer = bytearray(len(blank_bytes) + BLOCK_BYTES)
         view, words = memoryview(buffer), np.frombuffer(buffer, np.uint64, len(buffer) // 8)
@@ -252,7 +258,7 @@ def is_copc(path: str | Path) -> bool:
     Returns False if the path is not a file.
     """
     try:
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             header = file.read(393)
     except (OSError, InputError):
         return False
@@ -296,12 +302,12 @@ class LasHeader:
 def read_las_header(path: Path) -> LasHeader:
     """Read the header. Raises InputError if it is not that of a LAS file with points."""
     size = check_header(path)
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         header = file.read(375)
-        header_size, points_at, n_records = struct.unpack_from("<HII", header, 94)
+        header_size, points_offset, n_records = struct.unpack_from("<HII", header, 94)
         file.seek(0)
-        top = file.read(points_at)
-    kind, record_bytes, point_count = struct.unpack_from("<BHI", header, POINT_FORMAT_AT)
+        header_records = file.read(points_offset)
+    kind, record_bytes, point_count = struct.unpack_from("<BHI", header, POINT_FORMAT_OFFSET)
     if header[25] >= 4 and len(header) >= 255:
         (point_count,) = struct.unpack_from("<Q", header, 247)
     numbers = np.array(struct.unpack_from("<6d", header, 131))
@@ -319,34 +325,34 @@ def read_las_header(path: Path) -> LasHeader:
     records: dict[tuple[str, int], bytes] = {}
     offset = header_size
     for _ in range(n_records):
-        if offset + 54 > len(top):
-            raise _contradiction(path)
-        user_id, record_id, length = struct.unpack_from("<16sHH", top, offset + 2)
+        if offset + 54 > len(header_records):
+            raise _contradiction_error(path)
+        user_id, record_id, length = struct.unpack_from("<16sHH", header_records, offset + 2)
         name = user_id.split(b"\0")[0].decode("ascii", "replace")
-        records.setdefault((name, record_id), top[offset + 54 : offset + 54 + length])
+        records.setdefault((name, record_id), header_records[offset + 54 : offset + 54 + length])
         offset += 54 + length
-    compressed = bool(kind & COMPRESSED)
-    layers = 0
-    if compressed:
-        if laszip_chunk_points(top, header_size, n_records, record_bytes) is None:
-            raise _contradiction(path)
-        layers = _layers(records[("laszip encoded", 22204)])
+    is_compressed = bool(kind & COMPRESSED_BIT)
+    layer_count = 0
+    if is_compressed:
+        if laszip_chunk_points(header_records, header_size, n_records, record_bytes) is None:
+            raise _contradiction_error(path)
+        layer_count = _count_layers(records[("laszip encoded", 22204)])
     return LasHeader(
         size,
         kind & 0x3F,
         record_bytes,
-        compressed,
+        is_compressed,
         point_count,
-        points_at,
+        points_offset,
         numbers[:3],
         numbers[3:],
         bounds[:, ::-1].T,
         records,
-        layers,
+        layer_count,
     )
 
 
-def _contradiction(path: Path) -> InputError:
+def _contradiction_error(path: Path) -> InputError:
     return InputError(
         Finding("file.damaged", format="LAZ", reason=tr("its header contradicts itself")),
         file=path,
@@ -354,7 +360,7 @@ def _contradiction(path: Path) -> InputError:
     )
 
 
-def _layers(laszip: bytes) -> int:
+def _count_layers(laszip: bytes) -> int:
     """Return the number of layers from the laszip record (LAZ 1.4, items 10 to 14)."""
     (item_count,) = struct.unpack_from("<H", laszip, 32)
     total_bytes = 0
@@ -364,14 +370,14 @@ def _layers(laszip: bytes) -> int:
     return total_bytes
 
 
-def is_valid_chunk(chunk: bytes, points: int, top: LasHeader) -> bool:
+def is_valid_chunk(chunk: bytes, points: int, header: LasHeader) -> bool:
     """Return whether a chunk of a layered format has its stated length and number of points."""
-    start = top.record_bytes
-    header_end = start + 4 + 4 * top.layer_count
-    if top.layer_count == 0 or len(chunk) < header_end:
+    start = header.record_bytes
+    header_end = start + 4 + 4 * header.layer_count
+    if header.layer_count == 0 or len(chunk) < header_end:
         return False
     (count,) = struct.unpack_from("<I", chunk, start)
-    sizes = struct.unpack_from(f"<{top.layer_count}I", chunk, start + 4)
+    sizes = struct.unpack_from(f"<{header.layer_count}I", chunk, start + 4)
     return int(count) == points and header_end + sum(sizes) == len(chunk)
 
 
@@ -381,7 +387,7 @@ POINTS_PER_DECOMPRESSION = 100_000
 def decompress(
     chunks: Sequence[bytes],
     points: Sequence[int],
-    top: LasHeader,
+    header: LasHeader,
     max_points: int = POINTS_PER_DECOMPRESSION,
 ) -> ByteArray | None:
     """Return (points, record_bytes) of the first `points` of each chunk, or None on failure.
@@ -391,30 +397,30 @@ def decompress(
     """
     import lazrs
 
-    records = np.zeros((sum(points), top.record_bytes), np.uint8)
+    records = np.zeros((sum(points), header.record_bytes), np.uint8)
     selection = lazrs.DecompressionSelection(lazrs.SELECTIVE_DECOMPRESS_ALL)
-    first_point = row = 0
-    while first_point < len(chunks):
-        stop, n = first_point + 1, points[first_point]
+    first_chunk = row = 0
+    while first_chunk < len(chunks):
+        stop, n = first_chunk + 1, points[first_chunk]
         while stop < len(chunks) and n + points[stop] <= max_points:
             n += points[stop]
             stop += 1
         table = [
             (k, len(chunk))
-            for k, chunk in zip(points[first_point:stop], chunks[first_point:stop], strict=True)
+            for k, chunk in zip(points[first_chunk:stop], chunks[first_chunk:stop], strict=True)
         ]
-        part = np.zeros(n * top.record_bytes, np.uint8)
-        if any(_blank_bytes(top.record_bytes) in chunk for chunk in chunks[first_point:stop]):
+        chunk_records = np.zeros(n * header.record_bytes, np.uint8)
+        if any(_blank_bytes(header.record_bytes) in chunk for chunk in chunks[first_chunk:stop]):
             return None
         try:
             lazrs.decompress_points_with_chunk_table(
-                b"".join(chunks[first_point:stop]), top.laszip, part, table, selection
+                b"".join(chunks[first_chunk:stop]), header.laszip, chunk_records, table, selection
             )
         except BaseException as error:
             # Rust panics are not derived from Exception.
             if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
                 raise
             return None
-        records[row : row + n] = part.reshape(n, top.record_bytes)
-        first_point, row = stop, row + n
+        records[row : row + n] = chunk_records.reshape(n, header.record_bytes)
+        first_chunk, row = stop, row + n
     return records

@@ -31,19 +31,19 @@ _MODERN_FIELDS = [
 _TIME = [("gps_time", "<f8")]
 _RGB = [("red", "<u2"), ("green", "<u2"), ("blue", "<u2")]
 _NIR = [("nir", "<u2")]
-_WAVE = [("wave", "V29")]
+_WAVE_PACKET = [("wave", "V29")]
 _FORMATS: dict[int, list[Any]] = {
     0: _LEGACY_FIELDS,
     1: _LEGACY_FIELDS + _TIME,
     2: _LEGACY_FIELDS + _RGB,
     3: _LEGACY_FIELDS + _TIME + _RGB,
-    4: _LEGACY_FIELDS + _TIME + _WAVE,
-    5: _LEGACY_FIELDS + _TIME + _RGB + _WAVE,
+    4: _LEGACY_FIELDS + _TIME + _WAVE_PACKET,
+    5: _LEGACY_FIELDS + _TIME + _RGB + _WAVE_PACKET,
     6: _MODERN_FIELDS,
     7: _MODERN_FIELDS + _RGB,
     8: _MODERN_FIELDS + _RGB + _NIR,
-    9: _MODERN_FIELDS + _WAVE,
-    10: _MODERN_FIELDS + _RGB + _NIR + _WAVE,
+    9: _MODERN_FIELDS + _WAVE_PACKET,
+    10: _MODERN_FIELDS + _RGB + _NIR + _WAVE_PACKET,
 }
 _EXTRA_TYPES = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8"]
 _EXTRA_BYTES = 192
@@ -55,31 +55,32 @@ STANDARD_FIELDS = ("intensity", "classification", "return_number", "gps_time")
 class RecordLayout:
     """Layout of the records in one file.
 
-    `extra` maps names to (scale, offset) if values are stored as scaled integers. `no_data`
-    contains the stored values that represent missing values of extra fields, as in `no_data_of`.
+    `extra_fields` maps names to (scale, offset) if values are stored as scaled integers. `no_data`
+    contains the stored values that represent missing values of extra fields, as in
+    `read_no_data_values`.
     """
 
     kind: np.dtype[Any]
-    is_new: bool
-    extra: dict[str, tuple[float, float] | None]
+    is_extended_format: bool
+    extra_fields: dict[str, tuple[float, float] | None]
     no_data: dict[str, tuple[float, ...]]
 
 
-def layout_of(top: LasHeader, path: Path) -> RecordLayout:
+def record_layout(header: LasHeader, path: Path) -> RecordLayout:
     """Return the layout of the records. Raises InputError for an unknown format."""
-    fields = _FORMATS.get(top.point_format)
-    if fields is None or np.dtype(fields).itemsize > top.record_bytes:
+    fields = _FORMATS.get(header.point_format)
+    if fields is None or np.dtype(fields).itemsize > header.record_bytes:
         raise InputError(
             Finding(
-                "model.unsupported", feature=tr("point format {number}", number=top.point_format)
+                "model.unsupported", feature=tr("point format {number}", number=header.point_format)
             ),
             file=path,
             field="LAS header",
         )
     columns = list(fields)
     extra_fields: dict[str, tuple[float, float] | None] = {}
-    remaining_bytes = top.record_bytes - np.dtype(fields).itemsize
-    record = top.records.get(("LASF_Spec", 4), b"")
+    remaining_bytes = header.record_bytes - np.dtype(fields).itemsize
+    record = header.records.get(("LASF_Spec", 4), b"")
     for position in range(0, len(record) - _EXTRA_BYTES + 1, _EXTRA_BYTES):
         data_type, options = record[position + 2], record[position + 3]
         name = record[position + 4 : position + 36].split(b"\0")[0].decode("utf-8", "replace")
@@ -102,10 +103,12 @@ def layout_of(top: LasHeader, path: Path) -> RecordLayout:
         )
     if remaining_bytes:
         columns.append((" rest", f"V{remaining_bytes}"))
-    return RecordLayout(np.dtype(columns), top.point_format >= 6, extra_fields, no_data_of(record))
+    return RecordLayout(
+        np.dtype(columns), header.point_format >= 6, extra_fields, read_no_data_values(record)
+    )
 
 
-def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
+def read_no_data_values(record: bytes) -> dict[str, tuple[float, ...]]:
     """Return the "no data" values of each field that declares them in the extra bytes record.
 
     There is one value per component, as stored (before applying scale and offset).
@@ -132,12 +135,12 @@ def mask_no_data(values: AnyArray, stored_array: AnyArray, no_data: tuple[float,
         no_data[: 1 if stored_array.ndim == 1 else stored_array.shape[1]]
     ):
         column = stored_array if stored_array.ndim == 1 else stored_array[:, k]
-        gap = (
+        is_gap = (
             np.isnan(column)
             if no_data_value != no_data_value
             else column == np.array(no_data_value).astype(kind)
         )
-        is_no_data[(...,) if stored_array.ndim == 1 else (slice(None), k)] = gap
+        is_no_data[(...,) if stored_array.ndim == 1 else (slice(None), k)] = is_gap
     floats = np.array(values, np.float32 if values.dtype == np.float32 else np.float64)
     floats[is_no_data] = np.nan
     return floats
@@ -156,16 +159,18 @@ def replacement_rows(is_withheld: AnyArray) -> AnyArray | None:
     return np.where(rows < 0, np.flatnonzero(~is_withheld)[0], rows)
 
 
-def withheld_of(records: AnyArray, layout: RecordLayout) -> AnyArray:
+def withheld_mask(records: AnyArray, layout: RecordLayout) -> AnyArray:
     """Return a mask (n,) of the points marked as withheld (LAS 1.4 R15, tables 8 and 16)."""
-    flagged_records: AnyArray = (
-        (records["flags"] & 0x04) != 0 if layout.is_new else (records["class"] & 0x80) != 0
+    is_withheld: AnyArray = (
+        (records["flags"] & 0x04) != 0
+        if layout.is_extended_format
+        else (records["class"] & 0x80) != 0
     )
-    return flagged_records
+    return is_withheld
 
 
 @dataclass(frozen=True)
-class Choice:
+class FieldSelection:
     """Selected parts of the records.
 
     They are the same for all pieces of a file so that the pieces can be joined.
@@ -178,13 +183,13 @@ class Choice:
     fields: tuple[str, ...]
 
 
-def choose_fields(records: AnyArray, layout: RecordLayout) -> Choice:
+def choose_fields(records: AnyArray, layout: RecordLayout) -> FieldSelection:
     """Select colours if there are any, standard fields that vary, and extra fields.
 
     `records` is a sample of the records in the file.
     """
     names = layout.kind.names or ()
-    top = max(
+    max_color = max(
         (
             int(records[color].max(initial=0))
             for color in ("red", "green", "blue")
@@ -200,25 +205,27 @@ def choose_fields(records: AnyArray, layout: RecordLayout) -> Choice:
         )
         if not is_uninformative:
             fields.append(name)
-    return Choice(top > 0, top > 255, (*fields, *layout.extra))
+    return FieldSelection(max_color > 0, max_color > 255, (*fields, *layout.extra_fields))
 
 
-def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Choice) -> PointCloud:
-    rows = replacement_rows(withheld_of(records, layout))
+def build_cloud(
+    records: AnyArray, layout: RecordLayout, header: LasHeader, selection: FieldSelection
+) -> PointCloud:
+    rows = replacement_rows(withheld_mask(records, layout))
     if rows is not None:
         records = records[rows]
     points = np.empty((len(records), 3))
     for j, axis in enumerate("XYZ"):
-        np.multiply(records[axis], top.scales[j], out=points[:, j])
-        points[:, j] += top.offsets[j]
+        np.multiply(records[axis], header.scales[j], out=points[:, j])
+        points[:, j] += header.offsets[j]
     colors = None
-    if choice.has_colors:
+    if selection.has_colors:
         colors = np.empty((len(records), 3), np.uint8)
         for j, channel in enumerate(("red", "green", "blue")):
             width = records[channel]
-            colors[:, j] = width >> 8 if choice.has_wide_colors else scale_colors(width)
+            colors[:, j] = width >> 8 if selection.has_wide_colors else scale_colors(width)
     fields = {}
-    for name in choice.fields:
+    for name in selection.fields:
         values = _field(records, layout, name)
         if values is not None:
             fields[name] = values
@@ -227,13 +234,13 @@ def cloud_of(records: AnyArray, layout: RecordLayout, top: LasHeader, choice: Ch
 
 def _field(records: AnyArray, layout: RecordLayout, name: str) -> AnyArray | None:
     if name == "classification":
-        return records["class"] & (0xFF if layout.is_new else 0x1F)
+        return records["class"] & (0xFF if layout.is_extended_format else 0x1F)
     if name == "return_number":
-        return records["returns"] & (0x0F if layout.is_new else 0x07)
+        return records["returns"] & (0x0F if layout.is_extended_format else 0x07)
     if name not in (layout.kind.names or ()):
         return None
     values: AnyArray = np.ascontiguousarray(records[name])
-    scaling = layout.extra.get(name)
+    scaling = layout.extra_fields.get(name)
     scaled_array = values if scaling is None else values * scaling[0] + scaling[1]
     if name in layout.no_data:
         return mask_no_data(scaled_array, values, layout.no_data[name])

@@ -13,10 +13,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes, unit_text
 from vomstudio.io.gis.geo_keys import Keys, decode_keys
 from vomstudio.io.models.reader import Reference
@@ -91,7 +91,11 @@ def _combine(
         stated_axes(reference.text, reference.height_unit)
         for reference in (first_reference, second_reference)
     )
-    if not first_axes.has_heights and other_axes.has_heights and other_axes.units[2] in METRES:
+    if (
+        not first_axes.has_heights
+        and other_axes.has_heights
+        and other_axes.units[2] in METRES_PER_UNIT
+    ):
         unit = other_axes.units[2]
         first_reference = replace(
             first_reference, height_unit=None if unit == first_axes.units[2] else unit
@@ -114,20 +118,23 @@ def _axes_text(axes: StatedAxes) -> str:
     return f"{name} ({', '.join(map(unit_text, units))})"
 
 
-def _are_different(first: StatedAxes, second: StatedAxes, centre: tuple[float, float]) -> bool:
+def _are_different(
+    first_axes: StatedAxes, second_axes: StatedAxes, centre: tuple[float, float]
+) -> bool:
     """Return whether the units of x and y differ, or the offset is larger than metres."""
-    if first.kind != second.kind or first.units[:2] != second.units[:2]:
+    if first_axes.kind != second_axes.kind or first_axes.units[:2] != second_axes.units[:2]:
         return True
-    if first.kind != "projected" or first.crs == second.crs:
+    if first_axes.kind != "projected" or first_axes.crs == second_axes.crs:
         return False
-    if first.crs is None or second.crs is None:
+    if first_axes.crs is None or second_axes.crs is None:
         return True
     from pyproj import Proj
     from pyproj.exceptions import ProjError
 
     try:
         positions = [
-            Proj(axes.crs)(*centre, inverse=True, errcheck=True) for axes in (first, second)
+            Proj(axes.crs)(*centre, inverse=True, errcheck=True)
+            for axes in (first_axes, second_axes)
         ]
     except ProjError:
         return True
@@ -146,7 +153,7 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
     bounds.
     """
     records: dict[int, bytes] = {}
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         file_size = file.seek(0, os.SEEK_END)
         file.seek(0)
         header_bytes = file.read(375)
@@ -157,18 +164,18 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
         header_size, _, count = struct.unpack_from("<HII", header_bytes, 94)
         record_areas = [(header_size, count, "<16sHH", 54)]
         if header_bytes[25] >= 4 and len(header_bytes) >= 247:
-            start, extended = struct.unpack_from("<QI", header_bytes, 235)
-            record_areas.append((start, extended, "<16sHQ", 60))
-        for offset, record_id, form, size in record_areas:
-            for _ in range(min(record_id, MAX_RECORDS)):
+            start, extended_count = struct.unpack_from("<QI", header_bytes, 235)
+            record_areas.append((start, extended_count, "<16sHQ", 60))
+        for offset, record_count, record_format, size in record_areas:
+            for _ in range(min(record_count, MAX_RECORDS)):
                 if offset >= file_size:
                     break
                 file.seek(offset)
                 header = file.read(size)
                 if len(header) < size:
                     break
-                user, record, length = struct.unpack_from(form, header, 2)
-                if user.split(b"\0")[0] == b"LASF_Projection" and length <= MAX_RECORD_BYTES:
-                    records.setdefault(record, file.read(length))
+                user_id, record_id, length = struct.unpack_from(record_format, header, 2)
+                if user_id.split(b"\0")[0] == b"LASF_Projection" and length <= MAX_RECORD_BYTES:
+                    records.setdefault(record_id, file.read(length))
                 offset += size + length
     return records, has_wkt_priority, ((east + west) / 2, (north + south) / 2)

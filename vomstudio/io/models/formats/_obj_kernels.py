@@ -10,23 +10,23 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part, step
-from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
+from vomstudio.io.models.formats._decimals import READY, UNPARSED, is_space, number
 
 # Rows of the result of `count`.
-N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_ODD, N_SHORT_FACES, N_COLORED = range(8)
+N_VERTICES, N_UVS, N_TRIANGLES, N_WORDS, N_POLYGONS, N_UNKNOWN, N_SHORT_FACES, N_COLORED = range(8)
 N_LINE_ELEMENTS = 8
-COUNTS = 9
+COUNT_SIZE = 9
 
 # Rows of the report of `parse`.
-R_LEFT_OVER, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
+R_UNPARSED, R_BAD_CORNERS, R_FIRST_BAD_CORNER, R_BAD_UVS, R_FIRST_BAD_UV = range(5)
 R_NO_NUMBERS, R_FIRST_NO_NUMBER, R_COLORED = range(5, 8)
-REPORTS = 8
+REPORT_SIZE = 8
 
 # Target arrays of left-over numbers.
 TO_VERTEX, TO_UV, TO_COLOR = range(3)
 
 # Kinds of lines.
-_NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _ODD, _LINE_ELEMENT = range(8)
+_NONE, _VERTEX, _UV, _FACE, _WORD, _IGNORED, _UNKNOWN, _LINE_ELEMENT = range(8)
 
 
 @part
@@ -50,7 +50,7 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
             return _UV, i + 2
         if d == 110 or d == 112:  # vn, vp
             return _IGNORED, i
-        return _ODD, i
+        return _UNKNOWN, i
     if c == 102 and is_separator:  # f
         return _FACE, i + 1
     if c == 117 or c == 109:  # usemtl, mtllib, mg ...
@@ -59,7 +59,7 @@ def _classify(data, i, end):  # type: ignore[no-untyped-def]
         return _IGNORED, i
     if (c == 108 or c == 112) and is_separator:  # l, p
         return _LINE_ELEMENT, i
-    return _ODD, i
+    return _UNKNOWN, i
 
 
 @kernel("void(uint8[::1], int64, int64, int64[::1])")
@@ -108,8 +108,8 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
                 counts[N_SHORT_FACES] += 1
         elif kind == _WORD:
             counts[N_WORDS] += 1
-        elif kind == _ODD:
-            counts[N_ODD] += 1
+        elif kind == _UNKNOWN:
+            counts[N_UNKNOWN] += 1
         elif kind == _LINE_ELEMENT:
             counts[N_LINE_ELEMENTS] += 1
         while data[i] != 10:
@@ -142,23 +142,23 @@ def _line_end(data, i):  # type: ignore[no-untyped-def]
 
 
 @part
-def _report(report, row, first, offset):  # type: ignore[no-untyped-def]
+def _report(report, count_row, offset_row, offset):  # type: ignore[no-untyped-def]
     """Count a problem, and store the position of its first occurrence."""
-    if report[row] == 0:
-        report[first] = offset
-    report[row] += 1
+    if report[count_row] == 0:
+        report[offset_row] = offset
+    report[count_row] += 1
 
 
 @part
-def _leave(unparsed, report, target, flat, start, end):  # type: ignore[no-untyped-def]
+def _record_unparsed(unparsed, report, target, flat_index, start, end):  # type: ignore[no-untyped-def]
     """Record a number that is left for Python, as long as there is space."""
-    r = report[R_LEFT_OVER]
+    r = report[R_UNPARSED]
     if r < unparsed.shape[0]:
         unparsed[r, 0] = target
-        unparsed[r, 1] = flat
+        unparsed[r, 1] = flat_index
         unparsed[r, 2] = start
         unparsed[r, 3] = end
-    report[R_LEFT_OVER] += 1
+    report[R_UNPARSED] += 1
 
 
 @step
@@ -169,8 +169,10 @@ def _color(colors, v, n, value, token, state, unparsed, report):  # type: ignore
     """
     for k in range(3):
         colors[v, k] = value[3 + k] if n >= 6 else np.nan
-        if n >= 6 and state[3 + k] == LEFT_OVER:
-            _leave(unparsed, report, TO_COLOR, v * 3 + k, token[3 + k, 0], token[3 + k, 1])
+        if n >= 6 and state[3 + k] == UNPARSED:
+            _record_unparsed(
+                unparsed, report, TO_COLOR, v * 3 + k, token[3 + k, 0], token[3 + k, 1]
+            )
 
 
 @step
@@ -229,7 +231,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     return n, is_invalid, t, i
 
 
-def line_space() -> tuple[FloatArray, IntArray, IntArray]:
+def create_line_buffers() -> tuple[FloatArray, IntArray, IntArray]:
     """Return working space for `parse`; a kernel without allocations loads without numba."""
     return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
 
@@ -265,7 +267,7 @@ def parse(  # type: ignore[no-untyped-def]
     colors may have no rows, in which case they are not read. words (k, 3): start, end, and the
     triangle before which the line is located. polygons (p, 2): first triangle of the fan, number of
     corners. left_over (any, 4): target, flat index, start, end; counting continues beyond its rows.
-    value, token, state: working space for the numbers of a line, see `line_space`.
+    value, token, state: working space for the numbers of a line, see `create_line_buffers`.
     """
     v, u, t = base[N_VERTICES], base[N_UVS], base[N_TRIANGLES]
     w, p = base[N_WORDS], base[N_POLYGONS]
@@ -288,7 +290,7 @@ def parse(  # type: ignore[no-untyped-def]
                 value[n], state[n], i = number(data, i, stop)
                 if state[n] != READY:
                     value[n] = np.nan
-                    if state[n] != LEFT_OVER:
+                    if state[n] != UNPARSED:
                         _report(report, R_NO_NUMBERS, R_FIRST_NO_NUMBER, token[n, 0])
                 token[n, 1] = i
                 n += 1
@@ -297,9 +299,11 @@ def parse(  # type: ignore[no-untyped-def]
             row, width = (v, 3) if kind == _VERTEX else (u, 2)
             for k in range(width):
                 x = value[k] if k < n else np.nan
-                if k < n and state[k] == LEFT_OVER:
+                if k < n and state[k] == UNPARSED:
                     target = TO_VERTEX if kind == _VERTEX else TO_UV
-                    _leave(unparsed, report, target, row * width + k, token[k, 0], token[k, 1])
+                    _record_unparsed(
+                        unparsed, report, target, row * width + k, token[k, 0], token[k, 1]
+                    )
                 if kind == _VERTEX:
                     vertices[row, k] = x
                 else:

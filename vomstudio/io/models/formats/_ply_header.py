@@ -53,7 +53,7 @@ class Header:
     byte_order: str  # "<", ">" or "" for text
     elements: tuple[Element, ...]
     textures: tuple[str, ...]
-    body: int  # first byte after it
+    body_offset: int  # first byte after it
 
 
 def read_header(top: bytes, path: Path) -> Header:

@@ -9,12 +9,12 @@ from vomstudio.io.models.formats._decimals import READY, is_space, number
 
 
 @part
-def _count_at(data, offset, size, signed, little):  # type: ignore[no-untyped-def]
+def _read_count(data, offset, size, is_signed, is_little_endian):  # type: ignore[no-untyped-def]
     value = np.int64(0)
     for k in range(size):
-        byte = data[offset + (size - 1 - k if little else k)]
+        byte = data[offset + (size - 1 - k if is_little_endian else k)]
         value = value * 256 + np.int64(byte)
-    if signed and value >= np.int64(1) << (8 * size - 1):
+    if is_signed and value >= np.int64(1) << (8 * size - 1):
         value -= np.int64(1) << (8 * size)
     return value
 
@@ -23,7 +23,9 @@ def _count_at(data, offset, size, signed, little):  # type: ignore[no-untyped-de
     "int64(uint8[::1], int64, int64[::1], int64[::1], boolean[::1], boolean, int64[:,::1],"
     " int64[:,::1])"
 )
-def walk(data, offset, sizes, count_sizes, count_signed, little, positions, counts):  # type: ignore[no-untyped-def]
+def locate_values(  # type: ignore[no-untyped-def]
+    data, offset, sizes, count_sizes, is_count_signed, is_little_endian, positions, counts
+):
     """Find the start of each value of each record, filling `positions` and `counts` (n, k).
 
     sizes (k,): bytes of a value or of a list item; count_sizes (k,): bytes of a list length, 0 for
@@ -36,7 +38,7 @@ def walk(data, offset, sizes, count_sizes, count_signed, little, positions, coun
             if count_sizes[j] > 0:
                 if offset + count_sizes[j] > end:
                     return i
-                n = _count_at(data, offset, count_sizes[j], count_signed[j], little)
+                n = _read_count(data, offset, count_sizes[j], is_count_signed[j], is_little_endian)
                 offset += count_sizes[j]
             if n < 0 or n > (end - offset) // sizes[j]:
                 return i
@@ -68,7 +70,7 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
     newline. Returns the next byte, row and value.
     """
     end = data.shape[0]
-    remaining_count = 0
+    unparsed_count = 0
     row = 0
     filled_count = 0
     while offset < end and row < max_rows:
@@ -77,7 +79,7 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             stop += 1
         if filled_count + (stop - offset) // 2 + 1 > values.shape[0]:
             break
-        if remaining_count + (stop - offset) // 2 + 1 > unparsed.shape[0]:
+        if unparsed_count + (stop - offset) // 2 + 1 > unparsed.shape[0]:
             break
         first_value = filled_count
         i = offset
@@ -90,10 +92,10 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             value, state, i = number(data, i, stop)
             if state != READY:
                 value = np.nan
-                unparsed[remaining_count, 0] = filled_count
-                unparsed[remaining_count, 1] = start
-                unparsed[remaining_count, 2] = i
-                remaining_count += 1
+                unparsed[unparsed_count, 0] = filled_count
+                unparsed[unparsed_count, 1] = start
+                unparsed[unparsed_count, 2] = i
+                unparsed_count += 1
             values[filled_count] = value
             filled_count += 1
         offset = stop + 1
@@ -101,14 +103,14 @@ def rows(data, offset, max_rows, starts, values, unparsed):  # type: ignore[no-u
             starts[row] = first_value
             row += 1
             starts[row] = filled_count
-    if remaining_count < unparsed.shape[0]:
-        unparsed[remaining_count, 0] = -1
+    if unparsed_count < unparsed.shape[0]:
+        unparsed[unparsed_count, 0] = -1
     return offset, row, filled_count
 
 
 @kernel("void(float64[::1], int64[::1], boolean[::1], int64[:,::1], int64[:,::1])")
-def walk_rows(values, starts, is_list, positions, counts):  # type: ignore[no-untyped-def]
-    """Apply `walk` to rows of numbers. Rows that are too short get counts of 0."""
+def locate_row_values(values, starts, is_list, positions, counts):  # type: ignore[no-untyped-def]
+    """Apply `locate_values` to rows of numbers. Rows that are too short get counts of 0."""
     for i in range(positions.shape[0]):
         offset = starts[i]
         end = starts[i + 1]
@@ -146,7 +148,9 @@ def gather_values(values, positions, counts, out):  # type: ignore[no-untyped-de
     "Tuple((int64, int64, int64, int64))(int64[::1], int64[::1], int64, int64[::1], int32[:,::1],"
     " int32[:,::1], int32[::1], int64[:,::1])"
 )
-def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_rows, polygons):  # type: ignore[no-untyped-def]
+def triangulate_fans(  # type: ignore[no-untyped-def]
+    counts, indices, n_vertices, uv_counts, corners, uv_corners, face_rows, polygons
+):
     """Convert polygons to fans of triangles, omitting those with invalid vertex indices.
 
     counts (n,), indices (sum of counts,); uv_counts (n,): length of the list of texture coordinates
@@ -159,7 +163,7 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_rows, 
     n_out_of_range = 0
     n_short = 0
     offset = 0
-    uv_at = 0
+    uv_offset = 0
     needs_uv = uv_corners.shape[0] > 0
     for i in range(counts.shape[0]):
         n = counts[i]
@@ -182,12 +186,12 @@ def fan(counts, indices, n_vertices, uv_counts, corners, uv_corners, face_rows, 
                 corners[t, 1] = indices[offset + k]
                 corners[t, 2] = indices[offset + k + 1]
                 if needs_uv:
-                    uv_corners[t, 0] = uv_at // 2 if has_uv else -1
-                    uv_corners[t, 1] = uv_at // 2 + k if has_uv else -1
-                    uv_corners[t, 2] = uv_at // 2 + k + 1 if has_uv else -1
+                    uv_corners[t, 0] = uv_offset // 2 if has_uv else -1
+                    uv_corners[t, 1] = uv_offset // 2 + k if has_uv else -1
+                    uv_corners[t, 2] = uv_offset // 2 + k + 1 if has_uv else -1
                 face_rows[t] = i
                 t += 1
         offset += n
         if needs_uv:
-            uv_at += uv_counts[i]
+            uv_offset += uv_counts[i]
     return t, p, n_out_of_range, n_short

@@ -23,7 +23,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
-    points_missing,
+    missing_points_finding,
     refuse_decimal_commas,
 )
 from vomstudio.io.models.formats._ply_header import Element, Header
@@ -44,7 +44,7 @@ class Table:
 def _report_missing(element: Element, count: int, findings: list[Finding]) -> None:
     """Append a finding that the file has fewer records than its header states."""
     if element.name == "vertex":
-        findings.append(points_missing(count, element.count))
+        findings.append(missing_points_finding(count, element.count))
         return
     findings.append(
         Finding("model.incomplete", count=count, promised=element.count, element=element.name)
@@ -59,7 +59,7 @@ def read_binary(
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
-    offset = header.body
+    offset = header.body_offset
     progress.stage(tr("Reading the model"), len(header.elements))
     for i, element in enumerate(header.elements):
         if element.properties and element.count:
@@ -90,38 +90,43 @@ def _binary_table(
 ) -> tuple[Table, int]:
     """Return up to n records starting at byte `offset`, and the position of the next byte."""
     list_properties = [property_ for property_ in element.properties if property_.count_type]
-    guess: dict[str, int] = {}
+    list_lengths: dict[str, int] = {}
     if list_properties:
-        guess = _first_lengths(buffer, offset, element, byte_order) if n else {}
-        if len(guess) < len(list_properties):
+        list_lengths = _first_lengths(buffer, offset, element, byte_order) if n else {}
+        if len(list_lengths) < len(list_properties):
             return _ragged_table(buffer, offset, element, n, byte_order, budget)
-    parts: list[tuple[str, object]] = []
+    dtype_fields: list[tuple[str, object]] = []
     for property_ in element.properties:
         if property_.count_type:
-            parts.append((f"n {property_.name}", byte_order + property_.count_type))
-            parts.append((property_.name, (byte_order + property_.type, (guess[property_.name],))))
+            dtype_fields.append((f"n {property_.name}", byte_order + property_.count_type))
+            dtype_fields.append(
+                (property_.name, (byte_order + property_.type, (list_lengths[property_.name],)))
+            )
         else:
-            parts.append((property_.name, byte_order + property_.type))
-    record = np.dtype(parts)
-    fitting = min(n, (len(buffer) - offset) // record.itemsize)
-    array = np.frombuffer(buffer, record, fitting, offset)
-    if any(np.any(array[f"n {list_.name}"] != guess[list_.name]) for list_ in list_properties):
+            dtype_fields.append((property_.name, byte_order + property_.type))
+    record = np.dtype(dtype_fields)
+    record_count = min(n, (len(buffer) - offset) // record.itemsize)
+    array = np.frombuffer(buffer, record, record_count, offset)
+    if any(
+        np.any(array[f"n {list_property.name}"] != list_lengths[list_property.name])
+        for list_property in list_properties
+    ):
         return _ragged_table(buffer, offset, element, n, byte_order, budget)
-    if list_properties and fitting < n:
+    if list_properties and record_count < n:
         return _ragged_table(buffer, offset, element, n, byte_order, budget)
     if list_properties:
-        budget.take(24 * fitting * len(list_properties), element.name)
-    table = Table(fitting)
+        budget.take(24 * record_count * len(list_properties), element.name)
+    table = Table(record_count)
     for property_ in element.properties:
         values = array[property_.name].astype(property_.type)
         if property_.count_type:
             table.lists[property_.name] = (
-                np.full(fitting, guess[property_.name], np.int64),
+                np.full(record_count, list_lengths[property_.name], np.int64),
                 values.reshape(-1),
             )
         else:
             table.scalars[property_.name] = values
-    return table, offset + fitting * record.itemsize
+    return table, offset + record_count * record.itemsize
 
 
 def _first_lengths(
@@ -171,7 +176,9 @@ def _ragged_table(
     budget.take(24 * n * len(sizes), element.name)
     positions = np.empty((n, len(sizes)), np.int64)
     counts = np.empty((n, len(sizes)), np.int64)
-    n = k.walk(data, offset, sizes, count_sizes, is_signed, byte_order == "<", positions, counts)
+    n = k.locate_values(
+        data, offset, sizes, count_sizes, is_signed, byte_order == "<", positions, counts
+    )
     positions, counts = positions[:n], counts[:n]
     table = Table(n)
     for j, property_ in enumerate(element.properties):
@@ -197,7 +204,7 @@ def read_text(
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
 
-    if buffer.find(0, header.body) >= 0:
+    if buffer.find(0, header.body_offset) >= 0:
         raise InputError(
             Finding(
                 "file.damaged",
@@ -206,17 +213,17 @@ def read_text(
             ),
             file=path,
         )
-    if buffer.find(b"\n", header.body) < 0:
-        buffer[header.body :] = buffer[header.body :].replace(b"\r", b"\n")
+    if buffer.find(b"\n", header.body_offset) < 0:
+        buffer[header.body_offset :] = buffer[header.body_offset :].replace(b"\r", b"\n")
     is_truncated = not buffer.endswith(b"\n")
     if is_truncated:
         buffer += b"\n"
     data = np.frombuffer(buffer, np.uint8)
     tables: dict[str, Table] = {}
-    offset = header.body
-    wrong_count = 0
-    first_wrong: int | None = None
-    message_count = len(findings)
+    offset = header.body_offset
+    n_invalid = 0
+    first_invalid_offset: int | None = None
+    finding_count = len(findings)
     progress.stage(tr("Reading the model"), len(buffer))
     for element in header.elements:
         if not element.count or not element.properties:
@@ -238,11 +245,13 @@ def read_text(
             offset, row, n = k.rows(data, offset, max_rows, starts, values, unparsed)
             ends = np.flatnonzero(unparsed[:, 0] < 0)
             for column, start, stop in unparsed[: ends[0] if len(ends) else capacity].tolist():
-                value, is_number = _value(bytes(buffer[start:stop]))
+                value, is_number = _parse_value(bytes(buffer[start:stop]))
                 values[column] = value
                 if not is_number:
-                    wrong_count += 1
-                    first_wrong = start if first_wrong is None else first_wrong
+                    n_invalid += 1
+                    first_invalid_offset = (
+                        start if first_invalid_offset is None else first_invalid_offset
+                    )
             budget.take(16 * n, element.name)
             rows.add(values[:n], starts[: row + 1])
             progress.step(offset)
@@ -253,16 +262,18 @@ def read_text(
             _report_missing(element, row, findings)
             offset = len(buffer)
         tables.setdefault(element.name, rows.table(row, findings))
-    if is_truncated and len(findings) == message_count:
+    if is_truncated and len(findings) == finding_count:
         findings.append(Finding("model.maybe-cut-short", end=tr("a line end")))
-    if first_wrong is not None:
-        line = 1 + buffer.count(b"\n", 0, first_wrong)
-        refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
-        findings.append(Finding("model.values-not-numbers", count=wrong_count, line=line))
+    if first_invalid_offset is not None:
+        line = 1 + buffer.count(b"\n", 0, first_invalid_offset)
+        refuse_decimal_commas(
+            path, bytes(buffer[first_invalid_offset : first_invalid_offset + 60]).split()[0], line
+        )
+        findings.append(Finding("model.values-not-numbers", count=n_invalid, line=line))
     return tables
 
 
-def _value(token: bytes) -> tuple[float, bool]:
+def _parse_value(token: bytes) -> tuple[float, bool]:
     from vomstudio.io.models.formats._decimals import python_number
 
     value = python_number(token)
@@ -295,7 +306,7 @@ class _TextRows:
             [property_.count_type is not None for property_ in element.properties]
         )
         self._columns = Columns(1)
-        self._short: list[IntArray] = []
+        self._short_rows: list[IntArray] = []
         self.n = 0
 
     def add(self, values: FloatArray, starts: IntArray) -> None:
@@ -309,16 +320,16 @@ class _TextRows:
         n, is_list = len(starts) - 1, self._is_list
         positions = np.empty((n, len(is_list)), np.int64)
         counts = np.empty((n, len(is_list)), np.int64)
-        k.walk_rows(values, starts, is_list, positions, counts)
+        k.locate_row_values(values, starts, is_list, positions, counts)
         if not is_list.any():
-            self._short.append(self.n + np.flatnonzero(counts.min(axis=1, initial=1) == 0))
+            self._short_rows.append(self.n + np.flatnonzero(counts.min(axis=1, initial=1) == 0))
         for j, property_ in enumerate(self._properties):
             if property_.count_type:
                 items = np.empty(int(counts[:, j].sum()))
                 k.gather_values(values, positions[:, j], counts[:, j], items)
                 is_integer = np.dtype(property_.type).kind in "iu"
                 self._columns.add(f"n{j}", counts[:, j].astype(np.int32))
-                self._columns.add(f"{j}", whole_numbers(items) if is_integer else items)
+                self._columns.add(f"{j}", convert_indices(items) if is_integer else items)
             else:
                 column = np.full(n, np.nan)
                 has_value = counts[:, j] == 1
@@ -328,7 +339,7 @@ class _TextRows:
 
     def table(self, n: int, findings: list[Finding]) -> Table:
         """Return the first n rows as a table."""
-        n_short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
+        n_short = sum(int(np.count_nonzero(rows < n)) for rows in self._short_rows)
         if n_short:
             findings.append(Finding("model.short-lines", count=n_short))
         table = Table(n)
@@ -346,7 +357,7 @@ class _TextRows:
         return np.empty(0, dtype) if column is None else column
 
 
-def whole_numbers(values: AnyArray) -> Int32Array:
+def convert_indices(values: AnyArray) -> Int32Array:
     """Convert indices from text or floats to integers.
 
     Values that are not numbers become -1, and values out of range become the largest integer;

@@ -8,11 +8,11 @@ from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part
 
 # Ear clipping is cubic in the worst case; longer polygons keep their fan.
-MAX_RING = 256
+MAX_RING_VERTICES = 256
 
 
 @part
-def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
+def _signed_area(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Return twice the signed area of the triangle abc as seen against the normal.
 
     The area is negative for a clockwise triangle.
@@ -27,7 +27,7 @@ def _turn(points, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
 
 
 @part
-def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
+def _load_ring(corners, t0, n, ring):  # type: ignore[no-untyped-def]
     """Load the corners of the polygon whose fan begins with triangle t0.
 
     Returns whether all corners are valid.
@@ -44,24 +44,24 @@ def _load(corners, t0, n, ring):  # type: ignore[no-untyped-def]
 
 
 @part
-def _is_ear(points, index, remaining, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
+def _is_ear(points, index, n_remaining, a, b, c, nx, ny, nz):  # type: ignore[no-untyped-def]
     """Return whether the triangle abc is inside the remaining polygon."""
-    if not _turn(points, a, b, c, nx, ny, nz) > 0:
+    if not _signed_area(points, a, b, c, nx, ny, nz) > 0:
         return False
-    for j in range(remaining):
+    for j in range(n_remaining):
         o = index[j]
         if o in (a, b, c):
             continue
         if (
-            _turn(points, a, b, o, nx, ny, nz) >= 0
-            and _turn(points, b, c, o, nx, ny, nz) >= 0
-            and _turn(points, c, a, o, nx, ny, nz) >= 0
+            _signed_area(points, a, b, o, nx, ny, nz) >= 0
+            and _signed_area(points, b, c, o, nx, ny, nz) >= 0
+            and _signed_area(points, c, a, o, nx, ny, nz) >= 0
         ):
             return False
     return True
 
 
-def cut_concave(
+def clip_concave_polygons(
     vertices: FloatArray,
     corners: Int32Array,
     uv_corners: Int32Array,
@@ -82,9 +82,9 @@ def cut_concave(
             corners,
             uv_corners,
             polygons,
-            np.empty((MAX_RING, 3)),
-            np.empty((3, MAX_RING), np.int64),
-            np.empty((MAX_RING, 3), np.int64),
+            np.empty((MAX_RING_VERTICES, 3)),
+            np.empty((3, MAX_RING_VERTICES), np.int64),
+            np.empty((MAX_RING_VERTICES, 3), np.int64),
         )
     )
 
@@ -94,7 +94,7 @@ def cut_concave(
     " int64[:,::1], int64[:,::1])"
 )
 def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
-    """Run `cut_concave` with working space for one polygon."""
+    """Run `clip_concave_polygons` with working space for one polygon."""
     ring = rings[0]
     uv_ring = rings[1]
     index = rings[2]
@@ -103,11 +103,11 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
     for q in range(polygons.shape[0]):
         t0 = polygons[q, 0]
         n = polygons[q, 1]
-        if n > MAX_RING:
+        if n > MAX_RING_VERTICES:
             continue
-        is_valid = _load(corners, t0, n, ring)
+        is_valid = _load_ring(corners, t0, n, ring)
         if needs_uv:
-            _load(uv_corners, t0, n, uv_ring)
+            _load_ring(uv_corners, t0, n, uv_ring)
         if not is_valid:
             continue
         for k in range(n):
@@ -122,7 +122,7 @@ def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears): 
             nz += (points[k, 0] - points[m, 0]) * (points[k, 1] + points[m, 1])
         is_fan_valid = True
         for k in range(1, n - 1):
-            if _turn(points, 0, k, k + 1, nx, ny, nz) < 0:
+            if _signed_area(points, 0, k, k + 1, nx, ny, nz) < 0:
                 is_fan_valid = False
         if is_fan_valid:
             continue

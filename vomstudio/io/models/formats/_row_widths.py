@@ -18,14 +18,14 @@ _BLANKS = np.zeros(256, bool)
 _BLANKS[[ord(c) for c in " \t\r\n"]] = True
 
 
-def have_equal_width(data: bytes, delimiter: str, skip: int) -> bool:
-    """Return whether all rows after the first `skip` lines have the same number of cells.
+def has_equal_widths(data: bytes, delimiter: str, n_skipped_lines: int) -> bool:
+    """Return whether all rows after `n_skipped_lines` lines have the same number of cells.
 
     Empty lines and comments do not count as rows. Either all rows end with a delimiter or none do.
     """
     width: int | None = None
-    for lines in _blocks(data, skip):
-        counts = _cells(lines, delimiter)
+    for lines in _blocks(data, n_skipped_lines):
+        counts = _count_cells(lines, delimiter)
         counts = counts[counts > 0]
         if width is None and len(counts):
             width = int(counts[0])
@@ -34,10 +34,10 @@ def have_equal_width(data: bytes, delimiter: str, skip: int) -> bool:
     return True
 
 
-def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
+def _blocks(data: bytes, n_skipped_lines: int) -> Iterator[ByteArray]:
     """Yield whole lines in blocks of a few megabytes."""
     position = 0
-    for _ in range(skip):
+    for _ in range(n_skipped_lines):
         position = data.index(b"\n", position) + 1
     while position < len(data):
         stop = data.find(b"\n", position + _BLOCK)
@@ -46,7 +46,7 @@ def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
         position = stop
 
 
-def _cells(lines: ByteArray, delimiter: str) -> IntArray:
+def _count_cells(lines: ByteArray, delimiter: str) -> IntArray:
     """Return the number of cells in each line, or 0 for lines that are not rows."""
     ends = np.flatnonzero(lines == _NEWLINE)
     if not len(ends) or ends[-1] != len(lines) - 1:
@@ -56,10 +56,10 @@ def _cells(lines: ByteArray, delimiter: str) -> IntArray:
     cell_starts = np.flatnonzero(~is_blank & np.concatenate([[True], is_blank[:-1]]))
     first_cells = np.searchsorted(cell_starts, starts)
     count = np.searchsorted(cell_starts, ends) - first_cells
-    rows = count > 0
-    rows[rows] &= lines[cell_starts[first_cells[rows]]] != ord("#")
+    has_cells = count > 0
+    has_cells[has_cells] &= lines[cell_starts[first_cells[has_cells]]] != ord("#")
     if delimiter == " ":
-        return np.where(rows, count, 0)
-    parts = np.flatnonzero(lines == ord(delimiter))
-    cells = np.searchsorted(parts, ends) - np.searchsorted(parts, starts) + 1
-    return np.where(rows, cells, 0)
+        return np.where(has_cells, count, 0)
+    delimiters = np.flatnonzero(lines == ord(delimiter))
+    cells = np.searchsorted(delimiters, ends) - np.searchsorted(delimiters, starts) + 1
+    return np.where(has_cells, cells, 0)

@@ -17,11 +17,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.units import METRES
+from vomstudio.geometry.units import METRES_PER_UNIT
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.gis.geo_keys import COMPOUND, decode_keys, read_tiff_keys
+from vomstudio.io.gis.geo_keys import COMPOUND_CRS_OPTIONS, decode_keys, read_tiff_keys
 from vomstudio.io.gis.raster import silence_libtiff
-from vomstudio.io.models.formats._common import drop_invalid
+from vomstudio.io.models.formats._common import drop_invalid_vertices
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 MAX_VERTICES = 4_000_000
@@ -60,13 +60,13 @@ _UNITS = {
         "sft",
     ),
 }
-UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spellings}
+UNITS = {spelling: name for name, spellings in _UNITS.items() for spelling in spellings}
 """Units by their spelling in files."""
 
 
-def unit_of(written_text: str) -> str | None:
-    """Return the key of `METRES` for a unit, or None if the unit is unknown."""
-    return UNITS.get("".join(filter(str.isalpha, written_text.lower())))
+def parse_unit(text: str) -> str | None:
+    """Return the key of `METRES_PER_UNIT` for a unit, or None if the unit is unknown."""
+    return UNITS.get("".join(filter(str.isalpha, text.lower())))
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -92,13 +92,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     try:
         with (
             silence_libtiff(),
-            rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND),
+            rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND_CRS_OPTIONS),
             utf8_name(path) as safe_path,
-            _opened(safe_path) as dataset,
+            _open(safe_path) as dataset,
         ):
             _check_is_dem(dataset, path, findings)
-            crs, stated_crs = _crs_of(dataset, path, findings)
-            step = _step_of(dataset, findings)
+            crs, height_unit = _read_crs(dataset, path, findings)
+            step = _choose_step(dataset, findings)
             heights, unit = _heights(dataset, step, path, progress, findings)
             transform = dataset.transform
     except MemoryError as error:
@@ -112,12 +112,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(Finding("model.no-points"), file=path)
     mesh = _surface(heights, transform, step)
     del heights
-    model = drop_invalid(mesh, findings, path)
+    model = drop_invalid_vertices(mesh, findings, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(findings), path, height_unit=unit or stated_crs)
+    return LoadedModel(model, kind, crs, tuple(findings), path, height_unit=unit or height_unit)
 
 
-def _opened(path: Path) -> Any:
+def _open(path: Path) -> Any:
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning
 
@@ -147,7 +147,7 @@ def _check_is_dem(dataset: Any, path: Path, findings: list[Finding]) -> None:
         findings.append(Finding("dem.first-band", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | None, str | None]:
+def _read_crs(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | None, str | None]:
     """Return the CRS as WKT, and a unit of heights that the file states separately.
 
     A depth image of an oblique view is rejected.
@@ -167,7 +167,7 @@ def _crs_of(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | No
     return reference.crs, reference.height_unit
 
 
-def _step_of(dataset: Any, findings: list[Finding]) -> int:
+def _choose_step(dataset: Any, findings: list[Finding]) -> int:
     width, height, step = dataset.width, dataset.height, 1
     while -(-width // step) * -(-height // step) > MAX_VERTICES:
         step += 1
@@ -205,11 +205,11 @@ def _heights(
             ),
             file=path,
         )
-    rows_at_once = max(1, PIXELS_PER_STEP // width // step) * step
+    rows_per_step = max(1, PIXELS_PER_STEP // width // step) * step
     heights = np.empty((-(-height // step), -(-width // step)))
     progress.stage(tr("Reading the heights"), height)
-    for start in range(0, height, rows_at_once):
-        rows = min(rows_at_once, height - start)
+    for start in range(0, height, rows_per_step):
+        rows = min(rows_per_step, height - start)
         window = Window(0, start, width, rows)  # type: ignore[call-arg, unused-ignore]
         values = dataset.read(1, window=window)[::step, ::step].astype(np.float64)
         # Nodata value, mask or opacity band, whichever the file contains.
@@ -226,12 +226,12 @@ def _heights(
                 heights[is_empty] = np.nan
                 findings.append(Finding("dem.no-data-value", count=n, value=value))
     unit_text = (dataset.units[0] or "").strip()
-    unit = unit_of(unit_text)
+    unit = parse_unit(unit_text)
     if unit_text and unit is None:
         findings.append(Finding("dem.unit-unknown", unit=unit_text))
     heights *= scale
     heights += offset
-    is_implausible = np.abs(heights) > MAX_HEIGHT_M / METRES[unit or "m"]
+    is_implausible = np.abs(heights) > MAX_HEIGHT_M / METRES_PER_UNIT[unit or "m"]
     n = int(np.count_nonzero(is_implausible))
     if n:
         heights[is_implausible] = np.nan
@@ -264,9 +264,9 @@ def _triangles(vertex_ids: AnyArray, heights: AnyArray) -> AnyArray:
     nw, ne, sw, se = (corner.ravel() for corner in corners)
     has_all_corners = (nw >= 0) & (ne >= 0) & (sw >= 0) & (se >= 0)
     falling_differences = np.abs(heights[:-1, :-1] - heights[1:, 1:])
-    rising = np.abs(heights[:-1, 1:] - heights[1:, :-1])
+    rising_differences = np.abs(heights[:-1, 1:] - heights[1:, :-1])
     with np.errstate(invalid="ignore"):
-        is_falling = (falling_differences <= rising).ravel()
+        is_falling = (falling_differences <= rising_differences).ravel()
     triangles = np.full((len(nw), 2, 3), -1, np.int32)
     halves = [
         (has_all_corners & is_falling, 0, (nw, sw, se)),
@@ -278,9 +278,9 @@ def _triangles(vertex_ids: AnyArray, heights: AnyArray) -> AnyArray:
         ((sw < 0) & (nw >= 0) & (ne >= 0) & (se >= 0), 0, (nw, se, ne)),
         ((se < 0) & (nw >= 0) & (ne >= 0) & (sw >= 0), 0, (nw, sw, ne)),
     ]
-    for half_index, triangle_half, triangle_corners in halves:
+    for half_mask, triangle_half, triangle_corners in halves:
         for k, corner in enumerate(triangle_corners):
-            np.copyto(triangles[:, triangle_half, k], corner, where=half_index)
+            np.copyto(triangles[:, triangle_half, k], corner, where=half_mask)
     faces = triangles.reshape(-1, 3)
     return faces[faces[:, 0] >= 0]
 

@@ -29,20 +29,20 @@ from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, value_text
 from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
-    drop_invalid,
     drop_invalid_points,
+    drop_invalid_vertices,
     join_corners,
-    read_whole,
+    read_whole_file,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 _UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
 """Unit names from `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
-_FROZEN, _INVISIBLE, _PAPER = 1, 1, 1
-_BY_LAYER = 256
-_CLOSED_M, _CLOSED_N = 1, 32
-_FACE_RECORD, _MESH_VERTEX, _CONTROL_POINT = 128, 64, 16
-_STRUCTURE = {b"SECTION", b"ENDSEC", b"VERTEX", b"SEQEND", b"EOF"}
+_FROZEN_FLAG, _INVISIBLE_FLAG, _PAPER_SPACE_FLAG = 1, 1, 1
+_BYLAYER_COLOR_NUMBER = 256
+_CLOSED_M_FLAG, _CLOSED_N_FLAG = 1, 32
+_FACE_RECORD_FLAG, _MESH_VERTEX_FLAG, _CONTROL_POINT_FLAG = 128, 64, 16
+_STRUCTURE_KINDS = {b"SECTION", b"ENDSEC", b"VERTEX", b"SEQEND", b"EOF"}
 _GROUPS_PER_BLOCK = 400_000
 
 
@@ -88,8 +88,10 @@ class _Block:
         """Return the layer of each entity in ascending order, or "0" if it has none."""
         layers = [b"0"] * len(entities)
         offset, row = self._group_rows(entities)
-        is_named = self.codes[offset] == 8
-        for group, entity in zip(offset[is_named].tolist(), row[is_named].tolist(), strict=True):
+        is_layer_name = self.codes[offset] == 8
+        for group, entity in zip(
+            offset[is_layer_name].tolist(), row[is_layer_name].tolist(), strict=True
+        ):
             layers[entity] = self.values[group]
         return layers
 
@@ -135,7 +137,7 @@ class _Drawing:
     """
 
     colors: dict[bytes, int] = field(default_factory=dict)
-    hidden: set[bytes] = field(default_factory=set)
+    hidden_layers: set[bytes] = field(default_factory=set)
     unit: str | None = None
     section: bytes = b""
     corners: list[FloatArray] = field(default_factory=list)
@@ -144,7 +146,7 @@ class _Drawing:
     layers: dict[bytes, int] = field(default_factory=dict)
     points: list[FloatArray] = field(default_factory=list)
     point_colors: list[IntArray] = field(default_factory=list)
-    left_out: Counter[str] = field(default_factory=Counter)
+    skipped_entities: Counter[str] = field(default_factory=Counter)
 
     def add_triangles(self, corners: FloatArray, layers: list[bytes], entities: IntArray) -> None:
         """Add triangles (n, 3, 3) with their layers and their entities in the block."""
@@ -182,7 +184,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         If the file is not a drawing, or contains neither points nor faces (``model.no-entities``).
     """
     drawing = _Drawing()
-    data = read_whole(path, progress).tobytes()
+    data = read_whole_file(path, progress).tobytes()
     progress.stage(tr("Reading the entities"), len(data))
     for block, done_count in _blocks(data, path):
         _read_block(block, drawing)
@@ -190,21 +192,21 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     del data
     findings: list[Finding] = []
     if not drawing.corners and not drawing.points:
-        entities = _entity_counts(drawing.left_out) or [tr("nothing")]
+        entities = _entity_counts(drawing.skipped_entities) or [tr("nothing")]
         raise InputError(Finding("model.no-entities", entities=entities), file=path)
     model: Mesh | PointCloud
     if drawing.corners:
         if drawing.points:
-            drawing.left_out["POINT"] += sum(map(len, drawing.points))
-        model = drop_invalid(_mesh(drawing), findings, path)
+            drawing.skipped_entities["POINT"] += sum(map(len, drawing.points))
+        model = drop_invalid_vertices(_mesh(drawing), findings, path)
     else:
         model = drop_invalid_points(_cloud(drawing), findings, path)
-    if drawing.left_out:
+    if drawing.skipped_entities:
         findings.append(
             Finding(
                 "model.entities-left-out",
-                count=sum(drawing.left_out.values()),
-                entities=_entity_counts(drawing.left_out),
+                count=sum(drawing.skipped_entities.values()),
+                entities=_entity_counts(drawing.skipped_entities),
             )
         )
     units: Units = UNKNOWN_UNITS if drawing.unit is None else (drawing.unit,) * 3
@@ -223,22 +225,22 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
     """Yield the groups in blocks of complete entities, and the number of bytes read."""
     codes: list[int] = []
     values: list[bytes] = []
-    last = 0
-    for more_codes, next_values, done_count in _groups(data, path):
-        codes += more_codes
+    searched_count = 0
+    for next_codes, next_values, done_count in _groups(data, path):
+        codes += next_codes
         values += next_values
         code_array = np.array(codes, np.int64)
         ends = [
             i
-            for i in np.flatnonzero(code_array[last:] == 0) + last
+            for i in np.flatnonzero(code_array[searched_count:] == 0) + searched_count
             if values[i].upper() not in (b"VERTEX", b"SEQEND")
         ]
-        last = len(codes)
+        searched_count = len(codes)
         if not ends or not ends[-1]:
             continue
         end = int(ends[-1])
         yield _Block.create(code_array[:end], values[:end]), done_count
-        codes, values, last = codes[end:], values[end:], 0
+        codes, values, searched_count = codes[end:], values[end:], 0
     yield _Block.create(np.array(codes, np.int64), values), len(data)
 
 
@@ -256,7 +258,7 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         return
     if b"\n" not in data[:BLOCK_BYTES]:
         data = data.replace(b"\r", b"\n")
-    offset, lines_before, remaining_bytes = 0, 0, b""
+    offset, line_offset, remaining_bytes = 0, 0, b""
     while offset < len(data):
         block = remaining_bytes + data[offset : offset + BLOCK_BYTES]
         offset += BLOCK_BYTES
@@ -279,7 +281,7 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
                         "file.damaged", format="DXF", reason=tr("this line is not a group code")
                     ),
                     file=path,
-                    line=lines_before + 2 * invalid_row + 1,
+                    line=line_offset + 2 * invalid_row + 1,
                 ) from error
             codes = list(map(int, code_lines[:invalid_row]))
         yield (
@@ -287,7 +289,7 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
             [line.strip() for line in lines[1 : 2 * len(codes) : 2]],
             min(offset, len(data)),
         )
-        lines_before += len(lines)
+        line_offset += len(lines)
 
 
 # --- entities ----------------------------------------------------------------------------------
@@ -297,12 +299,12 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
     is_inside = np.zeros(len(block.starts), np.bool_)
     kinds = block.kinds
     marks = np.flatnonzero(np.isin(kinds, (b"SECTION", b"ENDSEC"))).tolist()
-    rows_before = 0
+    section_start = 0
     for mark in [*marks, len(kinds)]:
-        is_inside[rows_before:mark] = drawing.section == b"ENTITIES"
+        is_inside[section_start:mark] = drawing.section == b"ENTITIES"
         if drawing.section == b"TABLES":
             for entity in (
-                np.flatnonzero(kinds[rows_before:mark] == b"LAYER") + rows_before
+                np.flatnonzero(kinds[section_start:mark] == b"LAYER") + section_start
             ).tolist():
                 _read_layer(dict(block.groups(entity)), drawing)
         if mark == len(kinds):
@@ -312,13 +314,13 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
             groups = list(block.groups(mark))
             drawing.section = next((value.upper() for code, value in groups if code == 2), b"")
             if drawing.section == b"HEADER":
-                drawing.unit = _unit(groups)
-        rows_before = mark + 1
+                drawing.unit = _header_unit(groups)
+        section_start = mark + 1
     entities = np.flatnonzero(is_inside)
-    entities = entities[~np.isin(kinds[entities], tuple(_STRUCTURE))]
+    entities = entities[~np.isin(kinds[entities], tuple(_STRUCTURE_KINDS))]
     if not len(entities):
         return
-    entities = _visible(block, entities, drawing)
+    entities = _visible_entities(block, entities, drawing)
     entity_kinds = kinds[entities]
     _read_faces(block, entities[entity_kinds == b"3DFACE"], drawing)
     _read_points(block, entities[entity_kinds == b"POINT"], drawing)
@@ -328,37 +330,37 @@ def _read_block(block: _Block, drawing: _Drawing) -> None:
         _read_mesh(block, entity, drawing)
     drawing.sort_block()
     is_other_entity = ~np.isin(entity_kinds, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
-    drawing.left_out.update(
+    drawing.skipped_entities.update(
         kind.decode("latin-1") for kind in entity_kinds[is_other_entity].tolist()
     )
 
 
 def _read_layer(groups: dict[int, bytes], drawing: _Drawing) -> None:
     name, color = groups.get(2, b"0"), _integer(groups.get(62, b"7"), WHITE_COLOR_NUMBER)
-    drawing.colors[name] = abs(color) if abs(color) < _BY_LAYER else WHITE_COLOR_NUMBER
-    if color < 0 or _integer(groups.get(70, b"0")) & _FROZEN:
-        drawing.hidden.add(name)
+    drawing.colors[name] = abs(color) if abs(color) < _BYLAYER_COLOR_NUMBER else WHITE_COLOR_NUMBER
+    if color < 0 or _integer(groups.get(70, b"0")) & _FROZEN_FLAG:
+        drawing.hidden_layers.add(name)
 
 
-def _unit(header: list[tuple[int, bytes]]) -> str | None:
-    is_unit = False
+def _header_unit(header: list[tuple[int, bytes]]) -> str | None:
+    is_unit_variable = False
     for code, value in header:
         if code == 9:
-            is_unit = value == b"$INSUNITS"
-        elif code == 70 and is_unit:
+            is_unit_variable = value == b"$INSUNITS"
+        elif code == 70 and is_unit_variable:
             return _UNITS.get(_integer(value))
     return None
 
 
-def _visible(block: _Block, entities: IntArray, drawing: _Drawing) -> IntArray:
+def _visible_entities(block: _Block, entities: IntArray, drawing: _Drawing) -> IntArray:
     """Return the entities that are visible and not in paper space."""
     flags = block.numbers(entities, (60, 67), 0.0)
-    is_visible = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
-    if drawing.hidden:
+    is_visible = (flags[:, 0] != _INVISIBLE_FLAG) & (flags[:, 1] != _PAPER_SPACE_FLAG)
+    if drawing.hidden_layers:
         layers = block.layers(entities)
-        is_visible &= np.array([name not in drawing.hidden for name in layers], np.bool_)
+        is_visible &= np.array([name not in drawing.hidden_layers for name in layers], np.bool_)
     if not is_visible.all():
-        drawing.left_out[tr("hidden")] += int((~is_visible).sum())
+        drawing.skipped_entities[tr("hidden")] += int((~is_visible).sum())
     return np.asarray(entities[is_visible], np.int64)
 
 
@@ -369,8 +371,8 @@ def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     corners = block.numbers(entities, codes).reshape(-1, 4, 3)
     heights = corners[:, :, 2]
     heights[np.isnan(heights) & ~np.isnan(corners[:, :, 0])] = 0.0
-    has_no_fourth = np.isnan(corners[:, 3]).all(axis=1)
-    corners[has_no_fourth, 3] = corners[has_no_fourth, 2]
+    is_triangle = np.isnan(corners[:, 3]).all(axis=1)
+    corners[is_triangle, 3] = corners[is_triangle, 2]
     _add_quads(corners, block.layers(entities), entities, drawing)
 
 
@@ -383,8 +385,8 @@ def _add_quads(
     is_kept[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
     names = [
         name
-        for name, is_pair_kept in zip(layers, is_kept[:, 1].tolist(), strict=True)
-        for name in ((name, name) if is_pair_kept else (name,))
+        for name, is_quad in zip(layers, is_kept[:, 1].tolist(), strict=True)
+        for name in ((name, name) if is_quad else (name,))
     ]
     drawing.add_triangles(pairs[is_kept], names, np.repeat(entities, is_kept.sum(axis=1)))
 
@@ -394,16 +396,20 @@ def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
         return
     points = block.numbers(entities, (10, 20, 30))
     points[np.isnan(points[:, 2]) & ~np.isnan(points[:, 0]), 2] = 0.0
-    point_colors = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
+    point_colors = block.numbers(entities, (62,), _BYLAYER_COLOR_NUMBER)[:, 0]
     colors = _integers(
-        np.where((point_colors > 0) & (point_colors < _BY_LAYER), point_colors, _BY_LAYER)
+        np.where(
+            (point_colors > 0) & (point_colors < _BYLAYER_COLOR_NUMBER),
+            point_colors,
+            _BYLAYER_COLOR_NUMBER,
+        )
     )
-    layer_colored = np.flatnonzero(colors == _BY_LAYER)
-    if len(layer_colored):
+    layer_color_rows = np.flatnonzero(colors == _BYLAYER_COLOR_NUMBER)
+    if len(layer_color_rows):
         layers = block.layers(entities)
         # Negative for the colour of the layer, so that clouds without point colours are recognised.
-        colors[layer_colored] = [
-            -drawing.colors.get(layers[i], WHITE_COLOR_NUMBER) for i in layer_colored.tolist()
+        colors[layer_color_rows] = [
+            -drawing.colors.get(layers[i], WHITE_COLOR_NUMBER) for i in layer_color_rows.tolist()
         ]
     drawing.points.append(points)
     drawing.point_colors.append(colors)
@@ -413,7 +419,7 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     first_values = dict(reversed(list(block.groups(entity))))
     flags = _integer(first_values.get(70, b"0"))
     if not flags & (POLYFACE_MESH | POLYGON_MESH):
-        drawing.left_out["POLYLINE"] += 1
+        drawing.skipped_entities["POLYLINE"] += 1
         return
     end = entity + 1
     while end < len(block.kinds) and block.kinds[end] == b"VERTEX":
@@ -423,25 +429,25 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     kinds = _integers(vertex_values[:, 3])
     layer = first_values.get(8, b"0")
     if flags & POLYFACE_MESH:
-        positions = vertex_values[(kinds & _MESH_VERTEX) > 0, :3]
-        is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
+        positions = vertex_values[(kinds & _MESH_VERTEX_FLAG) > 0, :3]
+        is_face = ((kinds & _FACE_RECORD_FLAG) > 0) & ((kinds & _MESH_VERTEX_FLAG) == 0)
         # A negative number marks an invisible edge.
         rows = np.abs(_integers(vertex_values[is_face, 4:]))
         rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
         is_valid = ((rows > 0) & (rows <= len(positions))).all(axis=1)
         if not is_valid.all():
-            drawing.left_out[tr("faces without vertices")] += int((~is_valid).sum())
+            drawing.skipped_entities[tr("faces without vertices")] += int((~is_valid).sum())
         corners = positions[rows[is_valid] - 1]
     else:
-        positions = vertex_values[(kinds & _CONTROL_POINT) == 0, :3]
-        corners = _grid(positions, first_values, flags)
+        positions = vertex_values[(kinds & _CONTROL_POINT_FLAG) == 0, :3]
+        corners = _grid_quads(positions, first_values, flags)
         if not len(corners):
-            drawing.left_out["POLYLINE"] += 1
+            drawing.skipped_entities["POLYLINE"] += 1
     rows = np.full(len(corners), entity)
     _add_quads(corners.reshape(-1, 4, 3), [layer] * len(corners), rows, drawing)
 
 
-def _grid(positions: FloatArray, first_values: dict[int, bytes], flags: int) -> FloatArray:
+def _grid_quads(positions: FloatArray, first_values: dict[int, bytes], flags: int) -> FloatArray:
     """Return the quadrilaterals (n, 4, 3) of a mesh with M × N vertices."""
     is_smooth = _integer(first_values.get(75, b"0")) != 0
     m, n = (
@@ -450,9 +456,9 @@ def _grid(positions: FloatArray, first_values: dict[int, bytes], flags: int) -> 
     if m < 2 or n < 2 or m * n != len(positions):
         return np.empty((0, 4, 3))
     rows = np.arange(m * n).reshape(m, n)
-    if flags & _CLOSED_M:
+    if flags & _CLOSED_M_FLAG:
         rows = np.vstack([rows, rows[:1]])
-    if flags & _CLOSED_N:
+    if flags & _CLOSED_N_FLAG:
         rows = np.hstack([rows, rows[:, :1]])
     quads = np.stack([rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]], -1)
     return np.asarray(positions[quads.reshape(-1, 4)], np.float64)
@@ -486,7 +492,7 @@ def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
         triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, size - 1)]
         offset += 1 + size
     if offset < len(face_lists) or not triangles:
-        drawing.left_out["MESH"] += 1
+        drawing.skipped_entities["MESH"] += 1
     corners = points[np.array(triangles, np.int64).reshape(-1, 3)]
     drawing.add_triangles(corners, [layer] * len(corners), np.full(len(corners), entity))
 

@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.names import utf8_name
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
@@ -19,16 +19,16 @@ from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
-    points_missing,
+    missing_points_finding,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 POINTS_PER_STEP = 500_000
-CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
-SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
-COLORS = ("colorRed", "colorGreen", "colorBlue")
-INVALID = ("cartesianInvalidState", "sphericalInvalidState")
-METRIC = ("m", "m", "m")
+CARTESIAN_FIELDS = ("cartesianX", "cartesianY", "cartesianZ")
+SPHERICAL_FIELDS = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+COLOR_FIELDS = ("colorRed", "colorGreen", "colorBlue")
+INVALID_STATES = ("cartesianInvalidState", "sphericalInvalidState")
+METRIC_UNITS = ("m", "m", "m")
 """Units of the format (E57 8.3.2), which apply unless a CRS states others."""
 
 
@@ -45,7 +45,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     scans, `scan` (0, 1, ...). Points marked as invalid are dropped. Raises InputError if the file
     is damaged or pye57 is not installed.
     """
-    with open_regular(path) as file:
+    with open_regular_file(path) as file:
         if not file.read(8) == b"ASTM-E57":
             raise InputError(Finding("file.other-format", format="E57"), file=path)
     try:
@@ -80,7 +80,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         crs,
         tuple(findings),
         path,
-        units=METRIC,
+        units=METRIC_UNITS,
     )
 
 
@@ -93,48 +93,51 @@ def _read_scans(
     columns = Columns()
     done_count = n_invalid = 0
     names = [_names(e57, scan) for scan in scans]
-    is_colored = all(set(COLORS) <= known_name for known_name in names)
-    has_intensity = all("intensity" in known_name for known_name in names)
+    is_colored = all(set(COLOR_FIELDS) <= scan_fields for scan_fields in names)
+    has_intensity = all("intensity" in scan_fields for scan_fields in names)
     unread_fields = set()
     # A constant value takes no bits in the file, whatever the number of points.
     budget = Budget(path, path.stat().st_size)
-    for index, (scan, known_name) in enumerate(zip(scans, names, strict=True)):
+    for index, (scan, scan_fields) in enumerate(zip(scans, names, strict=True)):
         coordinate_names = next(
-            (axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known_name), None
+            (axes for axes in (CARTESIAN_FIELDS, SPHERICAL_FIELDS) if set(axes) <= scan_fields),
+            None,
         )
         if coordinate_names is None:
             findings.append(Finding("model.scan-left-out", number=index + 1))
             continue
         column_names = [
             *coordinate_names,
-            *(c for c in COLORS if is_colored),
+            *(c for c in COLOR_FIELDS if is_colored),
             *(["intensity"] if has_intensity else []),
         ]
         flags = [
-            name for name in INVALID if name in known_name and name[:4] == coordinate_names[0][:4]
+            name
+            for name in INVALID_STATES
+            if name in scan_fields and name[:4] == coordinate_names[0][:4]
         ]
         unread_fields |= (
-            known_name - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
+            scan_fields - set(column_names) - set(flags) - {"rowIndex", "columnIndex", "intensity"}
         )
         rotation, shift = _pose(scan)
         limits = _color_limits(scan)
-        for part in _blocks(e57, image, scan, [*column_names, *flags]):
-            read_count = len(part[coordinate_names[0]])
+        for block in _blocks(e57, image, scan, [*column_names, *flags]):
+            read_count = len(block[coordinate_names[0]])
             budget.take(8 * read_count * len(column_names), "points")
-            xyz = np.column_stack([part[name] for name in coordinate_names])
-            if coordinate_names is SPHERICAL:
-                xyz = _cartesian(xyz)
+            xyz = np.column_stack([block[name] for name in coordinate_names])
+            if coordinate_names is SPHERICAL_FIELDS:
+                xyz = _to_cartesian(xyz)
             xyz = xyz @ rotation.T + shift
             is_kept = np.ones(read_count, bool)
             for name in flags:
-                is_kept &= part[name] == 0
+                is_kept &= block[name] == 0
             n_invalid += read_count - int(np.count_nonzero(is_kept))
             columns.add("points", xyz[is_kept], point_count)
             if is_colored:
-                rgb = np.column_stack([part[name] for name in COLORS])[is_kept]
-                columns.add("colors", _bytes(rgb, limits), point_count)
+                rgb = np.column_stack([block[name] for name in COLOR_FIELDS])[is_kept]
+                columns.add("colors", _scale_to_bytes(rgb, limits), point_count)
             if has_intensity:
-                columns.add("intensity", part["intensity"][is_kept], point_count)
+                columns.add("intensity", block["intensity"][is_kept], point_count)
             if len(scans) > 1:
                 columns.add("scan", np.full(int(is_kept.sum()), index, np.int32), point_count)
             done_count += read_count
@@ -145,7 +148,7 @@ def _read_scans(
     if n_invalid:
         findings.append(Finding("model.points-withheld", count=n_invalid))
     if done_count < point_count:
-        findings.append(points_missing(done_count, point_count))
+        findings.append(missing_points_finding(done_count, point_count))
     if unread_fields:
         findings.append(Finding("model.fields-left-out", fields=sorted(unread_fields)))
     points = columns.take("points", n)
@@ -171,7 +174,13 @@ def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
     arrays: dict[str, AnyArray] = {}
     buffers = e57.VectorSourceDestBuffer()
     for name in names:
-        kind = "f" if name in COLORS or name == "intensity" else "b" if name in INVALID else "d"
+        kind = (
+            "f"
+            if name in COLOR_FIELDS or name == "intensity"
+            else "b"
+            if name in INVALID_STATES
+            else "d"
+        )
         arrays[name] = np.empty(POINTS_PER_STEP, kind)
         buffers.append(e57.SourceDestBuffer(image, name, arrays[name], POINTS_PER_STEP, True, True))
     reader = scan["points"].reader(buffers)
@@ -205,7 +214,7 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
     return rotation, shift
 
 
-def _cartesian(rae: AnyArray) -> AnyArray:
+def _to_cartesian(rae: AnyArray) -> AnyArray:
     """Convert range, azimuth from x to y, and elevation above x-y in radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     horizontal_distance = distance * np.cos(elevation)
@@ -223,7 +232,7 @@ def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
     low, high = np.zeros(3), np.full(3, 255.0)
     if scan.isDefined("colorLimits"):
         limits = scan["colorLimits"]
-        for j, color in enumerate(COLORS):
+        for j, color in enumerate(COLOR_FIELDS):
             if limits.isDefined(f"{color}Minimum") and limits.isDefined(f"{color}Maximum"):
                 low[j] = limits[f"{color}Minimum"].value()
                 high[j] = limits[f"{color}Maximum"].value()
@@ -232,7 +241,7 @@ def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
     return low, high
 
 
-def _bytes(rgb: AnyArray, limits: tuple[AnyArray, AnyArray]) -> ByteArray:
+def _scale_to_bytes(rgb: AnyArray, limits: tuple[AnyArray, AnyArray]) -> ByteArray:
     low, high = limits
     values = np.nan_to_num((rgb - low) / (high - low) * 255.0)
     return np.asarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))

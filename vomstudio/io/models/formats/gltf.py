@@ -22,15 +22,19 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import BLOCK_ROWS, drop_invalid, drop_invalid_points
+from vomstudio.io.models.formats._common import (
+    BLOCK_ROWS,
+    drop_invalid_points,
+    drop_invalid_vertices,
+)
 from vomstudio.io.models.formats._gltf_document import Document
-from vomstudio.io.models.formats._gltf_materials import materials_of
-from vomstudio.io.models.formats._gltf_primitives import PlacedPrimitive, pieces_of
-from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
+from vomstudio.io.models.formats._gltf_materials import read_materials
+from vomstudio.io.models.formats._gltf_primitives import PlacedPrimitive, read_primitives
+from vomstudio.io.models.offset_file import offset_path, parse_file_crs, parse_origin, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 # From Y up to Z up: x is unchanged, North is -z, Up is y.
-UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -58,7 +62,7 @@ def _read(document: Document) -> LoadedModel:
     findings: list[Finding] = []
     for name in document.extensions_to_report():
         findings.append(Finding("model.extension-unsupported", extension=name))
-    pieces = list(pieces_of(document, findings))
+    pieces = list(read_primitives(document, findings))
     meshes = [piece for piece in pieces if piece.faces is not None]
     if not pieces:
         raise InputError(Finding("model.no-points"), file=document.path)
@@ -70,7 +74,9 @@ def _read(document: Document) -> LoadedModel:
     if meshes:
         if not has_reference:
             _warn_if_z_up(meshes, findings)
-        data = drop_invalid(_mesh(document, meshes, origin, findings), findings, document.path)
+        data = drop_invalid_vertices(
+            _mesh(document, meshes, origin, findings), findings, document.path
+        )
     else:
         data = drop_invalid_points(_cloud(pieces, origin), findings, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
@@ -94,10 +100,10 @@ def _origin(document: Document, findings: list[Finding]) -> tuple[FloatArray, st
     extras = document.section("extras", document.section("asset"))
     embedded_origin = None
     if "origin" in extras:
-        embedded_origin = checked_origin(extras["origin"])
+        embedded_origin = parse_origin(extras["origin"])
         if embedded_origin is None:
             findings.append(Finding("model.origin-invalid", file=path.name))
-    crs, problem = crs_or_problem(extras.get("crs"), path.name)
+    crs, problem = parse_file_crs(extras.get("crs"), path.name)
     offset = read_offset(path)
     findings.extend(text for text in (problem, offset.problem) if text)
     if embedded_origin is not None and offset.origin not in (None, embedded_origin):
@@ -107,7 +113,7 @@ def _origin(document: Document, findings: list[Finding]) -> tuple[FloatArray, st
     return np.array(origin or (0.0, 0.0, 0.0)), crs, origin is not None or crs is not None
 
 
-def _join(
+def _join_values(
     pieces: list[PlacedPrimitive],
     values: list[AnyArray | None],
     width: int,
@@ -138,7 +144,7 @@ def _fields(pieces: list[PlacedPrimitive]) -> dict[str, AnyArray]:
         if len(types) < len(pieces):
             dtype = np.result_type(dtype, np.float32)
         columns = [None if column is None else column[:, None] for column in columns_of_pieces]
-        column = _join(pieces, columns, 1, np.nan if dtype.kind == "f" else 0, dtype)
+        column = _join_values(pieces, columns, 1, np.nan if dtype.kind == "f" else 0, dtype)
         assert column is not None
         result[name] = np.ascontiguousarray(column[:, 0])
     return result
@@ -148,11 +154,11 @@ def _positions(pieces: list[PlacedPrimitive], origin: FloatArray) -> FloatArray:
     upright_positions = np.empty((sum(len(piece.positions) for piece in pieces), 3))
     end = 0
     for piece in pieces:
-        y_up, part = piece.positions, upright_positions[end : end + len(piece.positions)]
-        end += len(y_up)
-        part[:, 0] = y_up[:, 0]
-        np.negative(y_up[:, 2], out=part[:, 1])
-        part[:, 2] = y_up[:, 1]
+        y_up_positions, block = piece.positions, upright_positions[end : end + len(piece.positions)]
+        end += len(y_up_positions)
+        block[:, 0] = y_up_positions[:, 0]
+        np.negative(y_up_positions[:, 2], out=block[:, 1])
+        block[:, 2] = y_up_positions[:, 1]
     upright_positions += origin
     return upright_positions
 
@@ -165,10 +171,10 @@ def _faces(pieces: list[PlacedPrimitive]) -> Int32Array:
     end = start = 0
     for piece in pieces:
         if piece.faces is not None:
-            part = joined_faces[end : end + len(piece.faces)]
+            block = joined_faces[end : end + len(piece.faces)]
             # Narrow index types would overflow.
-            np.add(piece.faces, start, out=part, dtype=np.int64, casting="unsafe")
-            end += len(part)
+            np.add(piece.faces, start, out=block, dtype=np.int64, casting="unsafe")
+            end += len(block)
         start += len(piece.positions)
     return joined_faces
 
@@ -192,7 +198,7 @@ def _mesh(
         for used_material in used_materials
     ]
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    materials = materials_of(document, used_materials, findings)
+    materials = read_materials(document, used_materials, findings)
     if used_materials == [-1]:
         materials, offsets = (), np.zeros(1, np.int64)
     return Mesh(
@@ -200,18 +206,18 @@ def _mesh(
         _faces(pieces),
         materials,
         offsets,
-        _join(pieces, [piece.uv for piece in pieces], 2, np.nan, np.float32),
-        _join(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
+        _join_values(pieces, [piece.uv for piece in pieces], 2, np.nan, np.float32),
+        _join_values(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
         _fields(pieces),
     )
 
 
 def _cloud(pieces: list[PlacedPrimitive], origin: FloatArray) -> PointCloud:
-    normals = _join(pieces, [piece.normals for piece in pieces], 3, np.nan, np.float64)
+    normals = _join_values(pieces, [piece.normals for piece in pieces], 3, np.nan, np.float64)
     return PointCloud(
         _positions(pieces, origin),
-        _join(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
-        None if normals is None else (normals @ UPRIGHT.T).astype(np.float32),
+        _join_values(pieces, [piece.colors for piece in pieces], 3, 255, np.uint8),
+        None if normals is None else (normals @ Y_UP_TO_Z_UP.T).astype(np.float32),
         _fields(pieces),
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, GenericArray
 from vomstudio.core.errors import Cancelled, InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
@@ -20,7 +20,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
-    points_missing,
+    missing_points_finding,
     scale_colors,
 )
 from vomstudio.io.models.formats._las_extra import FileWithHiddenRecord, invalid_extra_record_offset
@@ -36,7 +36,7 @@ from vomstudio.io.models.formats._las_header import (
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
     mask_no_data,
-    no_data_of,
+    read_no_data_values,
     replacement_rows,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
@@ -132,7 +132,7 @@ def _read(path: Path, size: int, progress: Progress, findings: list[Finding]) ->
         stream = io.BufferedReader(FileWithHiddenRecord(path, record_offset))
     if stream is None:
         with (
-            open_regular(path) as file,
+            open_regular_file(path) as file,
             laspy.open(file, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r,
         ):
             return _read_points(r, path, size, POINTS_PER_STEP, progress, findings)
@@ -145,10 +145,10 @@ def _read_points(
 ) -> PointCloud:
     header = reader.header
     stated_count = int(header.point_count)
-    record = int(header.point_format.size)
+    record_bytes = int(header.point_format.size)
     limit = stated_count
     if not header.are_points_compressed:
-        limit = min(stated_count, max(0, size - int(header.offset_to_point_data)) // record)
+        limit = min(stated_count, max(0, size - int(header.offset_to_point_data)) // record_bytes)
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
@@ -161,8 +161,8 @@ def _read_points(
             field="LAS header",
         )
     names = set(header.point_format.dimension_names)
-    has_valid_extra = invalid_extra_record_offset(path) is None
-    extra_names = list(header.point_format.extra_dimension_names) if has_valid_extra else []
+    has_valid_extra_record = invalid_extra_record_offset(path) is None
+    extra_names = list(header.point_format.extra_dimension_names) if has_valid_extra_record else []
     field_names = [n for n in STANDARD_FIELDS if n in names] + extra_names
     no_data = _no_data_values(header)
     flag_names = ["withheld"] if "withheld" in names else []
@@ -202,7 +202,7 @@ def _read_points(
     if done_count == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if done_count < stated_count:
-        findings.append(points_missing(done_count, stated_count))
+        findings.append(missing_points_finding(done_count, stated_count))
     colors = _colors(columns.take("colors", done_count), findings)
     fields: dict[str, GenericArray] = {}
     for name in field_names:
@@ -239,7 +239,7 @@ def _colors(rgb16: GenericArray | None, findings: list[Finding]) -> ByteArray | 
 def _no_data_values(header: Any) -> dict[str, tuple[float, ...]]:
     for record in header.vlrs:
         if record.user_id == "LASF_Spec" and record.record_id == 4:
-            return no_data_of(record.record_data_bytes())
+            return read_no_data_values(record.record_data_bytes())
     return {}
 
 

@@ -20,13 +20,13 @@ from vomstudio.core.arrays import AnyArray, ByteArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.threads import PROCESSORS, map_parallel
+from vomstudio.core.threads import PROCESSOR_COUNT, map_parallel
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
-    drop_invalid,
-    read_whole,
+    drop_invalid_vertices,
+    read_whole_file,
     refuse_decimal_commas,
     scale_colors,
     to_utf8,
@@ -85,26 +85,26 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Invalid vertices, faces and texture coordinates are dropped and counted in the warnings. Raises
     InputError if no valid data remain.
     """
-    data = to_utf8(read_whole(path, progress, b"\n"), b"\n")
-    return _Reading(path, data, progress).model()
+    data = to_utf8(read_whole_file(path, progress, b"\n"), b"\n")
+    return _ObjReader(path, data, progress).model()
 
 
 @dataclass
-class _Reading:
+class _ObjReader:
     """State of reading one file."""
 
     path: Path
     data: ByteArray  # ends with a line end that is not in the file
     progress: Progress
     findings: list[Finding] = field(default_factory=list)
-    joined: list[int] = field(default_factory=list)
+    continuation_offsets: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:
         self._normalize_line_ends()
         self._parse()
         if len(self.vertices) == 0:
             raise InputError(self._no_geometry_finding(), file=self.path)
-        self._fill_left_over()
+        self._parse_with_python()
         mesh = self._mesh()
         warnings = tuple(self.findings)
         if isinstance(mesh, PointCloud):
@@ -112,21 +112,21 @@ class _Reading:
         return LoadedModel(mesh, "mesh", None, warnings, self.path)
 
     def _no_geometry_finding(self) -> Finding:
-        if self.n_odd == 0:
+        if self.n_unknown_lines == 0:
             return Finding("model.no-points")
         return Finding("file.other-format", format="OBJ")
 
-    def _line(self, offset: int) -> int:
+    def _line_number(self, offset: int) -> int:
         """Return the 1-based line number of a byte in the file on disk."""
         ends = int(np.count_nonzero(self.data[:offset] == 10))
-        return 1 + ends + bisect.bisect(self.joined, offset)
+        return 1 + ends + bisect.bisect(self.continuation_offsets, offset)
 
     def _refuse_decimal_commas(self, offset: int) -> None:
         ends = self.data[:offset] == 10
         start = len(ends) - int(np.argmax(ends[::-1])) if ends.any() else 0
         stop = self.data[offset : offset + 1000] == 10
         end = offset + (int(np.argmax(stop)) if stop.any() else len(stop))
-        refuse_decimal_commas(self.path, self.data[start:end].tobytes(), self._line(offset))
+        refuse_decimal_commas(self.path, self.data[start:end].tobytes(), self._line_number(offset))
 
     def _normalize_line_ends(self) -> None:
         """Convert line ends to newlines and join continued lines, in place."""
@@ -148,7 +148,7 @@ class _Reading:
             return
         for match in re.finditer(rb"\\\r?\n", data.data[:size]):
             data[match.start() : match.end()] = 32
-            self.joined.append(match.end() - 1)
+            self.continuation_offsets.append(match.end() - 1)
 
     def _blocks(self) -> list[tuple[int, int]]:
         size = len(self.data)
@@ -172,13 +172,13 @@ class _Reading:
 
         data = self.data
         blocks = self._blocks()
-        counts = np.zeros((len(blocks), k.COUNTS), np.int64)
+        counts = np.zeros((len(blocks), k.COUNT_SIZE), np.int64)
         self.progress.stage(tr("Reading the model"), 2 * len(blocks))
         self._run(lambda i: k.count(data, *blocks[i], counts[i]), len(blocks), 0)
         base = np.zeros_like(counts)
         base[1:] = np.cumsum(counts[:-1], axis=0)
         totals = counts.sum(axis=0)
-        self.n_odd = int(totals[k.N_ODD])
+        self.n_unknown_lines = int(totals[k.N_UNKNOWN])
         n_v, n_u, n_t = (int(totals[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
         if max(n_v, n_u, n_t) > MAX_ROWS:
             raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=self.path)
@@ -189,14 +189,14 @@ class _Reading:
         self.uv_corners = np.empty((n_t if n_u else 0, 3), np.int32)
         self.words = np.empty((int(totals[k.N_WORDS]), 3), np.int64)
         self.polygons = np.empty((int(totals[k.N_POLYGONS]), 2), np.int64)
-        self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
-        self.left_over: list[IntArray] = [np.empty((0, 4), np.int64)] * len(blocks)
+        self.reports = np.zeros((len(blocks), k.REPORT_SIZE), np.int64)
+        self.unparsed: list[IntArray] = [np.empty((0, 4), np.int64)] * len(blocks)
 
         def parse(i: int) -> None:
             start, end = blocks[i]
-            available_space = 1024
+            capacity = 1024
             while True:
-                self.left_over[i] = np.empty((available_space, 4), np.int64)
+                self.unparsed[i] = np.empty((capacity, 4), np.int64)
                 self.reports[i] = 0
                 k.parse(
                     data,
@@ -212,13 +212,13 @@ class _Reading:
                     self.uv_corners,
                     self.words,
                     self.polygons,
-                    self.left_over[i],
+                    self.unparsed[i],
                     self.reports[i],
-                    *k.line_space(),
+                    *k.create_line_buffers(),
                 )
-                available_space = int(self.reports[i, k.R_LEFT_OVER])
-                if available_space <= len(self.left_over[i]):
-                    self.left_over[i] = self.left_over[i][:available_space]
+                capacity = int(self.reports[i, k.R_UNPARSED])
+                if capacity <= len(self.unparsed[i]):
+                    self.unparsed[i] = self.unparsed[i][:capacity]
                     return
 
         self._run(parse, len(blocks), len(blocks))
@@ -233,25 +233,25 @@ class _Reading:
             self.findings.append(Finding("model.faces-incomplete", count=short_faces))
         if line_elements:
             self.findings.append(Finding("model.lines-left-out", count=line_elements))
-        if self.n_odd:
-            self.findings.append(Finding("model.text-lines-left-out", count=self.n_odd))
+        if self.n_unknown_lines:
+            self.findings.append(Finding("model.text-lines-left-out", count=self.n_unknown_lines))
 
-    def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
-        """Process all blocks in threads; `before` steps of the progress have been completed."""
-        results = map_parallel(work, range(blocks), min(PROCESSORS, MAX_THREADS))
-        for block_number, _ in enumerate(results, before + 1):
+    def _run(self, process_block: Callable[[int], object], blocks: int, done_count: int) -> None:
+        """Process all blocks in threads; `done_count` steps of the progress have been completed."""
+        results = map_parallel(process_block, range(blocks), min(PROCESSOR_COUNT, MAX_THREADS))
+        for block_number, _ in enumerate(results, done_count + 1):
             self.progress.step(block_number)
 
-    def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
+    def _first_occurrence(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
         """Return the number of occurrences of a problem and the line of the first one."""
-        hit = np.flatnonzero(self.reports[:, count_row])
-        if len(hit) == 0:
+        hit_blocks = np.flatnonzero(self.reports[:, count_row])
+        if len(hit_blocks) == 0:
             return 0, None
-        return int(self.reports[:, count_row].sum()), self._line(
-            int(self.reports[hit[0], offset_row])
+        return int(self.reports[:, count_row].sum()), self._line_number(
+            int(self.reports[hit_blocks[0], offset_row])
         )
 
-    def _fill_left_over(self) -> None:
+    def _parse_with_python(self) -> None:
         """Parse numbers that require Python: long ones, nan, and words that are not numbers."""
         from vomstudio.io.models.formats import _obj_kernels as k
         from vomstudio.io.models.formats._decimals import python_number
@@ -262,32 +262,32 @@ class _Reading:
             k.TO_COLOR: self.colors.reshape(-1),
         }
         n_without_numbers = int(self.reports[:, k.R_NO_NUMBERS].sum())
-        line_numbers = self.reports[
+        byte_offsets = self.reports[
             self.reports[:, k.R_NO_NUMBERS] > 0, k.R_FIRST_NO_NUMBER
         ].tolist()
-        for block in self.left_over:
+        for block in self.unparsed:
             for target, offset, start, end in block.tolist():
                 value = python_number(self.data[start:end].tobytes())
                 if value is None:
                     n_without_numbers += 1
-                    line_numbers.append(start)
+                    byte_offsets.append(start)
                     value = float("nan")
                 targets[target][offset] = value
-        if line_numbers:
-            self._refuse_decimal_commas(min(line_numbers))
+        if byte_offsets:
+            self._refuse_decimal_commas(min(byte_offsets))
             self.findings.append(
                 Finding(
                     "model.values-not-numbers",
                     count=n_without_numbers,
-                    line=self._line(min(line_numbers)),
+                    line=self._line_number(min(byte_offsets)),
                 )
             )
-        n_invalid, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
+        n_invalid, line = self._first_occurrence(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if n_invalid:
             self.findings.append(
                 Finding("model.faces-without-vertices", count=n_invalid, line=line)
             )
-        n_invalid, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
+        n_invalid, line = self._first_occurrence(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
         if n_invalid:
             self.findings.append(Finding("texture.no-coordinates", count=n_invalid, line=line))
 
@@ -295,10 +295,10 @@ class _Reading:
         from vomstudio.io.models.formats import _obj_kernels as k
 
         if len(self.polygons):
-            from vomstudio.io.models.formats._polygon_kernels import cut_concave
+            from vomstudio.io.models.formats._polygon_kernels import clip_concave_polygons
 
-            cut_concave(self.vertices, self.corners, self.uv_corners, self.polygons)
-        names, starts, libraries = self._words()
+            clip_concave_polygons(self.vertices, self.corners, self.uv_corners, self.polygons)
+        names, starts, libraries = self._read_statements()
         materials = self._materials(names, libraries)
         faces, uv_faces = self.corners, self.uv_corners
         edges = np.array([*starts[0], len(faces)], np.int64)
@@ -328,9 +328,9 @@ class _Reading:
         if not names:
             offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
-        return drop_invalid(mesh, self.findings, self.path)
+        return drop_invalid_vertices(mesh, self.findings, self.path)
 
-    def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
+    def _read_statements(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
         """Return used material names, runs of triangles (start, material), and libraries."""
         names: dict[str, int] = {}
         starts: list[int] = [0]
@@ -338,7 +338,7 @@ class _Reading:
         libraries: dict[str, None] = {}
         skipped_count = 0
         ids_by_line: dict[bytes, int] = {}
-        for start, end, triangle in self.words.tolist():
+        for start, end, first_triangle in self.words.tolist():
             line = self.data[start:end].tobytes()
             id_ = ids_by_line.get(line)
             if id_ is None:
@@ -351,10 +351,10 @@ class _Reading:
                     continue
                 name = unquote(decode(value))
                 id_ = ids_by_line[line] = names.setdefault(name, len(names))
-            if starts[-1] == triangle:
+            if starts[-1] == first_triangle:
                 ids[-1] = id_
             else:
-                starts.append(triangle)
+                starts.append(first_triangle)
                 ids.append(id_)
         if skipped_count:
             self.findings.append(Finding("model.text-lines-left-out", count=skipped_count))
@@ -389,14 +389,14 @@ class _Reading:
             name.casefold(): material for name, material in materials_by_name.items()
         }
         result = []
-        missing_files: list[str] = []
+        missing_names: list[str] = []
         for name in names:
             match = materials_by_name.get(name) or materials_by_casefold.get(name.casefold())
             if match is None and name and libraries:
-                missing_files.append(name)
+                missing_names.append(name)
             result.append(Material(name, match.texture, match.diffuse) if match else Material(name))
-        if missing_files:
-            self.findings.append(Finding("material.missing", names=missing_files))
+        if missing_names:
+            self.findings.append(Finding("material.missing", names=missing_names))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:

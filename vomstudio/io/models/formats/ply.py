@@ -24,13 +24,13 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     BLOCK_ROWS,
-    drop_invalid,
     drop_invalid_points,
-    read_whole,
+    drop_invalid_vertices,
+    read_whole_file,
     scale_colors,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
-from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text, whole_numbers
+from vomstudio.io.models.formats._ply_tables import Table, convert_indices, read_binary, read_text
 from vomstudio.io.models.mtl import check_image, find_companion, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import convert_to_utf8
@@ -59,7 +59,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Missing or invalid records are dropped and counted in the warnings. Raises InputError if the
     header is invalid or no valid data follow it.
     """
-    data = read_whole(path, progress)
+    data = read_whole_file(path, progress)
     if not matches(path, data[:4].tobytes()):
         data = np.frombuffer(convert_to_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
@@ -75,7 +75,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     return LoadedModel(model, kind, None, tuple(findings), path)
 
 
-def _take(table: Table, names: tuple[str, ...], used_names: set[str]) -> list[GenericArray] | None:
+def _take_columns(
+    table: Table, names: tuple[str, ...], used_names: set[str]
+) -> list[GenericArray] | None:
     names_by_lower = {name.lower(): name for name in table.scalars}
     if not all(name in names_by_lower for name in names):
         return None
@@ -102,21 +104,21 @@ def _assemble(
         raise InputError(Finding("model.no-points"), file=path, field="vertex")
     if vertex.n > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
-    xyz = _take(vertex, ("x", "y", "z"), used_names)
+    xyz = _take_columns(vertex, ("x", "y", "z"), used_names)
     assert xyz is not None
     points = np.empty((vertex.n, 3))
     for j, column in enumerate(xyz):
         points[:, j] = column
     colors = None
     for triple in COLOR_NAMES:
-        columns = _take(vertex, triple, used_names)
+        columns = _take_columns(vertex, triple, used_names)
         if columns is not None:
             used_names.update(
                 n for n in vertex.scalars if n.lower() in ("alpha", "diffuse_alpha", "a")
             )
             colors = scale_colors(np.stack(columns, axis=1))
             break
-    normals = _take(vertex, NORMAL_NAMES, used_names)
+    normals = _take_columns(vertex, NORMAL_NAMES, used_names)
     face = _faces_and_strips(header, tables, findings)
     if face is None:
         fields = {n: v for n, v in vertex.scalars.items() if n not in used_names}
@@ -132,7 +134,7 @@ def _assemble(
         )
     uv = None
     for pair in UV_NAMES:
-        columns = _take(vertex, pair, used_names)
+        columns = _take_columns(vertex, pair, used_names)
         if columns is not None:
             uv = np.stack(columns, axis=1).astype(np.float32)
             break
@@ -208,8 +210,10 @@ def _unroll_strips(counts: IntArray, strip_indices: GenericArray) -> IntArray:
 
 
 def _indices(raw_indices: GenericArray) -> IntArray:
-    whole_indices = raw_indices if raw_indices.dtype.kind in "iu" else whole_numbers(raw_indices)
-    return whole_indices.astype(np.int64)
+    integer_indices = (
+        raw_indices if raw_indices.dtype.kind in "iu" else convert_indices(raw_indices)
+    )
+    return integer_indices.astype(np.int64)
 
 
 def _mesh(
@@ -231,9 +235,9 @@ def _mesh(
         vertex_mesh.colors,
         dict(vertex_mesh.fields),
     )
-    if faces.have_uv and len(faces.corners):
+    if faces.has_uv and len(faces.corners):
         mesh = _split_by_face_uv(mesh, faces.uv_corners, uv_numbers)
-    return drop_invalid(mesh, findings, path)
+    return drop_invalid_vertices(mesh, findings, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,21 +249,21 @@ class _Triangles:
     corners : (n, 3) ndarray
         Rows of the vertices.
     uv_corners : (n, 3) ndarray
-        Rows of the texture coordinates of the faces; only used if `have_uv` is set.
+        Rows of the texture coordinates of the faces; only used if `has_uv` is set.
     face_rows : (n,) ndarray
         Source record of each triangle.
-    have_uv : bool
+    has_uv : bool
         Whether the faces have texture coordinates.
     """
 
     corners: Int32Array
     uv_corners: Int32Array
     face_rows: AnyArray
-    have_uv: bool
+    has_uv: bool
 
-    def ordered(self, order: IntArray) -> _Triangles:
-        uv_corners = self.uv_corners[order] if self.have_uv else self.uv_corners
-        return _Triangles(self.corners[order], uv_corners, self.face_rows[order], self.have_uv)
+    def reorder(self, order: IntArray) -> _Triangles:
+        uv_corners = self.uv_corners[order] if self.has_uv else self.uv_corners
+        return _Triangles(self.corners[order], uv_corners, self.face_rows[order], self.has_uv)
 
 
 def _triangles(
@@ -281,30 +285,30 @@ def _triangles(
         findings.append(Finding("model.no-face-indices"))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
-        counts, raw = face.lists[key]
-        indices = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
-    have_uv = len(uv_counts) == len(counts) > 0 and n_uv_numbers > 0
+        counts, raw_indices = face.lists[key]
+        indices = raw_indices if raw_indices.dtype.kind in "iu" else convert_indices(raw_indices)
+    has_uv = len(uv_counts) == len(counts) > 0 and n_uv_numbers > 0
     capacity = int(np.maximum(counts - 2, 0).sum())
     if capacity > MAX_ROWS:
         raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
-    if not have_uv and len(counts) and (counts == 3).all():
+    if not has_uv and len(counts) and (counts == 3).all():
         # The most common case, without compiled code.
-        triangles, n_out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
+        triangles, n_out_of_range = _select_valid_triangles(indices.reshape(-1, 3), len(vertices))
         polygons, n_short = np.empty((0, 2), np.int64), 0
     else:
         from vomstudio.io.models.formats import _ply_kernels as k
 
         corners = np.empty((capacity, 3), np.int32)
-        uv_corners = np.empty((capacity if have_uv else 0, 3), np.int32)
+        uv_corners = np.empty((capacity if has_uv else 0, 3), np.int32)
         face_rows = np.empty(capacity, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
-        n = p = n_out_of_range = n_short = offset = uv_at = 0
+        n = p = n_out_of_range = n_short = offset = uv_offset = 0
         for start in range(0, len(counts), BLOCK_ROWS):
             part = slice(start, start + BLOCK_ROWS)
             part_counts = np.ascontiguousarray(counts[part])
-            part_uv_counts = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
+            part_uv_counts = np.ascontiguousarray(uv_counts[part] if has_uv else uv_counts[:0])
             end = offset + int(part_counts.sum())
-            triangle_count, polygon_count, invalid_count, short_count = k.fan(
+            triangle_count, polygon_count, invalid_count, short_count = k.triangulate_fans(
                 part_counts,
                 np.ascontiguousarray(indices[offset:end], np.int64),
                 len(vertices),
@@ -317,11 +321,11 @@ def _triangles(
             face_rows[n : n + triangle_count] += start
             polygons[p : p + polygon_count, 0] += n
             face_uv = uv_corners[n : n + triangle_count]
-            face_uv[face_uv >= 0] += uv_at // 2
+            face_uv[face_uv >= 0] += uv_offset // 2
             n, p, offset = n + triangle_count, p + polygon_count, end
-            uv_at += int(part_uv_counts.sum())
+            uv_offset += int(part_uv_counts.sum())
             n_out_of_range, n_short = n_out_of_range + invalid_count, n_short + short_count
-        triangles = _Triangles(corners[:n], uv_corners[:n], face_rows[:n], have_uv)
+        triangles = _Triangles(corners[:n], uv_corners[:n], face_rows[:n], has_uv)
         polygons = polygons[:p]
     if n_out_of_range:
         findings.append(Finding("model.faces-without-vertices", count=n_out_of_range))
@@ -330,11 +334,13 @@ def _triangles(
     if len(polygons):
         from vomstudio.io.models.formats import _polygon_kernels
 
-        _polygon_kernels.cut_concave(vertices, triangles.corners, triangles.uv_corners, polygons)
+        _polygon_kernels.clip_concave_polygons(
+            vertices, triangles.corners, triangles.uv_corners, polygons
+        )
     return triangles
 
 
-def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
+def _select_valid_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
     """Return the triangles with valid corners and the number of other triangles."""
     if triples.min() >= 0 and triples.max() < n_vertices:
         face_rows = np.arange(len(triples))
@@ -368,7 +374,7 @@ def _apply_textures(
         findings.append(Finding("texture.no-numbers"))
     if np.any(np.diff(ids) < 0):
         order = np.argsort(ids, kind="stable")
-        ids, faces = ids[order], faces.ordered(order)
+        ids, faces = ids[order], faces.reorder(order)
     offsets = np.searchsorted(ids, np.arange(len(materials) + 1)).astype(np.int64)
     return faces, materials, offsets
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
@@ -26,7 +26,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
-    points_missing,
+    missing_points_finding,
     scale_colors,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -36,7 +36,7 @@ _HEADER_LINES = 10
 _LINES_PER_BLOCK = 200_000
 _MAX_LINE_BYTES = 1000
 _MAX_ROTATION_DEVIATION = 1e-3
-METRIC = ("m", "m", "m")
+METRIC_UNITS = ("m", "m", "m")
 """Units of the format."""
 
 
@@ -100,7 +100,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     read_count = expected_count = n_missing = number = 0
     is_colored = True
     progress.stage(tr("Reading the points"), size)
-    with open_regular(path) as stream:
+    with open_regular_file(path) as stream:
         line = 1
         while (scan := _read_header(path, stream, line)) is not None:
             line += _HEADER_LINES
@@ -124,7 +124,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if count == 0:
         raise InputError(Finding("model.no-points"), file=path)
     if read_count < expected_count:
-        messages.append(points_missing(read_count, expected_count))
+        messages.append(missing_points_finding(read_count, expected_count))
     positions = columns.take("points", count)
     assert positions is not None
     colors = columns.take("colors", count) if is_colored else None
@@ -137,7 +137,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         None,
         tuple(messages),
         path,
-        units=METRIC,
+        units=METRIC_UNITS,
     )
 
 
@@ -173,13 +173,13 @@ def _read_rows(
     path: Path, stream: io.BufferedIOBase, count: int, line: int
 ) -> Iterator[FloatArray]:
     """Yield the points of a scan in blocks (k, 3), (k, 4) or (k, 7)."""
-    remaining = count
-    while remaining:
+    remaining_count = count
+    while remaining_count:
         lines = []
-        for _ in range(min(remaining, _LINES_PER_BLOCK)):
+        for _ in range(min(remaining_count, _LINES_PER_BLOCK)):
             text = stream.readline(_MAX_LINE_BYTES)
             if not text:
-                remaining = 0
+                remaining_count = 0
                 break
             lines.append(text)
         if not lines:
@@ -191,7 +191,7 @@ def _read_rows(
         if rows.shape[1] not in (3, 4, 7) or len(rows) != len(lines):
             raise _damage_error(path, line, tr("{count} numbers are needed", count="4 or 7"))
         line += len(rows)
-        remaining -= len(rows) if remaining else 0
+        remaining_count -= len(rows) if remaining_count else 0
         yield np.asarray(rows, np.float64)
 
 

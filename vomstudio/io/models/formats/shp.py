@@ -24,10 +24,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import POINT_BYTES, POINT_Z
 from vomstudio.io.models.formats._common import (
-    drop_invalid,
     drop_invalid_points,
+    drop_invalid_vertices,
     join_corners,
-    read_whole,
+    read_whole_file,
     scale_colors,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -39,7 +39,7 @@ _HEADER_BYTES = 100
 _MULTI_POINT_Z, _MULTI_PATCH = 18, 31
 _RECORD = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
 _STRIP, _FAN = 0, 1
-_SHAPES = {
+_UNSUPPORTED_SHAPES = {
     1: to_translate("points without heights"),
     3: to_translate("lines"),
     5: to_translate("polygons"),
@@ -74,19 +74,19 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     InputError
         If the file is damaged or contains other shapes (``model.other-shapes``).
     """
-    data = read_whole(path, progress)
+    data = read_whole_file(path, progress)
     if len(data) < _HEADER_BYTES or data[:4].tobytes() != _MAGIC:
         raise InputError(Finding("file.other-format", format="SHP"), file=path)
     (kind,) = struct.unpack_from("<i", data.data, 32)
     findings: list[Finding] = []
-    if kind in _SHAPES:
-        finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
+    if kind in _UNSUPPORTED_SHAPES:
+        finding = Finding("model.other-shapes", shapes=tr(_UNSUPPORTED_SHAPES[kind]))
         raise InputError(finding, file=path)
     if kind == _MULTI_PATCH:
         corners = _patch_corners(data, findings)
         if not len(corners):
             raise InputError(Finding("model.no-faces"), file=path)
-        mesh = drop_invalid(Mesh(*join_corners(corners.reshape(-1, 3))), findings, path)
+        mesh = drop_invalid_vertices(Mesh(*join_corners(corners.reshape(-1, 3))), findings, path)
         is_mesh = isinstance(mesh, Mesh)
         return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(findings), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
@@ -162,12 +162,12 @@ def _patch_corners(data: ByteArray, findings: list[Finding]) -> FloatArray:
         content = record.content
         if record.kind != _MULTI_PATCH or len(content) < 44:
             continue
-        parts, n = struct.unpack_from("<2i", content, 36)
-        if parts < 0 or n < 0 or len(content) < 44 + 8 * parts + 24 * n + 16:
+        part_count, n = struct.unpack_from("<2i", content, 36)
+        if part_count < 0 or n < 0 or len(content) < 44 + 8 * part_count + 24 * n + 16:
             continue
-        starts = np.frombuffer(content, "<i4", parts, 44)
-        kinds = np.frombuffer(content, "<i4", parts, 44 + 4 * parts)
-        offset = 44 + 8 * parts
+        starts = np.frombuffer(content, "<i4", part_count, 44)
+        kinds = np.frombuffer(content, "<i4", part_count, 44 + 4 * part_count)
+        offset = 44 + 8 * part_count
         plane_coordinates = np.frombuffer(content, "<f8", 2 * n, offset).reshape(-1, 2)
         points = np.column_stack(
             [plane_coordinates, np.frombuffer(content, "<f8", n, offset + 16 * n + 16)]
@@ -207,21 +207,21 @@ def _attributes(path: Path, rows: IntArray, findings: list[Finding]) -> Fields:
     table = _read_dbf(path)
     if table is None or len(table) < 33:
         return {}
-    count, header, width = struct.unpack_from("<IHH", table, 4)
-    if width < 1 or len(table) < header + width * (int(rows.max(initial=-1)) + 1):
+    count, header_bytes, width = struct.unpack_from("<IHH", table, 4)
+    if width < 1 or len(table) < header_bytes + width * (int(rows.max(initial=-1)) + 1):
         findings.append(Finding("model.attributes-unused"))
         return {}
-    count = min(count, (len(table) - header) // width)
-    cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]
+    count = min(count, (len(table) - header_bytes) // width)
+    cells = np.frombuffer(table, np.uint8, count * width, header_bytes).reshape(count, width)[rows]
     fields: Fields = {}
     other_names: list[str] = []
     offset = 1
-    for place in range(32, header - 32 + 1, 32):
-        if table[place] == 0x0D:
+    for descriptor_offset in range(32, header_bytes - 32 + 1, 32):
+        if table[descriptor_offset] == 0x0D:
             break
-        raw, kind, size, decimals = struct.unpack_from("<11sc4xBB", table, place)
-        name = raw.split(b"\0")[0].decode("utf-8", "replace").strip()
-        values = _values(cells[:, offset : offset + size], kind, decimals) if size else None
+        raw_name, kind, size, decimals = struct.unpack_from("<11sc4xBB", table, descriptor_offset)
+        name = raw_name.split(b"\0")[0].decode("utf-8", "replace").strip()
+        values = _parse_column(cells[:, offset : offset + size], kind, decimals) if size else None
         offset += size
         if values is None:
             other_names.append(name)
@@ -232,7 +232,7 @@ def _attributes(path: Path, rows: IntArray, findings: list[Finding]) -> Fields:
     return fields
 
 
-def _values(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None:
+def _parse_column(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None:
     """Return the numbers (n,) of a column, NaN if blank, or None if it contains text."""
     width = cells.shape[1]
     if kind == b"L":
@@ -254,9 +254,9 @@ def _values(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None
 def _read_dbf(path: Path) -> bytes | None:
     for suffix in (".dbf", ".DBF"):
         table_path = path.with_suffix(suffix)
-        if regular.is_regular(table_path):
+        if regular.is_regular_file(table_path):
             try:
-                return regular.read_whole(table_path)
+                return regular.read_whole_file(table_path)
             except (InputError, OSError):
                 return None
     return None

@@ -19,9 +19,9 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
-    drop_invalid,
+    drop_invalid_vertices,
     join_corners,
-    read_whole,
+    read_whole_file,
     refuse_decimal_commas,
     to_utf8,
 )
@@ -50,10 +50,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     The origin in `NAME.offset.txt` is added in float64. Raises InputError if the file contains
     no valid triangles.
     """
-    data = read_whole(path, progress)
+    data = read_whole_file(path, progress)
     findings: list[Finding] = []
     corners = (
-        _binary(data, path, findings) if _is_binary(data) else _text(data, path, progress, findings)
+        _read_binary(data, path, findings)
+        if _is_binary(data)
+        else _read_text(data, path, progress, findings)
     )
     del data
     if len(corners) == 0:
@@ -64,7 +66,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         vertices += offset.origin
     if offset.problem:
         findings.append(offset.problem)
-    model = drop_invalid(Mesh(vertices, faces), findings, path)
+    model = drop_invalid_vertices(Mesh(vertices, faces), findings, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
     return LoadedModel(model, kind, offset.crs, tuple(findings), path)
 
@@ -75,14 +77,14 @@ def _is_binary(data: ByteArray) -> bool:
         (count,) = struct.unpack_from("<I", data.data, 80)
         if len(data) == HEADER_BYTES + RECORD_BYTES * count:
             return True
-    top = data[:4096].tobytes()
-    if top[:2] in MARKS:
+    head = data[:4096].tobytes()
+    if head[:2] in MARKS:
         return False
-    top = convert_to_utf8(top)
-    return b"\0" in top or top.lstrip()[:5].lower() != b"solid"
+    head = convert_to_utf8(head)
+    return b"\0" in head or head.lstrip()[:5].lower() != b"solid"
 
 
-def _binary(
+def _read_binary(
     data: ByteArray, path: Path, findings: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
@@ -109,43 +111,43 @@ def _binary(
     return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
 
 
-def _text(
+def _read_text(
     data: ByteArray, path: Path, progress: Progress, findings: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords separate the loops: a missing or additional corner must not shift the others.
     text = to_utf8(data)
     progress.stage(tr("Reading the triangles"), len(text))
-    numbers, loop_counts, facets, is_checked = [], [], 0, False
+    numbers, loop_counts, facet_count, is_checked = [], [], 0, False
     for start, block in _blocks(text):
-        matches = list(_VERTEX.finditer(block))
-        starts = np.array([match.start() for match in matches], np.int64)
+        vertex_matches = list(_VERTEX.finditer(block))
+        starts = np.array([match.start() for match in vertex_matches], np.int64)
         loop_starts = np.array([match.start() for match in _LOOP.finditer(block)], np.int64)
-        number_texts = [match.groups() for match in matches]
+        number_texts = [match.groups() for match in vertex_matches]
         values = _numbers(number_texts) if number_texts else np.empty((0, 3))
-        invalid = np.flatnonzero(np.isnan(values).any(axis=1))
-        if len(invalid) and not is_checked:
-            is_checked, position = True, start + int(starts[invalid[0]])
+        invalid_rows = np.flatnonzero(np.isnan(values).any(axis=1))
+        if len(invalid_rows) and not is_checked:
+            is_checked, position = True, start + int(starts[invalid_rows[0]])
             line = 1 + int(np.count_nonzero(text[:position] == ord("\n")))
-            refuse_decimal_commas(path, b" ".join(number_texts[invalid[0]]), line)
+            refuse_decimal_commas(path, b" ".join(number_texts[invalid_rows[0]]), line)
         numbers.append(values)
-        loop_counts.append((facets + np.searchsorted(loop_starts, starts)).astype(np.int32))
-        facets += len(loop_starts)
+        loop_counts.append((facet_count + np.searchsorted(loop_starts, starts)).astype(np.int32))
+        facet_count += len(loop_starts)
         progress.step(start + len(block))
-    corners, loop = np.concatenate(numbers), np.concatenate(loop_counts)
+    corners, loop_ids = np.concatenate(numbers), np.concatenate(loop_counts)
     del numbers, loop_counts
     if not len(corners):
         raise InputError(Finding("model.no-faces"), file=path)
     # They are in order, so the corners of a loop are contiguous.
-    first = np.flatnonzero(np.diff(loop, prepend=-1))
-    counts = np.diff(first, append=len(loop))
-    is_triangle = (counts == 3) & (loop[first] > 0)
-    incomplete_count = int(len(first) - np.count_nonzero(is_triangle))
+    first_rows = np.flatnonzero(np.diff(loop_ids, prepend=-1))
+    counts = np.diff(first_rows, append=len(loop_ids))
+    is_triangle = (counts == 3) & (loop_ids[first_rows] > 0)
+    incomplete_count = int(len(first_rows) - np.count_nonzero(is_triangle))
     if incomplete_count:
         findings.append(Finding("model.faces-incomplete", count=incomplete_count))
     if b"endsolid" not in text[-4096:].tobytes().lower():
         findings.append(Finding("model.maybe-cut-short", end="endsolid"))
     if incomplete_count:
-        corners = corners[(first[is_triangle][:, None] + np.arange(3)).reshape(-1)]
+        corners = corners[(first_rows[is_triangle][:, None] + np.arange(3)).reshape(-1)]
     return corners
 
 

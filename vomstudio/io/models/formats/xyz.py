@@ -19,15 +19,15 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coordinate_limits import MAX_COORDINATE_M
-from vomstudio.io.gate.stated_crs import crs_in_comments
+from vomstudio.io.gate.stated_crs import parse_crs_comments
 from vomstudio.io.models.formats._common import (
     BLOCK_ROWS,
     Columns,
     drop_invalid_points,
-    read_whole,
+    read_whole_file,
     scale_colors,
 )
-from vomstudio.io.models.formats._row_widths import have_equal_width
+from vomstudio.io.models.formats._row_widths import has_equal_widths
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.encodings import convert_to_utf8
@@ -35,40 +35,44 @@ from vomstudio.io.text.file_text import MAX_FILE_BYTES
 from vomstudio.io.text.rows import (
     MAX_LINE_LENGTH,
     TextRows,
-    cut,
+    detect_delimiter,
     is_blank,
     is_comma_number,
     is_header,
     parse_number,
     refuse_decimal_commas,
-    sniff,
+    split_cells,
 )
 from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
 
 HEAD_BYTES = 1 << 18
 SAMPLE_ROWS = 200
 FEW_BYTES = 1 << 16
-COLORS = (
+COLOR_NAMES = (
     ("r", "g", "b"),
     ("red", "green", "blue"),
     ("diffusered", "diffusegreen", "diffuseblue"),
 )
-NORMALS = (("nx", "ny", "nz"), ("normalx", "normaly", "normalz"), ("xnormal", "ynormal", "znormal"))
+NORMAL_NAMES = (
+    ("nx", "ny", "nz"),
+    ("normalx", "normaly", "normalz"),
+    ("xnormal", "ynormal", "znormal"),
+)
 
 
 @dataclass(frozen=True)
 class Layout:
     """Layout of the rows, determined from a sample; the whole file must conform to it.
 
-    `skip` is the number of lines before the first row of numbers; `comments` contains the comment
-    lines before it, without their comment mark.
+    `n_skipped_lines` is the number of lines before the first row of numbers; `comments` contains
+    the comment lines before it, without their comment mark.
     """
 
     delimiter: str
     decimal: str
     header: list[str] | None
     header_line: int
-    skip: int
+    n_skipped_lines: int
     width: int
     sample: list[list[str]]
     comments: list[str] = field(default_factory=list)
@@ -96,7 +100,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     coordinates are dropped and counted. Raises InputError with the line if a coordinate is a word
     or a row has a different number of cells.
     """
-    data = read_whole(path, progress).tobytes()
+    data = read_whole_file(path, progress).tobytes()
     if len(data) > MAX_FILE_BYTES:
         raise InputError(Finding("table.too-large", size_gib=len(data) / 2**30), file=path)
     data = convert_to_utf8(data)
@@ -107,11 +111,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, findings)
     table = _numbers(data, layout, path, progress)
-    _refuse_ragged(table, data, layout, path)
+    _refuse_ragged_rows(table, data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, findings)
     cloud = drop_invalid_points(cloud, findings, path)
-    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(findings), path)
+    return LoadedModel(
+        cloud, "cloud", parse_crs_comments(layout.comments).text, tuple(findings), path
+    )
 
 
 def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
@@ -126,10 +132,10 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
     if len(rows) > 2 and re.fullmatch(r"\s*\d+\s*", rows[0][1]) and len(rows[1][1].split()) > 1:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
-    delimiter = sniff(sample)
+    delimiter = detect_delimiter(sample)
     positions = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
     refuse_decimal_commas(path, sample, positions, delimiter)
-    first_cells = cut(sample[0], delimiter)
+    first_cells = split_cells(sample[0], delimiter)
     header: list[str] | None = None
     offset, header_line = 0, 0
     if is_header(first_cells, delimiter):
@@ -138,7 +144,7 @@ def _layout(head: bytes, is_truncated: bool, path: Path) -> Layout:
         offset, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
             raise InputError(Finding("table.no-rows"), file=path, line=header_line)
-    cells = [cut(line, delimiter) for line in sample[offset:]]
+    cells = [split_cells(line, delimiter) for line in sample[offset:]]
     width = len(cells[0])
     if header is None:
         header, header_line = _commented_header(lines[: rows[0][0]], width, delimiter)
@@ -163,7 +169,7 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
         text = lines[line_number - 1].strip()
         if not text.startswith("#"):
             continue
-        names = cut(text.lstrip("#/ "), delimiter)
+        names = split_cells(text.lstrip("#/ "), delimiter)
         if len(names) == width and [normalise_name(name) for name in names[:3]] == ["x", "y", "z"]:
             return names, line_number
         return None, 0
@@ -194,11 +200,11 @@ def _columns(layout: Layout, path: Path, findings: list[Finding]) -> ColumnUses:
         for i, name in reversed(list(enumerate(layout.header)))
         if i not in columns.xyz
     }
-    for triple in COLORS:
+    for triple in COLOR_NAMES:
         if all(n in names for n in triple):
             columns.rgb = [names[n] for n in triple]
             break
-    for triple in NORMALS:
+    for triple in NORMAL_NAMES:
         if all(n in names for n in triple):
             columns.normals = [names[n] for n in triple]
             break
@@ -218,7 +224,7 @@ def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> Co
         raise InputError(
             Finding("table.column-count", count=layout.width, columns=("x", "y", "z")),
             file=path,
-            line=layout.skip + 1,
+            line=layout.n_skipped_lines + 1,
         )
     columns = ColumnUses([0, 1, 2])
     rows = [row for row in layout.sample if len(row) == layout.width]
@@ -257,12 +263,12 @@ def _columns_by_value(layout: Layout, path: Path, findings: list[Finding]) -> Co
     return columns
 
 
-def _are_colors(values: AnyArray, allow_fractions: bool) -> bool:
+def _are_colors(values: AnyArray, can_be_fractions: bool) -> bool:
     if not np.isfinite(values).all() or values.min() < 0:
         return False
     if (values == np.rint(values)).all():
         return bool(values.max() <= 255) and bool(values.max() > 1)
-    return allow_fractions and bool(values.max() <= 1) and not _are_normals(values)
+    return can_be_fractions and bool(values.max() <= 1) and not _are_normals(values)
 
 
 def _are_normals(values: AnyArray) -> bool:
@@ -277,7 +283,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     Raises InputError with the invalid line.
     """
     progress.stage(tr("Reading the points"), len(data))
-    if len(data) <= FEW_BYTES and (parsed_numbers := plain_numbers(data, layout)) is not None:
+    if len(data) <= FEW_BYTES and (parsed_numbers := parse_plain_numbers(data, layout)) is not None:
         return parsed_numbers
     import pandas
 
@@ -290,7 +296,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             header=None,
             names=list(range(layout.width)),
             index_col=False,
-            skiprows=layout.skip,
+            skiprows=layout.n_skipped_lines,
             comment="#",
             decimal=layout.decimal,
             engine="c",
@@ -300,7 +306,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             na_values=["-", "none", "None"],
             # All cells at once would take more memory than the text and the numbers together.
             chunksize=BLOCK_ROWS,
-            **({"float_precision": "round_trip"} if _is_old(pandas) else {}),
+            **({"float_precision": "round_trip"} if _is_old_pandas(pandas) else {}),
         ) as pieces:
             for piece in pieces:
                 for i in range(layout.width):
@@ -317,7 +323,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     return {i: column for i, column in table.items() if column is not None}
 
 
-def _is_old(pandas: Any) -> bool:
+def _is_old_pandas(pandas: Any) -> bool:
     """Return whether the installed pandas is older than 3.1.
 
     By default, older versions do not read the nearest float64 (one in eight numbers of 16 digits
@@ -326,17 +332,19 @@ def _is_old(pandas: Any) -> bool:
     return tuple(int(part) for part in pandas.__version__.split(".")[:2]) < (3, 1)
 
 
-def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
+def _refuse_ragged_rows(table: Any, data: bytes, layout: Layout, path: Path) -> None:
     """Reject a row with too many or too few cells. Raises InputError with its line."""
-    named_width = layout.width if layout.header is None else len(layout.header)
-    is_beyond = any(not _is_empty(table[i]) for i in range(named_width, layout.width))
+    named_column_count = layout.width if layout.header is None else len(layout.header)
+    is_beyond = any(not _is_empty(table[i]) for i in range(named_column_count, layout.width))
     last_column = table[layout.width - 1]
     is_suspicious = last_column.dtype.kind not in "iu" and bool(np.any(last_column != last_column))
     if len(last_column) > BLOCK_ROWS:
         import pandas
 
-        is_suspicious |= _is_old(pandas)
-    if is_beyond or (is_suspicious and not have_equal_width(data, layout.delimiter, layout.skip)):
+        is_suspicious |= _is_old_pandas(pandas)
+    if is_beyond or (
+        is_suspicious and not has_equal_widths(data, layout.delimiter, layout.n_skipped_lines)
+    ):
         read_points(path)
 
 
@@ -344,19 +352,19 @@ def _is_empty(column: Any) -> bool:
     return bool(np.all(column != column))
 
 
-_PLAIN = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?")
+_PLAIN_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?")
 _BLANKS = re.compile(r"[ \t]+")
 _EXACT_DIGITS = 15
 
 
-def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
+def parse_plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     """Return the columns of a small table of plain numbers, exactly as pandas reads them.
 
     Any parser rounds numbers with so few digits only once. Returns None for any other table. This
     avoids importing pandas, which takes longer than reading the table.
     """
     try:
-        lines = data.decode("ascii").split("\n")[layout.skip :]
+        lines = data.decode("ascii").split("\n")[layout.n_skipped_lines :]
     except UnicodeDecodeError:
         return None
     rows = []
@@ -371,7 +379,7 @@ def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
                 return None
             cells = [cell.replace(",", ".") for cell in cells]
         is_valid = len(cells) == layout.width and all(
-            _PLAIN.fullmatch(cell) and len(cell) <= _EXACT_DIGITS for cell in cells
+            _PLAIN_NUMBER.fullmatch(cell) and len(cell) <= _EXACT_DIGITS for cell in cells
         )
         if not is_valid:
             return None
@@ -392,12 +400,12 @@ def _cloud(
     path: Path,
     findings: list[Finding],
 ) -> PointCloud:
-    def numeric(i: int) -> AnyArray | None:
+    def numeric_column(i: int) -> AnyArray | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
 
     points = np.empty((len(table[0]), 3))
     for axis, i in enumerate(columns.xyz):
-        values = numeric(i)
+        values = numeric_column(i)
         if values is None:
             read_points(path)
             raise InputError(
@@ -415,21 +423,24 @@ def _cloud(
         is_far |= is_beyond
     if is_far.any():
         findings.append(Finding("model.points-far-away", count=int(is_far.sum())))
-    colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
+    colors, normals = (
+        _stack_columns(columns.rgb, numeric_column),
+        _stack_columns(columns.normals, numeric_column),
+    )
     fields: dict[str, AnyArray] = {}
-    words = []
+    text_columns = []
     for i, name in columns.other_fields.items():
-        values = numeric(i)
+        values = numeric_column(i)
         if values is None:
-            words.append(name)
+            text_columns.append(name)
         else:
             fields[name] = np.ascontiguousarray(values)
     if columns.rgb and colors is None:
         findings.append(Finding("model.colors-not-numbers"))
     if columns.normals and normals is None:
         findings.append(Finding("model.normals-not-numbers"))
-    if words:
-        findings.append(Finding("model.columns-left-out", columns=words))
+    if text_columns:
+        findings.append(Finding("model.columns-left-out", columns=text_columns))
     return PointCloud(
         points,
         None if colors is None else scale_colors(colors),
@@ -438,8 +449,8 @@ def _cloud(
     )
 
 
-def _triple(indices: list[int], numeric_value: Any) -> AnyArray | None:
-    columns = [numeric_value(i) for i in indices]
+def _stack_columns(indices: list[int], numeric_column: Any) -> AnyArray | None:
+    columns = [numeric_column(i) for i in indices]
     if not columns or any(column is None for column in columns):
         return None
     return np.stack(columns, axis=1, dtype=np.float32, casting="unsafe")

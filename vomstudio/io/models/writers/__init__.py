@@ -1,6 +1,6 @@
 """Model writers, one module per format; see `vomstudio.io.models.writer`."""
 
-USUAL = {
+MODULES_BY_SUFFIX = {
     ".dxf": "dxf",
     ".glb": "glb",
     ".las": "las",

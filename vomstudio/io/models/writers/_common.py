@@ -15,18 +15,18 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.files.regular import open_regular, read_small_text, read_whole
+from vomstudio.core.files.regular import open_regular_file, read_small_text, read_whole_file
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.models.image_store import plain_name, suffix_of
+from vomstudio.io.models.image_store import image_suffix, plain_name
 from vomstudio.io.models.writer import WriteRequest
 
 ROWS_PER_STEP = 100_000
 
 
-def positions_of(data: Mesh | PointCloud) -> FloatArray:
+def model_positions(data: Mesh | PointCloud) -> FloatArray:
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
@@ -58,7 +58,7 @@ def field_names(
     return result
 
 
-def textures_not_written(names: Iterable[str]) -> Finding:
+def textures_not_written_finding(names: Iterable[str]) -> Finding:
     return Finding("model.textures-not-written", images=tuple(names))
 
 
@@ -69,15 +69,15 @@ def report_unwritten_faces(data: Mesh | PointCloud, findings: list[Finding]) -> 
     findings.append(Finding("model.faces-not-written", count=len(data.faces)))
     images = [material.texture.name for material in data.materials if material.texture is not None]
     if images:
-        findings.append(textures_not_written(images))
+        findings.append(textures_not_written_finding(images))
 
 
-def step_rows(n: int, out: WriteRequest, title: str) -> Iterator[slice]:
+def step_rows(n: int, request: WriteRequest, title: str) -> Iterator[slice]:
     """Yield blocks of rows and report progress."""
-    out.progress.stage(title, n)
+    request.progress.stage(title, n)
     for start in range(0, n, ROWS_PER_STEP):
         yield slice(start, min(start + ROWS_PER_STEP, n))
-        out.progress.step(min(start + ROWS_PER_STEP, n))
+        request.progress.step(min(start + ROWS_PER_STEP, n))
 
 
 def shorten_numbers(values: AnyArray) -> list[float]:
@@ -90,9 +90,9 @@ def shorten_numbers(values: AnyArray) -> list[float]:
     is_remaining = np.isfinite(doubles_array)
     for decimals in range(1, 10):
         rounded_numbers = np.round(doubles_array, decimals)
-        fits = is_remaining & (rounded_numbers.astype(np.float32) == values)
-        result[fits] = rounded_numbers[fits]
-        is_remaining &= ~fits
+        is_exact = is_remaining & (rounded_numbers.astype(np.float32) == values)
+        result[is_exact] = rounded_numbers[is_exact]
+        is_remaining &= ~is_exact
         if not is_remaining.any():
             break
     shortest_numbers: list[float] = result.tolist()
@@ -115,14 +115,14 @@ class Images:
     copies: list[tuple[Path, Path]]
 
 
-def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
+def plan_images(mesh: Mesh, request: WriteRequest) -> Images:
     """Plan the copies of a mesh's textures next to the file, with one file per image.
 
     An unrelated image with the same name is never replaced; in this case the copy is prefixed with
     the name of the model. Raises TargetError if an image cannot be read.
     """
-    folder = out.path.parent
-    name_of_source: dict[Path, str] = {}
+    folder = request.path.parent
+    names_by_source: dict[Path, str] = {}
     copies: list[tuple[Path, Path]] = []
     names: list[str | None] = []
     for material in mesh.materials:
@@ -130,29 +130,31 @@ def plan_images(mesh: Mesh, out: WriteRequest) -> Images:
         if source is None:
             names.append(None)
             continue
-        if source not in name_of_source:
-            name_of_source[source] = name = _unused_name(source, set(name_of_source.values()), out)
+        if source not in names_by_source:
+            names_by_source[source] = name = _unused_name(
+                source, set(names_by_source.values()), request
+            )
             if not _has_same_content(source, folder / name):
                 copies.append((source, folder / name))
-        names.append(name_of_source[source])
+        names.append(names_by_source[source])
     return Images(names, copies)
 
 
-def _unused_name(source: Path, used_names: set[str], out: WriteRequest) -> str:
+def _unused_name(source: Path, used_names: set[str], request: WriteRequest) -> str:
     stem = plain_name(source.stem) or "texture"
     suffix = source.suffix.lower()
     if not re.fullmatch(r"\.\w{2,5}", suffix):
-        suffix = suffix_of(image_bytes(source)[:16])
-    prefixed_text = f"{plain_name(out.path.stem) or 'model'}_{stem}"
+        suffix = image_suffix(image_bytes(source)[:16])
+    prefixed_stem = f"{plain_name(request.path.stem) or 'model'}_{stem}"
     used_folded_names = {name.casefold() for name in used_names}
     for number in itertools.count(1):
-        for label in (stem, prefixed_text):
+        for label in (stem, prefixed_stem):
             name = f"{label}{'' if number == 1 else f'_{number}'}{suffix}"
             if name.casefold() in used_folded_names:
                 continue
-            target = out.path.with_name(name)
+            target = request.path.with_name(name)
             is_available = not os.path.lexists(target) or _has_same_content(source, target)
-            if is_available or (label == prefixed_text and out.force and target.is_file()):
+            if is_available or (label == prefixed_stem and request.force and target.is_file()):
                 return name
     raise AssertionError("unreachable")
 
@@ -161,7 +163,7 @@ def _has_same_content(source: Path, target: Path) -> bool:
     try:
         if not target.is_file() or target.stat().st_size != source.stat().st_size:
             return False
-        return target.samefile(source) or read_whole(target) == read_whole(source)
+        return target.samefile(source) or read_whole_file(target) == read_whole_file(source)
     except (InputError, OSError):
         return False
 
@@ -169,7 +171,7 @@ def _has_same_content(source: Path, target: Path) -> bool:
 def image_bytes(path: Path) -> bytes:
     """Read an image. Raises TargetError because an output without its texture is incomplete."""
     try:
-        return read_whole(path)
+        return read_whole_file(path)
     except (InputError, OSError) as error:
         raise _copying_error(path, error) from error
 
@@ -182,7 +184,7 @@ def copy_images(images: Images, temporary_paths: list[Path]) -> None:
 
 def _open_image(path: Path) -> BinaryIO:
     try:
-        return open_regular(path)
+        return open_regular_file(path)
     except (InputError, OSError) as error:
         raise _copying_error(path, error) from error
 
@@ -198,42 +200,42 @@ def _copying_error(path: Path, error: InputError | OSError) -> TargetError:
 
 
 def prj_sidecar(
-    out: WriteRequest, findings: list[Finding], for_esri: bool = False
+    request: WriteRequest, findings: list[Finding], uses_esri_wkt: bool = False
 ) -> list[tuple[Path, str]]:
     """Return `NAME.prj` with the CRS for formats that cannot store one, unless it exists.
 
-    `for_esri` selects ESRI WKT, as used in shapefiles.
+    `uses_esri_wkt` selects ESRI WKT, as used in shapefiles.
     """
-    path = out.path.with_suffix(".prj")
-    if out.crs is None:
+    path = request.path.with_suffix(".prj")
+    if request.crs is None:
         if path.exists():
             findings.append(Finding("frame.stale-crs-file", file=path.name))
         return []
-    text = prj_text(out.crs, for_esri)
-    return [] if is_same_prj(path, text, out.crs) else [(path, text)]
+    text = prj_text(request.crs, uses_esri_wkt)
+    return [] if is_same_prj(path, text, request.crs) else [(path, text)]
 
 
-def prj_text(crs: str, for_esri: bool = False) -> str:
+def prj_text(crs: str, uses_esri_wkt: bool = False) -> str:
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    parsed = CRS.from_user_input(crs)
+    parsed_crs = CRS.from_user_input(crs)
     try:
-        return str(parsed.to_wkt("WKT1_ESRI" if for_esri else "WKT1_GDAL")) + "\n"
+        return str(parsed_crs.to_wkt("WKT1_ESRI" if uses_esri_wkt else "WKT1_GDAL")) + "\n"
     except CRSError:
-        return str(parsed.to_wkt()) + "\n"
+        return str(parsed_crs.to_wkt()) + "\n"
 
 
 def is_same_prj(path: Path, text: str, crs: str) -> bool:
     """Return whether an existing .prj file states this CRS in any form."""
     try:
-        stored_small_text = read_small_text(path)
+        stored_text = read_small_text(path)
     except (InputError, OSError, UnicodeDecodeError):
         return False
-    if stored_small_text.strip() == text.strip():
+    if stored_text.strip() == text.strip():
         return True
     try:
-        return parse_crs(stored_small_text)[0] == crs
+        return parse_crs(stored_text)[0] == crs
     except InputError:
         return False
 

@@ -12,21 +12,21 @@ from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.dxf import DxfWriter, color_number, color_numbers, layer_names
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
-    positions_of,
+    model_positions,
     prj_sidecar,
     step_rows,
-    textures_not_written,
+    textures_not_written_finding,
 )
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write a model as a DXF drawing.
 
     Points have the nearest of the 255 colours of the format. Faces are on one layer per material.
     Coordinates are exact; the CRS is written to NAME.prj.
     """
     findings: list[Finding] = []
-    data = out.data
+    data = request.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:
         findings.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
@@ -37,51 +37,49 @@ def write(out: WriteRequest) -> list[Finding]:
             material.texture.name for material in mesh.materials if material.texture is not None
         ]
         if images:
-            findings.append(textures_not_written(images))
+            findings.append(textures_not_written_finding(images))
         if mesh.colors is not None:
             findings.append(Finding("model.colors-not-written"))
     elif data.colors is not None:
         findings.append(Finding("model.colors-reduced"))
-    sidecars = prj_sidecar(out, findings)
+    sidecars = prj_sidecar(request, findings)
     materials = [] if mesh is None else [material.name or "mesh" for material in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
-    color_numbers_of_layers = dict.fromkeys(names.values(), 7)
+    layer_colors = dict.fromkeys(names.values(), 7)
     for material in () if mesh is None else mesh.materials:
         if material.diffuse is not None:
             r, g, b = (round(255 * min(max(component, 0.0), 1.0)) for component in material.diffuse)
-            color_numbers_of_layers[names[material.name or "mesh"]] = color_number(
-                f"#{r:02x}{g:02x}{b:02x}"
-            )
-    points = positions_of(data)
-    paths = [out.path, *(path for path, _ in sidecars)]
-    with atomic_group(paths, out.force, out.inputs) as temporaries:
+            layer_colors[names[material.name or "mesh"]] = color_number(f"#{r:02x}{g:02x}{b:02x}")
+    points = model_positions(data)
+    paths = [request.path, *(path for path, _ in sidecars)]
+    with atomic_group(paths, request.force, request.inputs) as temporaries:
         for (_, text), temporary in zip(sidecars, temporaries[1:], strict=True):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="ascii", newline="\n") as file:
-            crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
-            unit_m = stated_axes(out.crs).unit_m
-            unit = out.axes.unit if unit_m in (None, 1.0) else f"units of {unit_m!r} m"
+            crs = "" if request.crs is None or len(request.crs) > 19 else f" of {request.crs}"
+            unit_m = stated_axes(request.crs).unit_m
+            unit = request.axes.unit if unit_m in (None, 1.0) else f"units of {unit_m!r} m"
             drawing = DxfWriter(
                 file,
-                color_numbers_of_layers,
+                layer_colors,
                 data.bounds,
                 f"VOM Studio, coordinates{crs}, {unit}",
-                is_metric=out.axes.metric and unit_m in (None, 1.0),
+                is_metric=request.axes.metric and unit_m in (None, 1.0),
             )
             if mesh is None:
-                for rows in step_rows(len(points), out, tr("Writing points")):
+                for rows in step_rows(len(points), request, tr("Writing points")):
                     colors = None if data.colors is None else color_numbers(data.colors[rows])
                     drawing.points(points[rows], next(iter(names.values())), colors)
             else:
-                owner = np.zeros(len(mesh.faces), np.int64)
+                material_indices = np.zeros(len(mesh.faces), np.int64)
                 if mesh.materials:
                     sizes = np.diff(mesh.material_offsets)
-                    owner = np.repeat(np.arange(len(mesh.materials)), sizes)
-                for rows in step_rows(len(mesh.faces), out, tr("Writing faces")):
+                    material_indices = np.repeat(np.arange(len(mesh.materials)), sizes)
+                for rows in step_rows(len(mesh.faces), request, tr("Writing faces")):
                     corners = points[mesh.faces[rows]]
-                    for number in np.unique(owner[rows]).tolist():
+                    for number in np.unique(material_indices[rows]).tolist():
                         layer = names[materials[number]] if materials else names["mesh"]
-                        drawing.faces(corners[owner[rows] == number], layer)
+                        drawing.faces(corners[material_indices[rows] == number], layer)
             drawing.close()
     return findings
 

@@ -19,11 +19,11 @@ from vomstudio.core.version import __version__
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.geometry.units import WORLD
-from vomstudio.io.models.image_store import suffix_of
+from vomstudio.geometry.units import WORLD_AXES
+from vomstudio.io.models.image_store import image_suffix
 from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Writer, WriteRequest
-from vomstudio.io.models.writers._common import image_bytes, positions_of
+from vomstudio.io.models.writers._common import image_bytes, model_positions
 
 # Within this distance, float32 resolves 0.02 mm, and a model may keep its origin.
 MAX_COORDINATE_M = 256.0
@@ -35,45 +35,45 @@ TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write a GLB file with one primitive per material.
 
     The origin and the CRS are written to `asset.extras` and NAME.offset.txt; fields are `_NAME`
     attributes in float32.
     """
     findings: list[Finding] = []
-    origin = _origin(out.data)
-    scene = _Scene(out, origin, findings)
+    origin = _origin(request.data)
+    scene = _Scene(request, origin, findings)
     scene.build()
     chunks = scene.chunks(origin)
-    text = offset_text(origin.tolist(), out.crs, _axes(out))
-    paths = [out.path, offset_path(out.path)]
+    text = offset_text(origin.tolist(), request.crs, _axes(request))
+    paths = [request.path, offset_path(request.path)]
     size = len(chunks[0]) + sum(len(part) for part in scene.parts) + 28
     if size > MAX_BYTES:
         raise TargetError(
             Finding(
                 "model.exceeds-format", format="GLB", size_gib=size / 2**30, alternatives="PLY, OBJ"
             ),
-            file=out.path,
+            file=request.path,
         )
-    with atomic_group(paths, out.force, out.inputs) as (model, offset_sidecar):
+    with atomic_group(paths, request.force, request.inputs) as (model, offset_sidecar):
         offset_sidecar.write_text(text, encoding="utf-8")
         with open(model, "wb") as file:
-            out.progress.stage(tr("Writing the file"), len(scene.parts))
+            request.progress.stage(tr("Writing the file"), len(scene.parts))
             body = sum(len(part) for part in scene.parts)
             file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(chunks[0]) + 8 + body))
             file.write(struct.pack("<I4s", len(chunks[0]), b"JSON") + chunks[0])
             file.write(struct.pack("<I4s", body, b"BIN\0"))
             for count, part in enumerate(scene.parts):
                 file.write(part)
-                out.progress.step(count + 1)
+                request.progress.step(count + 1)
     return findings
 
 
-def _axes(out: WriteRequest) -> str:
-    if out.axes == WORLD:
+def _axes(request: WriteRequest) -> str:
+    if request.axes == WORLD_AXES:
         return AXES
-    return f"glTF is +Y up; (x, -z, y) are {out.axes.description}"
+    return f"glTF is +Y up; (x, -z, y) are {request.axes.description}"
 
 
 def _origin(data: Mesh | PointCloud) -> FloatArray:
@@ -84,10 +84,10 @@ def _origin(data: Mesh | PointCloud) -> FloatArray:
 
 
 class _Scene:
-    def __init__(self, out: WriteRequest, origin: FloatArray, findings: list[Finding]) -> None:
-        self.out, self.origin, self.findings = out, origin, findings
+    def __init__(self, request: WriteRequest, origin: FloatArray, findings: list[Finding]) -> None:
+        self.request, self.origin, self.findings = request, origin, findings
         self.parts: list[bytes] = []
-        self._at = 0
+        self._offset = 0
         self.json: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": f"VOM Studio {__version__}"},
             "scene": 0,
@@ -103,17 +103,17 @@ class _Scene:
     def chunks(self, origin: FloatArray) -> list[bytes]:
         extras: dict[str, Any] = {
             "origin": [int(x) for x in origin],
-            "axes": _axes(self.out) + " + origin",
+            "axes": _axes(self.request) + " + origin",
         }
-        if self.out.crs is not None:
-            extras["crs"] = self.out.crs
+        if self.request.crs is not None:
+            extras["crs"] = self.request.crs
         self.json["asset"]["extras"] = extras
-        self.json["buffers"] = [{"byteLength": self._at}]
+        self.json["buffers"] = [{"byteLength": self._offset}]
         text = json.dumps(self.json, separators=(",", ":"), allow_nan=False).encode()
         return [text + b" " * (-len(text) % 4)]
 
     def build(self) -> None:
-        data = self.out.data
+        data = self.request.data
         if isinstance(data, Mesh):
             self._add_mesh(data)
         else:
@@ -121,8 +121,8 @@ class _Scene:
             extra_attributes: dict[str, int] = {}
             if normals is not None:
                 y_up_normals = np.stack([normals[:, 0], normals[:, 2], -normals[:, 1]], axis=1)
-                extra_attributes["NORMAL"] = self._accessor(y_up_normals.astype("<f4"), FLOAT)
-            self._add(self.out.path.stem, slice(None), extra_attributes, {"mode": 0})
+                extra_attributes["NORMAL"] = self._add_accessor(y_up_normals.astype("<f4"), FLOAT)
+            self._add(self.request.path.stem, slice(None), extra_attributes, {"mode": 0})
         if self._error > MAX_ROUNDING_M:
             self.findings.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
@@ -141,32 +141,36 @@ class _Scene:
         # Faces without texture coordinates form a separate part because (0, 0) would be a valid
         # position.
         parts = [
-            (material, start + np.flatnonzero(is_untextured[start:stop] == untextured), untextured)
+            (
+                material,
+                start + np.flatnonzero(is_untextured[start:stop] == has_no_texture),
+                has_no_texture,
+            )
             for material, start, stop in zip(materials, offsets[:-1], offsets[1:], strict=True)
-            for untextured in (False, True)
-            if untextured in is_untextured[start:stop] or (start == stop and not untextured)
+            for has_no_texture in (False, True)
+            if has_no_texture in is_untextured[start:stop] or (start == stop and not has_no_texture)
         ]
-        for material, rows_of_part, untextured in parts:
+        for material, rows_of_part, has_no_texture in parts:
             faces = mesh.faces[rows_of_part]
             is_used = np.zeros(len(mesh.vertices), bool)
             is_used[faces] = True
             rows = np.flatnonzero(is_used)
-            local_points = (np.cumsum(is_used) - 1)[faces]
+            local_faces = (np.cumsum(is_used) - 1)[faces]
             extra_attributes: dict[str, int] = {}
             primitive: dict[str, Any] = {"mode": 4}
-            if mesh.uv is not None and len(rows) and not untextured:
+            if mesh.uv is not None and len(rows) and not has_no_texture:
                 uv = mesh.uv[rows].astype(np.float64)
                 uv = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
-                extra_attributes["TEXCOORD_0"] = self._accessor(uv.astype("<f4"), FLOAT)
+                extra_attributes["TEXCOORD_0"] = self._add_accessor(uv.astype("<f4"), FLOAT)
             if material is not None:
-                part_material = replace(material, texture=None) if untextured else material
-                primitive["material"] = self._material(part_material)
+                part_material = replace(material, texture=None) if has_no_texture else material
+                primitive["material"] = self._add_material(part_material)
             if not len(faces):
                 continue
-            primitive["indices"] = self._accessor(
-                local_points.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
+            primitive["indices"] = self._add_accessor(
+                local_faces.reshape(-1, 1).astype("<u4"), UINT, INDEX_BUFFER
             )
-            name = self.out.path.stem if material is None else material.name or "untextured"
+            name = self.request.path.stem if material is None else material.name or "untextured"
             self._add(name, rows, extra_attributes, primitive)
         n_loose_vertices = len(mesh.vertices) - len(np.unique(mesh.faces))
         if n_loose_vertices:
@@ -175,40 +179,40 @@ class _Scene:
     def _add(
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]
     ) -> None:
-        data = self.out.data
-        local_points = positions_of(data)[rows] - self.origin
+        data = self.request.data
+        local_points = model_positions(data)[rows] - self.origin
         if float(np.abs(local_points).max(initial=0.0)) > float(np.finfo(np.float32).max):
             raise TargetError(
                 Finding("model.exceeds-format", format="GLB", alternatives="PLY, OBJ"),
-                file=self.out.path,
+                file=self.request.path,
             )
-        stored_colors = np.stack(
+        y_up_positions = np.stack(
             [local_points[:, 0], local_points[:, 2], -local_points[:, 1]], axis=1
         ).astype("<f4")
         deviation = np.abs(
-            stored_colors[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local_points
+            y_up_positions[:, [0, 2, 1]] * np.array([1, -1, 1], np.float32) - local_points
         )
         self._error = max(self._error, float(deviation.max(initial=0.0)))
-        accessor = self._accessor(stored_colors, FLOAT)
-        self.json["accessors"][accessor]["min"] = stored_colors.min(axis=0).astype(float).tolist()
-        self.json["accessors"][accessor]["max"] = stored_colors.max(axis=0).astype(float).tolist()
+        accessor = self._add_accessor(y_up_positions, FLOAT)
+        self.json["accessors"][accessor]["min"] = y_up_positions.min(axis=0).astype(float).tolist()
+        self.json["accessors"][accessor]["max"] = y_up_positions.max(axis=0).astype(float).tolist()
         attributes = {"POSITION": accessor, **attributes}
         if data.colors is not None:
-            colors = np.full((len(stored_colors), 4), 255, np.uint8)
+            colors = np.full((len(y_up_positions), 4), 255, np.uint8)
             colors[:, :3] = data.colors[rows]
-            attributes["COLOR_0"] = self._accessor(colors, BYTE)
+            attributes["COLOR_0"] = self._add_accessor(colors, BYTE)
             self.json["accessors"][-1]["normalized"] = True
         for field, values in data.fields.items():
             column = np.asarray(values)[rows].astype("<f4").reshape(-1, 1)
-            attributes[f"_{field}"] = self._accessor(column, FLOAT)
+            attributes[f"_{field}"] = self._add_accessor(column, FLOAT)
         self.json["nodes"].append({"name": name, "mesh": len(self.json["meshes"])})
         self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]) - 1)
         self.json["meshes"].append(
             {"name": name, "primitives": [{"attributes": attributes, **primitive}]}
         )
 
-    def _accessor(self, values: AnyArray, kind: int, target: int = ARRAY_BUFFER) -> int:
-        view = self._view(np.ascontiguousarray(values).tobytes(), target)
+    def _add_accessor(self, values: AnyArray, kind: int, target: int = ARRAY_BUFFER) -> int:
+        view = self._add_view(np.ascontiguousarray(values).tobytes(), target)
         self.json["accessors"].append(
             {
                 "bufferView": view,
@@ -219,26 +223,26 @@ class _Scene:
         )
         return len(self.json["accessors"]) - 1
 
-    def _view(self, content: bytes, target: int | None = None) -> int:
-        view = {"buffer": 0, "byteOffset": self._at, "byteLength": len(content)}
+    def _add_view(self, content: bytes, target: int | None = None) -> int:
+        view = {"buffer": 0, "byteOffset": self._offset, "byteLength": len(content)}
         if target is not None:
             view["target"] = target
         self.json["bufferViews"].append(view)
         self.parts.append(content + b"\0" * (-len(content) % 4))
-        self._at += len(self.parts[-1])
-        self.out.progress.step(0)
+        self._offset += len(self.parts[-1])
+        self.request.progress.step(0)
         return len(self.json["bufferViews"]) - 1
 
-    def _material(self, material: Material) -> int:
+    def _add_material(self, material: Material) -> int:
         metallic_roughness: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
         if material.diffuse is not None:
             metallic_roughness["baseColorFactor"] = [
-                *linear(np.array(material.diffuse)).tolist(),
+                *srgb_to_linear(np.array(material.diffuse)).tolist(),
                 1.0,
             ]
         if material.texture is not None:
             if material.texture not in self._images:
-                self._images[material.texture] = self._image(material)
+                self._images[material.texture] = self._add_image(material)
             metallic_roughness["baseColorTexture"] = {"index": self._images[material.texture]}
         entry = {
             "name": material.name,
@@ -248,13 +252,17 @@ class _Scene:
         self.json.setdefault("materials", []).append(entry)
         return len(self.json["materials"]) - 1
 
-    def _image(self, material: Material) -> int:
+    def _add_image(self, material: Material) -> int:
         assert material.texture is not None
         content = image_bytes(material.texture)
-        mime = {".jpg": "image/jpeg", ".png": "image/png"}.get(suffix_of(content))
-        if mime is None:
-            content, mime = _png_bytes(material.texture), "image/png"
-        entry = {"name": material.texture.stem, "bufferView": self._view(content), "mimeType": mime}
+        mime_type = {".jpg": "image/jpeg", ".png": "image/png"}.get(image_suffix(content))
+        if mime_type is None:
+            content, mime_type = _png_bytes(material.texture), "image/png"
+        entry = {
+            "name": material.texture.stem,
+            "bufferView": self._add_view(content),
+            "mimeType": mime_type,
+        }
         self.json.setdefault("images", []).append(entry)
         self.json.setdefault("textures", []).append({"source": len(self.json["images"]) - 1})
         return len(self.json["textures"]) - 1
@@ -273,13 +281,13 @@ def _png_bytes(path: Any) -> bytes:
 
 
 def _is_float32(values: AnyArray) -> bool:
-    narrow = values.astype(np.float32)
+    float32_values = values.astype(np.float32)
     if values.dtype.kind == "f":
-        return bool(np.array_equal(narrow.astype(values.dtype), values, equal_nan=True))
-    return bool((narrow.astype(np.float64) == values.astype(np.float64)).all())
+        return bool(np.array_equal(float32_values.astype(values.dtype), values, equal_nan=True))
+    return bool((float32_values.astype(np.float64) == values.astype(np.float64)).all())
 
 
-def linear(srgb: AnyArray) -> AnyArray:
+def srgb_to_linear(srgb: AnyArray) -> AnyArray:
     """Convert sRGB values to linear-light glTF factors (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 

@@ -22,7 +22,7 @@ from vomstudio.io.models.las_library import import_laspy
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     field_names,
-    positions_of,
+    model_positions,
     report_unwritten_faces,
     step_rows,
 )
@@ -31,7 +31,7 @@ MAX_INTEGER = 2**31 - 1
 # For coordinates without a finite number of decimals: float noise or computed values.
 DEFAULT_SCALE = 1e-5
 # Fields with a standard position in every point, and their types.
-STANDARD = {
+STANDARD_TYPES = {
     "intensity": np.uint16,
     "classification": np.uint8,
     "gps_time": np.float64,
@@ -42,7 +42,7 @@ NAME_BYTES = 32
 SAMPLE_POINTS = 1000
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write a model as LAS or LAZ.
 
     The scale of the integers preserves the coordinates; the CRS is stored as WKT; colours have 16
@@ -51,11 +51,11 @@ def write(out: WriteRequest) -> list[Finding]:
     laspy = import_laspy()
 
     findings: list[Finding] = []
-    data = out.data
+    data = request.data
     report_unwritten_faces(data, findings)
-    points = positions_of(data)
-    axes = [quantise(points[:, k]) for k in range(3)]
-    offset, scales = (
+    points = model_positions(data)
+    axes = [quantise_axis(points[:, k]) for k in range(3)]
+    offsets, scales = (
         np.array([axis.offset for axis in axes]),
         np.array([axis.scale for axis in axes]),
     )
@@ -63,16 +63,16 @@ def write(out: WriteRequest) -> list[Finding]:
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
         findings.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
-    header.scales, header.offsets = scales, offset
+    header.scales, header.offsets = scales, offsets
     columns = _columns(data, header, findings)
-    if out.crs is not None:
+    if request.crs is not None:
         from pyproj import CRS
 
-        header.add_crs(CRS.from_user_input(out.crs))
-    is_compressed = out.path.suffix.lower() == ".laz"
+        header.add_crs(CRS.from_user_input(request.crs))
+    is_compressed = request.path.suffix.lower() == ".laz"
     with (
-        atomic_write(out.path, out.force) as temporary,
-        _original_errors(temporary) as file,
+        atomic_write(request.path, request.force) as temporary,
+        _preserve_errors(temporary) as file,
         laspy.open(
             file,
             mode="w",
@@ -82,7 +82,7 @@ def write(out: WriteRequest) -> list[Finding]:
             closefd=False,
         ) as writer,
     ):
-        for rows in step_rows(len(points), out, tr("Writing points")):
+        for rows in step_rows(len(points), request, tr("Writing points")):
             record = laspy.ScaleAwarePointRecord.zeros(rows.stop - rows.start, header=header)
             record.X, record.Y, record.Z = (axis.integers[rows] for axis in axes)
             if data.colors is not None:
@@ -116,7 +116,7 @@ class _ErrorRecordingFile(io.FileIO):
 
 
 @contextlib.contextmanager
-def _original_errors(path: Path) -> Iterator[_ErrorRecordingFile]:
+def _preserve_errors(path: Path) -> Iterator[_ErrorRecordingFile]:
     with _ErrorRecordingFile(path, "w+") as file:
         try:
             yield file
@@ -141,7 +141,7 @@ class QuantisedAxis:
     rounding: float
 
 
-def quantise(values: FloatArray) -> QuantisedAxis:
+def quantise_axis(values: FloatArray) -> QuantisedAxis:
     """Convert coordinates (n,) to integers that preserve them.
 
     The scale is the coarsest power of ten, with an integer offset or the first point as offset (for
@@ -166,18 +166,18 @@ def quantise(values: FloatArray) -> QuantisedAxis:
         for offset in (centre, float(values[0])):
             if max(high - offset, offset - low) / scale > MAX_INTEGER:
                 continue
-            if _round(sample, offset, scale).rounding > ulp:
+            if _quantise_at_scale(sample, offset, scale).rounding > ulp:
                 continue
-            axis = _round(values, offset, scale)
+            axis = _quantise_at_scale(values, offset, scale)
             if axis.rounding <= ulp:
                 return axis
     scale = DEFAULT_SCALE
     while max(high - centre, centre - low) / scale > MAX_INTEGER:
         scale *= 10
-    return _round(values, centre, float(f"{scale:.0e}"))
+    return _quantise_at_scale(values, centre, float(f"{scale:.0e}"))
 
 
-def _round(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
+def _quantise_at_scale(values: FloatArray, offset: float, scale: float) -> QuantisedAxis:
     offsets = values - offset
     offsets /= scale
     np.rint(offsets, out=offsets)
@@ -197,10 +197,12 @@ def _columns(
     columns: list[tuple[str, AnyArray]] = []
     extra_fields: dict[str, AnyArray] = {}
     for name, values in data.fields.items():
-        kind = STANDARD.get(name)
-        if kind is not None and _fits(values, kind):
+        kind = STANDARD_TYPES.get(name)
+        if kind is not None and _can_store(values, kind):
             columns.append((name, values.astype(kind)))
-        elif name == "return_number" and _fits(values, np.uint8) and values.max(initial=0) < 16:
+        elif (
+            name == "return_number" and _can_store(values, np.uint8) and values.max(initial=0) < 16
+        ):
             columns.append((name, values.astype(np.uint8)))
             columns.append(("number_of_returns", np.maximum(values, 1).astype(np.uint8)))
         else:
@@ -215,15 +217,15 @@ def _columns(
     for name, label in names.items():
         values = short_fields[name]
         replacements: dict[str, Any] = {"?": np.dtype(np.uint8), "e": np.dtype(np.float32)}
-        stored_replacement = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
-        extra_columns.append(laspy.ExtraBytesParams(label, stored_replacement))
-        columns.append((label, values.astype(stored_replacement)))
+        stored_type = replacements.get(values.dtype.char, values.dtype.newbyteorder("="))
+        extra_columns.append(laspy.ExtraBytesParams(label, stored_type))
+        columns.append((label, values.astype(stored_type)))
     if extra_columns:
         header.add_extra_dims(extra_columns)
     return columns
 
 
-def _fits(values: AnyArray, kind: Any) -> bool:
+def _can_store(values: AnyArray, kind: Any) -> bool:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
         return bool(np.dtype(kind).kind == "f")
     with np.errstate(all="ignore"):

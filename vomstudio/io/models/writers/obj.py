@@ -16,8 +16,8 @@ from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
+    model_positions,
     plan_images,
-    positions_of,
     prj_sidecar,
     shorten_numbers,
     step_rows,
@@ -25,26 +25,30 @@ from vomstudio.io.models.writers._common import (
 )
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write a mesh or cloud as OBJ.
 
     Coordinates are the shortest decimals that restore the same float64; vertex colours are `v x y z
     r g b` in 0..1; the CRS is written to NAME.prj.
     """
     findings: list[Finding] = []
-    data = out.data
+    data = request.data
     if data.fields:
         findings.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
         findings.append(Finding("model.normals-not-written"))
-    images = plan_images(mesh, out) if mesh else Images([], [])
-    sidecars = prj_sidecar(out, findings)
-    library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
-    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
+    images = plan_images(mesh, request) if mesh else Images([], [])
+    sidecars = prj_sidecar(request, findings)
+    library = request.path.with_suffix(".mtl") if mesh and mesh.materials else None
+    paths = [
+        request.path,
+        *(target for _, target in images.copies),
+        *(path for path, _ in sidecars),
+    ]
     if library is not None:
         paths.append(library)
-    with atomic_group(paths, out.force, out.inputs) as temporaries:
+    with atomic_group(paths, request.force, request.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
         for (_, text), temporary in zip(
             sidecars, temporaries[1 + len(images.copies) :], strict=False
@@ -53,7 +57,7 @@ def write(out: WriteRequest) -> list[Finding]:
         names = _material_names(mesh) if mesh else []
         if library is not None and mesh is not None:
             _write_library(temporaries[-1], mesh, names, images)
-        _write_model(temporaries[0], out, names, None if library is None else library.name)
+        _write_model(temporaries[0], request, names, None if library is None else library.name)
     return findings
 
 
@@ -80,16 +84,16 @@ def _write_library(path: Path, mesh: Mesh, names: list[str], images: Images) -> 
                 file.write(f"map_Kd {image}\n")
 
 
-def _write_model(path: Path, out: WriteRequest, names: list[str], library: str | None) -> None:
-    data = out.data
-    points = positions_of(data)
+def _write_model(path: Path, request: WriteRequest, names: list[str], library: str | None) -> None:
+    data = request.data
+    points = model_positions(data)
     with open(path, "w", encoding="utf-8", newline="\n") as file:
-        file.write(f"# VOM Studio; {out.axes.description}\n")
-        if out.crs is not None:
-            file.write(f"# CRS {' '.join(out.crs.split())}\n")
+        file.write(f"# VOM Studio; {request.axes.description}\n")
+        if request.crs is not None:
+            file.write(f"# CRS {' '.join(request.crs.split())}\n")
         if library is not None:
             file.write(f"mtllib {library}\n")
-        for rows in step_rows(len(points), out, tr("Writing vertices")):
+        for rows in step_rows(len(points), request, tr("Writing vertices")):
             columns = [points[rows, k].tolist() for k in range(3)]
             template = "v %r %r %r"
             if data.colors is not None:
@@ -102,7 +106,7 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
         if data.uv is not None:
             is_finite_uv: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
             has_uv = is_finite_uv[data.faces].all(axis=1)
-            for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
+            for rows in step_rows(len(points), request, tr("Writing texture coordinates")):
                 uv = np.where(is_finite_uv[rows, None], data.uv[rows], np.float32(0))
                 write_lines(
                     file, [shorten_numbers(uv[:, 0]), shorten_numbers(uv[:, 1])], "vt %r %r"
@@ -111,11 +115,11 @@ def _write_model(path: Path, out: WriteRequest, names: list[str], library: str |
         for i, (start, stop) in enumerate(itertools.pairwise(starts)):
             if names:
                 file.write(f"usemtl {names[i]}\n")
-            _write_faces(file, out, data, int(start), int(stop), has_uv)
+            _write_faces(file, request, data, int(start), int(stop), has_uv)
 
 
-def _write_faces(file, out, mesh, start, stop, has_uv) -> None:  # type: ignore[no-untyped-def]
-    for block in step_rows(stop - start, out, tr("Writing faces")):
+def _write_faces(file, request, mesh, start, stop, has_uv) -> None:  # type: ignore[no-untyped-def]
+    for block in step_rows(stop - start, request, tr("Writing faces")):
         faces = mesh.faces[start + block.start : start + block.stop].astype(np.int64) + 1
         is_textured = np.zeros(len(faces), bool) if has_uv is None else has_uv[start:stop][block]
         untextured_faces = faces[~is_textured]

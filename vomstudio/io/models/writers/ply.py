@@ -17,8 +17,8 @@ from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
     field_names,
+    model_positions,
     plan_images,
-    positions_of,
     prj_sidecar,
     step_rows,
 )
@@ -33,14 +33,14 @@ TYPES = {
     "f4": "float",
     "f8": "double",
 }
-RESERVED = (
+RESERVED_NAMES = (
     ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "r", "g", "b", "a")
     + ("s", "t", "u", "v", "texture_u", "texture_v", "texture_s", "texture_t")
     + ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha")
 )
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write a model as PLY.
 
     Vertices have double coordinates, and colours, normals and fields of their own types; textured
@@ -48,52 +48,56 @@ def write(out: WriteRequest) -> list[Finding]:
     NAME.prj.
     """
     findings: list[Finding] = []
-    data = out.data
+    data = request.data
     mesh = data if isinstance(data, Mesh) else None
-    images = plan_images(mesh, out) if mesh else Images([], [])
+    images = plan_images(mesh, request) if mesh else Images([], [])
     if mesh is not None and any(material.texture is None for material in mesh.materials):
-        untextured = [
+        untextured_names = [
             material.name or "untextured" for material in mesh.materials if material.texture is None
         ]
-        findings.append(Finding("model.materials-not-written", materials=untextured))
-    sidecars = prj_sidecar(out, findings)
-    columns = _columns(out, findings)
-    paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in sidecars)]
-    with atomic_group(paths, out.force, out.inputs) as temporaries:
+        findings.append(Finding("model.materials-not-written", materials=untextured_names))
+    sidecars = prj_sidecar(request, findings)
+    columns = _columns(request, findings)
+    paths = [
+        request.path,
+        *(target for _, target in images.copies),
+        *(path for path, _ in sidecars),
+    ]
+    with atomic_group(paths, request.force, request.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
         for (_, text), temporary in zip(
             sidecars, temporaries[1 + len(images.copies) :], strict=True
         ):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "wb") as file:
-            file.write(_header(out, columns, mesh, images))
-            n = len(positions_of(data))
+            file.write(_header(request, columns, mesh, images))
+            n = len(model_positions(data))
             record = np.dtype([(name, values.dtype.newbyteorder("<")) for name, values in columns])
-            for rows in step_rows(n, out, tr("Writing vertices")):
+            for rows in step_rows(n, request, tr("Writing vertices")):
                 block = np.empty(rows.stop - rows.start, record)
                 for name, values in columns:
                     block[name] = values[rows]
                 file.write(block.tobytes())
             if mesh is not None:
-                _write_faces(file, out, mesh, images)
+                _write_faces(file, request, mesh, images)
     return findings
 
 
-def _columns(out: WriteRequest, findings: list[Finding]) -> list[tuple[str, AnyArray]]:
-    data = out.data
-    points = positions_of(data)
+def _columns(request: WriteRequest, findings: list[Finding]) -> list[tuple[str, AnyArray]]:
+    data = request.data
+    points = model_positions(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     normals = None if isinstance(data, Mesh) else data.normals
     if normals is not None:
         columns += [(name, normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate(("red", "green", "blue"))]
-    for name, label in field_names(data.fields, RESERVED, findings).items():
-        columns.append((label, _storable(data.fields[name], name, findings)))
+    for name, label in field_names(data.fields, RESERVED_NAMES, findings).items():
+        columns.append((label, _convert_to_storable(data.fields[name], name, findings)))
     return columns
 
 
-def _storable(values: AnyArray, name: str, findings: list[Finding]) -> AnyArray:
+def _convert_to_storable(values: AnyArray, name: str, findings: list[Finding]) -> AnyArray:
     """Convert values to a type that PLY supports."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
@@ -106,17 +110,17 @@ def _storable(values: AnyArray, name: str, findings: list[Finding]) -> AnyArray:
 
 
 def _header(
-    out: WriteRequest, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
+    request: WriteRequest, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
 ) -> bytes:
     lines = [
         "ply",
         "format binary_little_endian 1.0",
-        f"comment VOM Studio; {out.axes.description}",
+        f"comment VOM Studio; {request.axes.description}",
     ]
-    if out.crs is not None and len(out.crs) < 20:
-        lines.append(f"comment CRS {out.crs}")
+    if request.crs is not None and len(request.crs) < 20:
+        lines.append(f"comment CRS {request.crs}")
     lines += [f"comment TextureFile {name}" for name in _image_files(images)]
-    lines.append(f"element vertex {len(positions_of(out.data))}")
+    lines.append(f"element vertex {len(model_positions(request.data))}")
     lines += [f"property {TYPES[values.dtype.str[1:]]} {name}" for name, values in columns]
     if mesh is not None:
         lines.append(f"element face {len(mesh.faces)}")
@@ -132,7 +136,7 @@ def _image_files(images: Images) -> list[str]:
     return list(dict.fromkeys(name for name in images.names if name is not None))
 
 
-def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-def]
+def _write_faces(file, request, mesh, images) -> None:  # type: ignore[no-untyped-def]
     kinds: list[Any] = [("n", "u1"), ("corners", "<i4", 3)]
     if mesh.uv is not None:
         kinds += [("n_uv", "u1"), ("uv", "<f4", 6)]
@@ -140,8 +144,10 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
     if files:
         kinds.append(("image", "<i4"))
     texture_numbers = [-1 if name is None else files.index(name) for name in images.names]
-    per_face = np.repeat(np.array(texture_numbers, np.int32), np.diff(mesh.material_offsets))
-    for rows in step_rows(len(mesh.faces), out, tr("Writing faces")):
+    face_texture_numbers = np.repeat(
+        np.array(texture_numbers, np.int32), np.diff(mesh.material_offsets)
+    )
+    for rows in step_rows(len(mesh.faces), request, tr("Writing faces")):
         block = np.zeros(rows.stop - rows.start, np.dtype(kinds))
         faces = mesh.faces[rows]
         block["n"], block["corners"] = 3, faces
@@ -151,7 +157,7 @@ def _write_faces(file, out, mesh, images) -> None:  # type: ignore[no-untyped-de
             is_textured = np.isfinite(uv).all(axis=1)
             block["n_uv"], block["uv"] = 6, uv
         if files:
-            block["image"] = per_face[rows]
+            block["image"] = face_texture_numbers[rows]
         if is_textured.all():
             file.write(block.tobytes())
             continue

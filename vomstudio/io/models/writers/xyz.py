@@ -14,7 +14,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Writer, WriteRequest
 from vomstudio.io.models.writers._common import (
     field_names,
-    positions_of,
+    model_positions,
     prj_sidecar,
     report_unwritten_faces,
     shorten_numbers,
@@ -22,37 +22,37 @@ from vomstudio.io.models.writers._common import (
     write_lines,
 )
 
-NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
+COLUMN_NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
 # Names that a reader would interpret as a coordinate, a colour or a normal.
-RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
+RESERVED_NAMES = COLUMN_NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 
 
-def write(out: WriteRequest) -> list[Finding]:
+def write(request: WriteRequest) -> list[Finding]:
     """Write points, with floats as the shortest decimals that restore the same value.
 
     `.csv` files are separated by commas, other files by spaces; the CRS is written to NAME.prj.
     """
     findings: list[Finding] = []
-    data = out.data
+    data = request.data
     report_unwritten_faces(data, findings)
-    points = positions_of(data)
+    points = model_positions(data)
     columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate("rgb")]
-    for name, label in field_names(data.fields, RESERVED, findings).items():
+    for name, label in field_names(data.fields, RESERVED_NAMES, findings).items():
         columns.append((label, data.fields[name]))
     if not isinstance(data, Mesh) and data.normals is not None:
-        columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
-    sidecars = prj_sidecar(out, findings)
-    separator = "," if out.path.suffix.lower() == ".csv" else " "
+        columns += [(name, data.normals[:, k]) for k, name in enumerate(COLUMN_NAMES[6:])]
+    sidecars = prj_sidecar(request, findings)
+    separator = "," if request.path.suffix.lower() == ".csv" else " "
     template = separator.join("%r" for _ in columns)
-    paths = [out.path, *(path for path, _ in sidecars)]
-    with atomic_group(paths, out.force, out.inputs) as temporaries:
+    paths = [request.path, *(path for path, _ in sidecars)]
+    with atomic_group(paths, request.force, request.inputs) as temporaries:
         for (_, text), temporary in zip(sidecars, temporaries[1:], strict=True):
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="utf-8", newline="\n") as file:
             file.write(separator.join(name for name, _ in columns) + "\n")
-            for rows in step_rows(len(points), out, tr("Writing points")):
+            for rows in step_rows(len(points), request, tr("Writing points")):
                 write_lines(file, [_to_plain_list(values[rows]) for _, values in columns], template)
     return findings
 

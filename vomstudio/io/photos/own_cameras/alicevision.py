@@ -19,14 +19,18 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
-from vomstudio.io.photos.own_cameras.result import missing_lenses, unknown_lens, view_of_centre
+from vomstudio.io.photos.own_cameras.photo_sizes import placeholder_lens
+from vomstudio.io.photos.own_cameras.result import (
+    missing_lens_findings,
+    unknown_lens_finding,
+    view_from_centre,
+)
 
-NAMES = ("cameras.sfm", "sfm.json")
-_BROWN = ("brown",)
-_RADIAL = ("pinhole", "radial1", "radialk1", "radial3", "radialk3", "none")
-_FISHEYE = ("fisheye4",)
-_TURN = np.diag([1.0, -1.0, -1.0])
+FILE_NAMES = ("cameras.sfm", "sfm.json")
+_BROWN_TYPES = ("brown",)
+_RADIAL_TYPES = ("pinhole", "radial1", "radialk1", "radial3", "radialk3", "none")
+_FISHEYE_TYPES = ("fisheye4",)
+_HALF_TURN = np.diag([1.0, -1.0, -1.0])
 """Half a turn about x, by which Meshroom turns the models that it writes as OBJ."""
 
 
@@ -80,15 +84,15 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         name = str(fields.get(field, row, "path")).replace("\\", "/").rpartition("/")[2]
         if lens is None:
             missing_lens_ids[name] = row["intrinsicId"]
-            lens = lens_without_size()
+            lens = placeholder_lens()
         field = f"poses/{pose_number}/pose/transform"
         transform = _nested_value(fields, f"poses/{pose_number}", pose, ("pose", "transform"))
         rotation = fields.numbers(field, transform, "rotation", 9).reshape(3, 3).T
         centre = fields.numbers(field, transform, "center", 3)
-        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
-    warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    warnings += missing_lenses(missing_lens_ids)
-    turned_views = [view.moved(1.0, _TURN, np.zeros(3)) for view in views]
+        views.append(fields.call(field, view_from_centre, name, lens, rotation, centre))
+    warnings = tuple(unknown_lens_finding(name, count) for name, count in unknown_models.items())
+    warnings += missing_lens_findings(missing_lens_ids)
+    turned_views = [view.moved(1.0, _HALF_TURN, np.zeros(3)) for view in views]
     return [
         Candidate(tr("the file"), views, warnings),
         Candidate(tr("the frame of Meshroom's OBJ models"), turned_views, warnings),
@@ -113,12 +117,12 @@ def _lens(row: Mapping[str, Any], version: Sequence[int]) -> tuple[Intrinsics, s
         raise ValueError(tr("the focal length is missing or not positive"))
     kind = str(row.get("distortionType") or row.get("type", "pinhole"))
     values = [float(value) for value in row.get("distortionParams", ()) or ()]
-    if kind in _FISHEYE:
+    if kind in _FISHEYE_TYPES:
         k = (*values, 0.0, 0.0, 0.0, 0.0)[:4]
         return Intrinsics("OPENCV_FISHEYE", width, height, (fx, fy, cx, cy, *k)), None
     k1, k2, k3, p1, p2 = (*values, 0.0, 0.0, 0.0, 0.0, 0.0)[:5]
     params = (fx, fy, cx, cy, k1, k2, p1, p2, k3, 0.0, 0.0, 0.0)
-    if kind in _BROWN or kind in _RADIAL or not any(values):
+    if kind in _BROWN_TYPES or kind in _RADIAL_TYPES or not any(values):
         return Intrinsics("FULL_OPENCV", width, height, params), None
     return Intrinsics("PINHOLE", width, height, (fx, fy, cx, cy)), kind
 

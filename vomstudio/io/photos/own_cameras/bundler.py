@@ -21,15 +21,15 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.photo_sizes import (
     Size,
-    lens_without_size,
+    placeholder_lens,
     read_sizes,
-    unknown_sizes,
+    unknown_size_findings,
 )
-from vomstudio.io.photos.own_cameras.result import view_of_pose
+from vomstudio.io.photos.own_cameras.result import view_from_pose
 from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 
-NAMES = ("bundle.out",)
-_HEAD = "# bundle file"
+FILE_NAMES = ("bundle.out",)
+_SIGNATURE = "# bundle file"
 _MAX_LINES = 100_000_000
 _AXES = np.diag([1.0, -1.0, -1.0])
 """From a camera with y up and z backward to one with y down and z forward."""
@@ -37,7 +37,7 @@ _AXES = np.diag([1.0, -1.0, -1.0])
 
 def is_bundler(head: bytes) -> bool:
     """Return whether the beginning of a file is that of a file of Bundler."""
-    return head.decode("utf-8", "replace").lower().startswith(_HEAD)
+    return head.decode("utf-8", "replace").lower().startswith(_SIGNATURE)
 
 
 def read_bundler(path: Path) -> list[Candidate]:
@@ -68,15 +68,15 @@ def read_bundler(path: Path) -> list[Candidate]:
         rotation, translation = _AXES @ pose[1:4], _AXES @ pose[4]
         try:
             lens = _lens(pose[0], sizes.get(name))
-            views.append(view_of_pose(name, lens, rotation, translation))
+            views.append(view_from_pose(name, lens, rotation, translation))
         except (ValueError, GeometryError) as error:
             raise _damage_error(path, str(error), lines[first_row][0]) from error
-    return [Candidate(tr("the file"), views, tuple(unknown_sizes(sizes, used_names)))]
+    return [Candidate(tr("the file"), views, tuple(unknown_size_findings(sizes, used_names)))]
 
 
 def _lens(row: FloatArray, size: Size | None) -> Intrinsics:
     if size is None:
-        return lens_without_size()
+        return placeholder_lens()
     focal, k1, k2 = (float(value) for value in row)
     if not focal > 0:
         raise ValueError(tr("the focal length is missing or not positive"))
@@ -86,8 +86,10 @@ def _lens(row: FloatArray, size: Size | None) -> Intrinsics:
 
 def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
     """Return the numbers and cells of the first lines, without comments."""
-    numbered = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
-    lines = (row for row in numbered if row[1].strip() and not row[1].lstrip().startswith("#"))
+    numbered_lines = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
+    lines = (
+        row for row in numbered_lines if row[1].strip() and not row[1].lstrip().startswith("#")
+    )
     return [(line_number, line.split()) for line_number, line in islice(lines, count)]
 
 

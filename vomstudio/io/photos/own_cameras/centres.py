@@ -15,9 +15,9 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views, view_of_centre
-from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views, view_from_centre
+from vomstudio.io.text.named_columns import PHOTO_NAMES, WORLD, NamedTable
 
 _ESTIMATED_COLUMNS = (
     ("x est", "x estimated", "x east est", "x longitude est", "east est"),
@@ -52,7 +52,7 @@ def read_centres(path: Path, table: NamedTable) -> OwnCameras:
     InputError
         States line and column.
     """
-    names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
+    names = [name.replace("\\", "/") for name in table.words(PHOTO_NAMES, "photo")]
     table.require_unique(names)
     is_estimated = all(table.has(column) for column in _ESTIMATED_COLUMNS)
     has_degrees = table.has(("lon", "longitude", "x longitude")) and not is_estimated
@@ -70,7 +70,7 @@ def read_centres(path: Path, table: NamedTable) -> OwnCameras:
         table.has(column) for column in (*_ROTATION_COLUMNS, ("model",), ("params",), ("width",))
     )
     if has_rotations:
-        return cameras_of_views(path, _views(table, names, positions))
+        return cameras_from_views(path, _views(table, names, positions))
     return OwnCameras(path, {}, dict(zip(names, positions, strict=True)))
 
 
@@ -84,14 +84,14 @@ def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[V
     for row, name in enumerate(names):
         try:
             stated_params = dict(cell.split("=", 1) for cell in params[row].split())
-            param_names = MODELS.get(models[row], ())
+            param_names = CAMERA_MODELS.get(models[row], ())
             lens = Intrinsics(
                 models[row],
                 int(sizes[row, 0]),
                 int(sizes[row, 1]),
                 tuple(float(stated_params[key]) for key in param_names),
             )
-            views.append(view_of_centre(name, lens, rotations[row], positions[row]))
+            views.append(view_from_centre(name, lens, rotations[row], positions[row]))
         except (KeyError, ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
             raise table.cell_error(row, finding, "params") from error

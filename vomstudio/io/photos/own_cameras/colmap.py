@@ -17,20 +17,20 @@ import numpy as np
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import (
     OwnCameras,
-    cameras_of_views,
+    cameras_from_views,
     pinhole_lens,
-    unknown_lens,
-    view_of_pose,
+    unknown_lens_finding,
+    view_from_pose,
 )
 from vomstudio.io.text.file_text import read_bytes, read_text
 
 Lenses = dict[int, tuple[Intrinsics, str | None]]
 """Lenses by number, with the name of the lens model if it is not supported here."""
 
-NAMES = ("images.bin", "images.txt")
+FILE_NAMES = ("images.bin", "images.txt")
 # Number, name and parameter count of the lens models of COLMAP 4.2.
 _MODELS = (
     (0, "SIMPLE_PINHOLE", 3),
@@ -57,11 +57,11 @@ _PARAMETER_COUNTS = {name: count for _, name, count in _MODELS}
 _TWO_FOCAL_MODELS = {"FOV", "THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE", "DIVISION", "EUCM"}
 
 
-def folder_of(path: Path) -> Path | None:
+def find_folder(path: Path) -> Path | None:
     """Return the folder of a sparse model from its path or one of its files, or None."""
     folder = path if path.is_dir() else path.parent
-    if path.is_dir() or path.name in (*NAMES, "cameras.bin", "cameras.txt"):
-        for name in NAMES:
+    if path.is_dir() or path.name in (*FILE_NAMES, "cameras.bin", "cameras.txt"):
+        for name in FILE_NAMES:
             if (folder / name).is_file() and (folder / name.replace("images", "cameras")).is_file():
                 return folder
     return None
@@ -75,21 +75,21 @@ def read_colmap(folder: Path) -> OwnCameras:
     InputError
         States file and line or field.
     """
-    is_binary = (folder / NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
-    images = folder / NAMES[0 if is_binary else 1]
+    is_binary = (folder / FILE_NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
+    images = folder / FILE_NAMES[0 if is_binary else 1]
     lenses = (
         _binary_lenses(folder / "cameras.bin")
         if is_binary
         else _text_lenses(folder / "cameras.txt")
     )
-    images_of_cameras = list(
+    camera_images = list(
         _binary_images(images, lenses) if is_binary else _text_images(images, lenses)
     )
-    used_models = Counter(lenses[camera][1] for camera, _ in images_of_cameras)
+    used_models = Counter(lenses[camera][1] for camera, _ in camera_images)
     warnings = [
-        unknown_lens(name, count) for name, count in used_models.items() if name is not None
+        unknown_lens_finding(name, count) for name, count in used_models.items() if name is not None
     ]
-    return cameras_of_views(images, (view for _, view in images_of_cameras), None, warnings)
+    return cameras_from_views(images, (view for _, view in camera_images), None, warnings)
 
 
 # --- lenses -----------------------------------------------------------------------------------
@@ -109,7 +109,7 @@ def _lens(
         )
     if not (width > 0 and height > 0 and np.isfinite(parameters).all()):
         raise ValueError(tr("the size or a parameter of the camera is invalid"))
-    if model in MODELS:
+    if model in CAMERA_MODELS:
         return Intrinsics(model, width, height, parameters), None
     if model == "EQUIRECTANGULAR":
         return pinhole_lens(width, height, max(width, height) / 2.0), model
@@ -143,7 +143,7 @@ def _text_lenses(path: Path) -> Lenses:
 
 
 def _binary_lenses(path: Path) -> Lenses:
-    file = _Binary(path)
+    file = _BinaryReader(path)
     lenses: Lenses = {}
     for _ in range(file.count(tr("cameras"))):
         camera_id, model = file.read_values("<ii", tr("cameras"))
@@ -183,13 +183,13 @@ def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
 
 
 def _binary_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    file = _Binary(path)
+    file = _BinaryReader(path)
     for index in range(file.count(tr("images"))):
         field = tr("image {number}", number=index + 1)
         file.read_values("<i", field)
         pose = file.read_values("<7d", field)
         (camera,) = file.read_values("<i", field)
-        name = file.read_word(field)
+        name = file.read_string(field)
         file.skip(24 * file.count(field), field)
         try:
             yield camera, _view(name, lenses, camera, list(pose))
@@ -207,7 +207,7 @@ def _view(name: str, lenses: Lenses, camera: int, pose: list[float]) -> View:
     if not 0.9 < length < 1.1:
         raise ValueError(tr("the quaternion has the length {length:.3g}", length=length))
     rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
-    return view_of_pose(name.replace("\\", "/"), lenses[camera][0], rotation, np.array(pose[4:]))
+    return view_from_pose(name.replace("\\", "/"), lenses[camera][0], rotation, np.array(pose[4:]))
 
 
 # --- files ------------------------------------------------------------------------------------
@@ -225,18 +225,18 @@ def _damage_error(path: Path, error: Exception, columns: str, line: int) -> Inpu
     return InputError(finding, file=path, line=line)
 
 
-class _Binary:
+class _BinaryReader:
     """Sequential reader of the numbers of a file."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self._data, self._at = path, read_bytes(path), 0
+        self.path, self._data, self._offset = path, read_bytes(path), 0
 
-    def read_values(self, form: str, field: str) -> tuple[Any, ...]:
-        size = struct.calcsize(form)
-        if self._at + size > len(self._data):
+    def read_values(self, format_: str, field: str) -> tuple[Any, ...]:
+        size = struct.calcsize(format_)
+        if self._offset + size > len(self._data):
             raise self.damage_error(tr("the file ends too early"), field)
-        self._at += size
-        return struct.unpack_from(form, self._data, self._at - size)
+        self._offset += size
+        return struct.unpack_from(format_, self._data, self._offset - size)
 
     def count(self, field: str) -> int:
         (count,) = self.read_values("<Q", field)
@@ -245,16 +245,16 @@ class _Binary:
         return int(count)
 
     def skip(self, size: int, field: str) -> None:
-        self._at += size
-        if self._at > len(self._data):
+        self._offset += size
+        if self._offset > len(self._data):
             raise self.damage_error(tr("the file ends too early"), field)
 
-    def read_word(self, field: str) -> str:
-        end = self._data.find(b"\0", self._at)
+    def read_string(self, field: str) -> str:
+        end = self._data.find(b"\0", self._offset)
         if end < 0:
             raise self.damage_error(tr("the file ends too early"), field)
-        text = self._data[self._at : end].decode("utf-8", "replace")
-        self._at = end + 1
+        text = self._data[self._offset : end].decode("utf-8", "replace")
+        self._offset = end + 1
         return text
 
     def damage_error(self, error: str, field: str) -> InputError:

@@ -11,8 +11,8 @@ from vomstudio.geometry.cameras import Intrinsics
 
 MAX_ERROR_PX = 0.5
 """Largest error of a fitted lens, pixels; features are located to about this accuracy."""
-_GRID = 25
-_MIN_PLACES = 50
+_GRID_SIZE = 25
+_MIN_POINTS = 50
 """Smallest number of places in the photo by which a lens is fitted."""
 
 
@@ -40,25 +40,25 @@ def fit_lens(
     from scipy.optimize import least_squares
 
     half_extent = np.array([width, height]) / focal / 2.0
-    x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID), np.linspace(-1.0, 1.0, _GRID))
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, _GRID_SIZE), np.linspace(-1.0, 1.0, _GRID_SIZE))
     # Distortion may move points beyond the ideal edge into the photo.
-    ideal = 1.2 * half_extent * np.column_stack([x.ravel(), y.ravel()])
-    undistorted_pixels = project(ideal)
-    is_inside = ((undistorted_pixels >= 0.0) & (undistorted_pixels <= (width, height))).all(axis=1)
-    ideal, undistorted_pixels = ideal[is_inside], undistorted_pixels[is_inside]
-    if len(ideal) < _MIN_PLACES:
+    ideal_points = 1.2 * half_extent * np.column_stack([x.ravel(), y.ravel()])
+    distorted_pixels = project(ideal_points)
+    is_inside = ((distorted_pixels >= 0.0) & (distorted_pixels <= (width, height))).all(axis=1)
+    ideal_points, distorted_pixels = ideal_points[is_inside], distorted_pixels[is_inside]
+    if len(ideal_points) < _MIN_POINTS:
         return Intrinsics.pinhole(width, height, focal, width / 2.0, height / 2.0), np.inf
-    rays = np.column_stack([ideal, np.ones(len(ideal))])
+    rays = np.column_stack([ideal_points, np.ones(len(ideal_points))])
 
-    def lens_of(lens_parameters: FloatArray) -> Intrinsics:
+    def build_lens(lens_parameters: FloatArray) -> Intrinsics:
         fx, fy, cx, cy = lens_parameters[:4] * focal
         params = (fx, fy, cx, cy, *lens_parameters[4:8], lens_parameters[8], 0.0, 0.0, 0.0)
         return Intrinsics("FULL_OPENCV", width, height, tuple(float(value) for value in params))
 
-    def residuals(free: FloatArray) -> FloatArray:
-        pixels = lens_of(free).project(rays)
-        return np.nan_to_num(pixels - undistorted_pixels, nan=float(width)).ravel()
+    def residuals(parameters: FloatArray) -> FloatArray:
+        pixels = build_lens(parameters).project(rays)
+        return np.nan_to_num(pixels - distorted_pixels, nan=float(width)).ravel()
 
     start = np.array([1.0, 1.0, width / 2 / focal, height / 2 / focal, *np.zeros(5)])
     solution = least_squares(residuals, start, x_scale="jac", method="lm")
-    return lens_of(solution.x), float(np.abs(residuals(solution.x)).max())
+    return build_lens(solution.x), float(np.abs(residuals(solution.x)).max())

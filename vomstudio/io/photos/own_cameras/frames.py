@@ -15,13 +15,13 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views
 
 # Margin around the bounding box of the model on each side, relative to its size.
 RELATIVE_MARGIN = 0.5
 # Maximum distance of cameras from the model, in diagonals of its box.
 MAX_DISTANCE_DIAGONALS = 50.0
-MIN_SHARE_LOOKING = 0.2
+MIN_FACING_SHARE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,30 +48,28 @@ def select_frame(
     Raises
     ------
     InputError
-        As for `cameras_of_views`.
+        As for `cameras_from_views`.
     """
-    selected_candidates, findings = candidates[0], list[Finding]()
+    selected_candidate, findings = candidates[0], list[Finding]()
     if bounds is not None:
-        fractions = [share_looking(candidate.views, bounds) for candidate in candidates]
+        fractions = [facing_share(candidate.views, bounds) for candidate in candidates]
         best_frame = int(np.argmax(fractions))
-        selected_candidates = candidates[best_frame]
-        if fractions[best_frame] < MIN_SHARE_LOOKING:
-            findings.append(not_looking_finding(path))
+        selected_candidate = candidates[best_frame]
+        if fractions[best_frame] < MIN_FACING_SHARE:
+            findings.append(not_facing_finding(path))
         elif len(candidates) > 1:
-            findings.append(
-                Finding("cameras.frame", file=path.name, frame=selected_candidates.name)
-            )
-    return cameras_of_views(
-        path, selected_candidates.views, None, (*selected_candidates.warnings, *findings)
+            findings.append(Finding("cameras.frame", file=path.name, frame=selected_candidate.name))
+    return cameras_from_views(
+        path, selected_candidate.views, None, (*selected_candidate.warnings, *findings)
     )
 
 
-def not_looking_finding(path: Path) -> Finding:
+def not_facing_finding(path: Path) -> Finding:
     """Return the finding about cameras that do not face the model."""
     return Finding("cameras.not-looking", file=path.name)
 
 
-def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
+def facing_share(views: Sequence[View], bounds: FloatArray) -> float:
     """Return the share of cameras whose axis hits the enlarged box (2, 3) at valid distance."""
     if not len(views):
         return 0.0
@@ -87,7 +85,7 @@ def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
         low_distance, high_distance = (low - centres) / directions, (high - centres) / directions
     nearest_distance = np.nanmax(np.minimum(low_distance, high_distance), axis=1)
     last_distance = np.nanmin(np.maximum(low_distance, high_distance), axis=1)
-    is_looking = (last_distance >= np.maximum(nearest_distance, 0.0)) & (
+    is_facing = (last_distance >= np.maximum(nearest_distance, 0.0)) & (
         nearest_distance <= MAX_DISTANCE_DIAGONALS * diagonal
     )
-    return float(is_looking.mean())
+    return float(is_facing.mean())

@@ -15,7 +15,7 @@ from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-Made = TypeVar("Made")
+ResultType = TypeVar("ResultType")
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class JsonFields:
             raise self.damage_error(f"{field}/{key}", reason)
         return values
 
-    def call(self, field: str, function: Callable[..., Made], *arguments: Any) -> Made:
+    def call(self, field: str, function: Callable[..., ResultType], *arguments: Any) -> ResultType:
         """Return the result of a function, whose errors become errors of the field."""
         try:
             return function(*arguments)

@@ -20,7 +20,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import pinhole_lens, unknown_lens, view_of_centre
+from vomstudio.io.photos.own_cameras.result import (
+    pinhole_lens,
+    unknown_lens_finding,
+    view_from_centre,
+)
 from vomstudio.io.text.xml_tree import Element
 
 _LOCAL_PREFIXES = ("LOCAL", "ENGCRS", "ENGINEERING")
@@ -81,7 +85,9 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
     views = [_view(path, chunk, *pose[:3], np.eye(4)) for pose in poses]
     if not views:
         raise InputError(Finding("cameras.none-aligned"), file=path, line=chunk.sourceline)
-    warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
+    warnings += [
+        unknown_lens_finding(name, count) for name, count in Counter(unknown_models).items()
+    ]
     findings = tuple(warnings)
     candidates = [Candidate(tr("the inner frame of the chunk"), views, findings)]
     if all((component_transform == np.eye(4)).all() for *_, component_transform in poses):
@@ -89,7 +95,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
     chunk_views = [_view(path, chunk, *pose) for pose in poses]
     reference = (chunk.findtext("reference") or "").strip()
     if reference and not reference.upper().startswith(_LOCAL_PREFIXES):
-        map_views, name = _to_map(path, chunk, reference, chunk_views)
+        map_views, name = _convert_to_map(path, chunk, reference, chunk_views)
         return [Candidate(name, map_views, findings), *candidates]
     return [
         Candidate(tr("the frame of the chunk, with its transform"), chunk_views, findings),
@@ -121,7 +127,7 @@ def _view(
     try:
         if not scale > 0:
             raise ValueError(tr("the transform of the chunk has no scale"))
-        return view_of_centre(
+        return view_from_centre(
             name, lens, (camera_to_world[:3, :3] / scale).T, camera_to_world[:3, 3]
         )
     except ValueError as error:
@@ -150,8 +156,8 @@ def _transform(path: Path, element: Element) -> FloatArray | None:
 
 
 # --- on Earth ---------------------------------------------------------------------------------
-def _to_map(
-    path: Path, chunk: Element, reference: str, views_in_chunk: list[View]
+def _convert_to_map(
+    path: Path, chunk: Element, reference: str, chunk_views: list[View]
 ) -> tuple[list[View], str]:
     """Convert geocentric views to a projected CRS, that of the chunk or the UTM zone.
 
@@ -170,15 +176,15 @@ def _to_map(
         if ellipsoid is None:
             raise ValueError(tr("it has no ellipsoid"))
         shape = {"a": ellipsoid.semi_major_metre, "rf": ellipsoid.inverse_flattening}
-        geocentric = CRS.from_dict({"proj": "geocent", **shape})
-        degrees = CRS.from_dict({"proj": "longlat", **shape})
-        centre = np.mean([view.centre for view in views_in_chunk], axis=0)
+        geocentric_crs = CRS.from_dict({"proj": "geocent", **shape})
+        geographic_crs = CRS.from_dict({"proj": "longlat", **shape})
+        centre = np.mean([view.centre for view in chunk_views], axis=0)
         if not crs.is_projected:
-            to_degrees = Transformer.from_crs(geocentric, degrees, always_xy=True)
+            to_degrees = Transformer.from_crs(geocentric_crs, geographic_crs, always_xy=True)
             longitude, latitude = to_degrees.transform(*centre)[:2]
             crs = CRS.from_user_input(utm_zone(longitude, latitude))
-        transformer = Transformer.from_crs(geocentric, crs, always_xy=True)
-        views = [_project_view(view, transformer) for view in views_in_chunk]
+        transformer = Transformer.from_crs(geocentric_crs, crs, always_xy=True)
+        views = [_project_view(view, transformer) for view in chunk_views]
     except (CRSError, ProjError, ValueError) as error:
         raise _damage_error(
             path, chunk if element is None else element, tr("its reference system cannot be used")
@@ -193,13 +199,15 @@ def _project_view(view: View, transformer: Any) -> View:
     thousandth and is therefore neglected.
     """
     centre = view.centre
-    ends = np.concatenate([centre + _STEP_M * np.eye(3), centre - _STEP_M * np.eye(3), [centre]])
-    x, y, z = transformer.transform(*ends.T, errcheck=True)
-    projected_position = np.column_stack([x, y, z])
-    jacobian = (projected_position[:3] - projected_position[3:6]).T / (2 * _STEP_M)
+    step_points = np.concatenate(
+        [centre + _STEP_M * np.eye(3), centre - _STEP_M * np.eye(3), [centre]]
+    )
+    x, y, z = transformer.transform(*step_points.T, errcheck=True)
+    projected_points = np.column_stack([x, y, z])
+    jacobian = (projected_points[:3] - projected_points[3:6]).T / (2 * _STEP_M)
     u, _, vt = np.linalg.svd(jacobian)
-    return view_of_centre(
-        view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_position[6]
+    return view_from_centre(
+        view.name, view.intrinsics, view.rotation @ (u @ vt).T, projected_points[6]
     )
 
 
@@ -247,9 +255,9 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
     k1, k2, k3, k4 = (value(n) for n in ("k1", "k2", "k3", "k4"))
     if kind == "frame":
         params = (fx, fy, cx, cy, k1, k2, value("p2"), value("p1"), k3, 0.0, 0.0, 0.0)
-        unused = [n for n in ("k4", "b2", "p3", "p4") if value(n)]
+        unused_names = [n for n in ("k4", "b2", "p3", "p4") if value(n)]
         lens = Intrinsics("FULL_OPENCV", width, height, params)
-        return lens, tr("with {names}", names=", ".join(unused)) if unused else None
+        return lens, tr("with {names}", names=", ".join(unused_names)) if unused_names else None
     if kind in ("fisheye", "equidistant_fisheye"):
         return Intrinsics("OPENCV_FISHEYE", width, height, (fx, fy, cx, cy, k1, k2, k3, k4)), None
     return Intrinsics("PINHOLE", width, height, (fx, fy, cx, cy)), kind

@@ -21,7 +21,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.fitted_lens import MAX_ERROR_PX, fit_lens
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
+from vomstudio.io.photos.own_cameras.result import unknown_lens_finding, view_from_centre
 from vomstudio.io.text.xml_tree import Element, read_xml
 
 _PREFIX = "Orientation-"
@@ -33,7 +33,7 @@ Distortion = Callable[[FloatArray], FloatArray]
 """Converts ideal pixels (n, 2) to distorted ones."""
 
 
-def folder_of(path: Path) -> Path | None:
+def find_folder(path: Path) -> Path | None:
     """Return the folder of orientations from its path or one of its files, or None."""
     folder = path if path.is_dir() else path.parent
     if path.is_dir() or path.name.startswith(_PREFIX):
@@ -63,13 +63,13 @@ def read_micmac(folder: Path) -> list[Candidate]:
             raise _damage_error(path, root, tr("{name} is missing", name="OrientationConique"))
         _require(path, orientation, "TypeProj", "eProjStenope")
         _require(path, orientation, "ConvOri/KnownConv", _CONVENTION)
-        lens, unknown_model = _lens_of(path, orientation, lenses)
+        lens, unknown_model = _read_lens(path, orientation, lenses)
         exterior = _child(path, orientation, "Externe")
         rows = [_numbers(path, exterior, f"ParamRotation/CodageMatr/L{n}", 3) for n in (1, 2, 3)]
         centre = _numbers(path, exterior, "Centre", 3)
         name = path.name.removeprefix(_PREFIX).removesuffix(".xml")
         try:
-            view = view_of_centre(name, lens, np.array(rows).T, centre)
+            view = view_from_centre(name, lens, np.array(rows).T, centre)
         except (ValueError, GeometryError) as error:
             raise _damage_error(path, exterior, str(error)) from error
         if unknown_model is not None:
@@ -77,9 +77,11 @@ def read_micmac(folder: Path) -> list[Candidate]:
         elif _check_error_px(path, orientation, view) > _MAX_CHECK_PX:
             invalid_names.append(name)
         views.append(view)
-    warnings = [unknown_lens(name, unknown_models.count(name)) for name in set(unknown_models)]
+    warnings = [
+        unknown_lens_finding(name, unknown_models.count(name)) for name in set(unknown_models)
+    ]
     if invalid_names:
-        warnings.append(unknown_lens("MicMac", len(invalid_names)))
+        warnings.append(unknown_lens_finding("MicMac", len(invalid_names)))
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
@@ -98,7 +100,7 @@ def _check_error_px(path: Path, orientation: Element, view: View) -> float:
 
 
 # --- lenses -----------------------------------------------------------------------------------
-def _lens_of(
+def _read_lens(
     path: Path, orientation: Element, lenses: dict[Path, tuple[Intrinsics, str | None]]
 ) -> tuple[Intrinsics, str | None]:
     interior = orientation.find("Interne")
@@ -134,8 +136,8 @@ def _lens(path: Path, element: Element) -> tuple[Intrinsics, str | None]:
             return Intrinsics.pinhole(width, height, focal, cx, cy), kind.strip()
         distortions.append(distortion)
 
-    def project(ideal: FloatArray) -> FloatArray:
-        pixels = ideal * focal + centre
+    def project(ideal_points: FloatArray) -> FloatArray:
+        pixels = ideal_points * focal + centre
         for distortion in distortions:
             pixels = distortion(pixels)
         return pixels

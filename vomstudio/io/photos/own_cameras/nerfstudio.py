@@ -21,17 +21,17 @@ from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
 from vomstudio.io.photos.own_cameras.photo_sizes import (
     Size,
-    lens_without_size,
+    placeholder_lens,
     read_sizes,
-    unknown_sizes,
+    unknown_size_findings,
 )
 from vomstudio.io.photos.own_cameras.result import (
     MAX_ROTATION_DEVIATION,
-    unknown_lens,
-    view_of_centre,
+    unknown_lens_finding,
+    view_from_centre,
 )
 
-NAMES = ("transforms.json",)
+FILE_NAMES = ("transforms.json",)
 _AXES = np.diag([1.0, -1.0, -1.0])
 """From a camera with y up and z backward to one with y down and z forward."""
 _KNOWN_MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "PERSPECTIVE")
@@ -78,27 +78,28 @@ def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         if unknown_model is not None:
             unknown_models[unknown_model] += 1
         rotation = (matrix[:3, :3] @ _AXES).T
-        views.append(fields.call(field, view_of_centre, name, lens, rotation, matrix[:3, 3]))
-    warnings: list[Finding] = [] if has_sizes else unknown_sizes(sizes, names)
-    warnings += [unknown_lens(name, count) for name, count in unknown_models.items()]
+        views.append(fields.call(field, view_from_centre, name, lens, rotation, matrix[:3, 3]))
+    warnings: list[Finding] = [] if has_sizes else unknown_size_findings(sizes, names)
+    warnings += [unknown_lens_finding(name, count) for name, count in unknown_models.items()]
     candidates = [Candidate(tr("the file"), views, tuple(warnings))]
     if "applied_transform" in data:
-        applied = fields.numbers("", data, "applied_transform", 3, 4)
-        inverse_rotation = applied[:, :3].T
+        applied_transform = fields.numbers("", data, "applied_transform", 3, 4)
+        inverse_rotation = applied_transform[:, :3].T
         if np.abs(inverse_rotation @ inverse_rotation.T - np.eye(3)).max() > MAX_ROTATION_DEVIATION:
             raise fields.damage_error("applied_transform", tr("the pose matrix is not a rotation"))
-        views_before = [
-            view.moved(1.0, inverse_rotation, -inverse_rotation @ applied[:, 3]) for view in views
+        untransformed_views = [
+            view.moved(1.0, inverse_rotation, -inverse_rotation @ applied_transform[:, 3])
+            for view in views
         ]
         candidates.append(
-            Candidate(tr("the frame before the transform"), views_before, tuple(warnings))
+            Candidate(tr("the frame before the transform"), untransformed_views, tuple(warnings))
         )
     return candidates
 
 
 def _lens(row: Mapping[str, Any], size: Size | None) -> tuple[Intrinsics, str | None]:
     if size is None and not {"w", "h"} <= row.keys():
-        return lens_without_size(), None
+        return placeholder_lens(), None
     width, height = size or (int(row["w"]), int(row["h"]))
     if "fl_x" in row or "fl_y" in row:
         fx = float(row.get("fl_x", row.get("fl_y")))

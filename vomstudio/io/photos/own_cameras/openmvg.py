@@ -18,15 +18,15 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
+from vomstudio.io.photos.own_cameras.photo_sizes import placeholder_lens
 from vomstudio.io.photos.own_cameras.result import (
-    missing_lenses,
+    missing_lens_findings,
     pinhole_lens,
-    unknown_lens,
-    view_of_centre,
+    unknown_lens_finding,
+    view_from_centre,
 )
 
-NAMES = ("sfm_data.json",)
+FILE_NAMES = ("sfm_data.json",)
 _DISTORTIONS = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
 """Keys of the distortion with the number of its parameters."""
 
@@ -82,10 +82,10 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         name = f"{folder}/{name}" if folder else name
         if lens is None:
             missing_lens_ids[name] = photo["id_intrinsic"]
-            lens = lens_without_size()
-        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
-    warnings = tuple(unknown_lens(name, count) for name, count in unknown_models.items())
-    return [Candidate(tr("the file"), views, (*warnings, *missing_lenses(missing_lens_ids)))]
+            lens = placeholder_lens()
+        views.append(fields.call(field, view_from_centre, name, lens, rotation, centre))
+    warnings = tuple(unknown_lens_finding(name, count) for name, count in unknown_models.items())
+    return [Candidate(tr("the file"), views, (*warnings, *missing_lens_findings(missing_lens_ids)))]
 
 
 def _content(fields: JsonFields, field: str, row: Any) -> Mapping[str, Any]:

@@ -23,16 +23,16 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.json_fields import JsonFields
-from vomstudio.io.photos.own_cameras.photo_sizes import lens_without_size
+from vomstudio.io.photos.own_cameras.photo_sizes import placeholder_lens
 from vomstudio.io.photos.own_cameras.result import (
-    missing_lenses,
+    missing_lens_findings,
     pinhole_lens,
-    unknown_lens,
-    view_of_centre,
-    view_of_pose,
+    unknown_lens_finding,
+    view_from_centre,
+    view_from_pose,
 )
 
-NAMES = ("shots.geojson", "reconstruction.json")
+FILE_NAMES = ("shots.geojson", "reconstruction.json")
 _FORMAT = "OpenSfM"
 
 
@@ -47,7 +47,7 @@ def is_opensfm(data: Any) -> bool:
     )
 
 
-def is_shots(data: Any) -> bool:
+def is_shot_collection(data: Any) -> bool:
     """Return whether the content of a JSON file is an OpenDroneMap collection of shots."""
     if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
         return False
@@ -75,7 +75,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
     InputError
         States the field.
     """
-    reconstruction = max(data, key=lambda each: len(each["shots"]))
+    reconstruction = max(data, key=lambda entry: len(entry["shots"]))
     warnings = []
     if len(data) > 1:
         warnings.append(Finding("cameras.several-parts", count=len(data)))
@@ -93,14 +93,16 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         lens, unknown_model = lenses.get(fields.get(field, shot, "camera"), (None, None))
         if lens is None:
             missing_lens_ids[name] = shot["camera"]
-            lens = lens_without_size()
+            lens = placeholder_lens()
         if unknown_model is not None:
             unknown_models.append(unknown_model)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
         translation = fields.numbers(field, shot, "translation", 3)
-        views.append(fields.call(field, view_of_pose, name, lens, rotation, translation))
-    warnings += [unknown_lens(name, count) for name, count in Counter(unknown_models).items()]
-    warnings += missing_lenses(missing_lens_ids)
+        views.append(fields.call(field, view_from_pose, name, lens, rotation, translation))
+    warnings += [
+        unknown_lens_finding(name, count) for name, count in Counter(unknown_models).items()
+    ]
+    warnings += missing_lens_findings(missing_lens_ids)
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
@@ -130,12 +132,14 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
         lens = fields.call(field, _shot_lens, shot)
         rotation = _matrix(fields.numbers(field, shot, "rotation", 3))
         centre = fields.numbers(field, shot, "translation", 3)
-        views.append(fields.call(field, view_of_centre, name, lens, rotation, centre))
+        views.append(fields.call(field, view_from_centre, name, lens, rotation, centre))
     candidates = [Candidate(tr("map coordinates"), views)]
     offset = find_offset(path)
     if offset is not None:
-        shifted = [view.moved(1.0, np.eye(3), -np.array([*offset, 0.0])) for view in views]
-        candidates.append(Candidate(tr("map coordinates minus the offset in coords.txt"), shifted))
+        shifted_views = [view.moved(1.0, np.eye(3), -np.array([*offset, 0.0])) for view in views]
+        candidates.append(
+            Candidate(tr("map coordinates minus the offset in coords.txt"), shifted_views)
+        )
     return candidates
 
 

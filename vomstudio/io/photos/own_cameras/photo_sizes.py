@@ -36,7 +36,7 @@ def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
     return sizes
 
 
-def unknown_sizes(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]:
+def unknown_size_findings(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]:
     """Return the finding about photos of unknown size.
 
     Returns
@@ -52,6 +52,6 @@ def unknown_sizes(sizes: dict[str, Size], names: Sequence[str]) -> list[Finding]
     )
 
 
-def lens_without_size() -> Intrinsics:
+def placeholder_lens() -> Intrinsics:
     """Return a lens for a photo of which only position and attitude can be used."""
     return pinhole_lens(2, 2, 2.0)

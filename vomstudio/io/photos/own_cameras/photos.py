@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import is_regular
+from vomstudio.core.files.regular import is_regular_file
 from vomstudio.io.photos.own_cameras.result import OwnCameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.io.photos.reading import photo_names
 
-_TRIED = 3
+_MAX_TRIED_NAMES = 3
 _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "../../images")
 
 
@@ -42,8 +42,8 @@ def find_photos(path: Path, names: Sequence[str], folders: Sequence[Path] = ()) 
     candidates = [*folders, *(path.parent / name for name in _FOLDERS)]
     # Listing a folder with its subfolders takes long, so files of these names are tried first.
     for folder in candidates:
-        if any(is_regular(folder / name) for name in names[:_TRIED]):
-            return {name: file for name in names if is_regular(file := folder / name)}
+        if any(is_regular_file(folder / name) for name in names[:_MAX_TRIED_NAMES]):
+            return {name: file for name in names if is_regular_file(file := folder / name)}
     for folder in candidates:
         try:
             photos = _photos_in_folder(folder, names)

@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import refuse_other_kind
-from vomstudio.core.files.regular import is_regular, open_regular
+from vomstudio.core.files.regular import is_regular_file, open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
@@ -30,13 +30,13 @@ from vomstudio.io.photos.own_cameras import (
 )
 from vomstudio.io.photos.own_cameras.frames import Candidate, select_frame
 from vomstudio.io.photos.own_cameras.json_fields import load_json
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_of_views
+from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 
 JSON_FORMATS: tuple[tuple[Callable[[Any], bool], Callable[[Path, Any], list[Candidate]]], ...] = (
     (opensfm.is_opensfm, opensfm.read_reconstruction),
-    (opensfm.is_shots, opensfm.read_shots),
+    (opensfm.is_shot_collection, opensfm.read_shots),
     (openmvg.is_openmvg, openmvg.read_openmvg),
     (alicevision.is_alicevision, alicevision.read_alicevision),
     (nerfstudio.is_nerfstudio, nerfstudio.read_nerfstudio),
@@ -46,14 +46,14 @@ EXTENSIONS = (".json", ".sfm", ".geojson", ".xml", ".csv", ".txt", ".bin", ".out
 _CAMERA_FILES = (
     FILE_NAME,
     "cameras.xml",
-    *opensfm.NAMES,
+    *opensfm.FILE_NAMES,
     "odm_report/shots.geojson",
     "../odm_report/shots.geojson",
-    *alicevision.NAMES,
-    *openmvg.NAMES,
-    *nerfstudio.NAMES,
+    *alicevision.FILE_NAMES,
+    *openmvg.FILE_NAMES,
+    *nerfstudio.FILE_NAMES,
     "../transforms.json",
-    *bundler.NAMES,
+    *bundler.FILE_NAMES,
     "sparse/0",
     "sparse",
     "../sparse/0",
@@ -84,12 +84,12 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
         If a file is not valid; states file and line or field.
     """
     path = Path(path)
-    folder = colmap.folder_of(path)
+    folder = colmap.find_folder(path)
     if folder is not None:
         model = colmap.read_colmap(folder)
         candidate = Candidate(tr("the file"), list(model.views.values()), model.warnings)
         return select_frame(model.path, [candidate], bounds)
-    folder = micmac.folder_of(path)
+    folder = micmac.find_folder(path)
     if folder is not None:
         return select_frame(path, micmac.read_micmac(folder), bounds)
     if path.is_dir():
@@ -109,7 +109,7 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
             line=root.sourceline,
             field=root.tag,
         )
-    head = _head(path)
+    head = _read_head(path)
     if head.lstrip()[:1] in (b"{", b"["):
         return _read_json_cameras(path, bounds)
     if bundler.is_bundler(head):
@@ -132,15 +132,15 @@ def find_own_cameras(model: str | Path, *, include_parents: bool = True) -> Path
             continue
         if path.is_file() and name != "." and not _has_lenses_only(path):
             return path
-        if colmap.folder_of(path) is not None:
+        if colmap.find_folder(path) is not None:
             return path
-    orientations = [path for path in folder.glob("Ori-*") if micmac.folder_of(path) is not None]
+    orientations = [path for path in folder.glob("Ori-*") if micmac.find_folder(path) is not None]
     return orientations[0] if len(orientations) == 1 else None
 
 
 def _has_lenses_only(path: Path) -> bool:
     """Return whether a file contains only lenses, like the `cameras.json` of OpenDroneMap."""
-    return is_regular(path) and path.name == FILE_NAME and not is_own_cameras(path)
+    return is_regular_file(path) and path.name == FILE_NAME and not is_own_cameras(path)
 
 
 def is_own_cameras(path: Path) -> bool:
@@ -154,31 +154,31 @@ def is_own_cameras(path: Path) -> bool:
     -------
     bool
     """
-    if not is_regular(path):
+    if not is_regular_file(path):
         return False
-    with open_regular(path) as stream:
+    with open_regular_file(path) as stream:
         return b"vomstudio" in stream.read(4096)
 
 
 def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
     data = load_json(path)
-    for has_format, read in JSON_FORMATS:
+    for has_format, read_candidates in JSON_FORMATS:
         if has_format(data):
-            return select_frame(path, read(path, data), bounds)
+            return select_frame(path, read_candidates(path, data), bounds)
     refuse_other_kind(path, ("json",))
     cameras = read_cameras(path)
     origin = np.array(cameras.origin, np.float64)
     views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]
-    result = cameras_of_views(path, views, find_photos(cameras, path))
+    result = cameras_from_views(path, views, find_photos(cameras, path))
     return replace(result, weak_names=cameras.weak_names)
 
 
-def _head(path: Path) -> bytes:
+def _read_head(path: Path) -> bytes:
     """Return the first bytes of a file without a byte order mark; empty for a pipe."""
-    if not is_regular(path):
+    if not is_regular_file(path):
         return b""
     try:
-        with open_regular(path) as stream:
+        with open_regular_file(path) as stream:
             return stream.read(64).removeprefix(b"\xef\xbb\xbf")
     except (InputError, OSError):
         return b""

@@ -22,23 +22,23 @@ from vomstudio.io.photos.own_cameras.fitted_lens import MAX_ERROR_PX, fit_lens
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.photo_sizes import (
     Size,
-    lens_without_size,
+    placeholder_lens,
     read_sizes,
-    unknown_sizes,
+    unknown_size_findings,
 )
-from vomstudio.io.photos.own_cameras.result import unknown_lens, view_of_centre
-from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
+from vomstudio.io.photos.own_cameras.result import unknown_lens_finding, view_from_centre
+from vomstudio.io.text.named_columns import PHOTO_NAMES, WORLD, NamedTable
 
-_ANGLES = (("heading", "yaw"), ("pitch",), ("roll",))
-_LENS = ("f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2")
-_FILM_MM = 36.0
+_ANGLE_COLUMNS = (("heading", "yaw"), ("pitch",), ("roll",))
+_LENS_COLUMNS = ("f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2")
+_FILM_WIDTH_MM = 36.0
 _AXES = np.diag([1.0, -1.0, -1.0])
 """From a camera with y up and z backward to one with y down and z forward."""
 
 
 def is_reality_capture(table: NamedTable) -> bool:
     """Return whether the columns of a table are those of RealityCapture."""
-    return table.has(("f",)) and all(table.has(column) for column in _ANGLES)
+    return table.has(("f",)) and all(table.has(column) for column in _ANGLE_COLUMNS)
 
 
 def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
@@ -56,27 +56,27 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
     InputError
         States line and column.
     """
-    names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
+    names = [name.replace("\\", "/") for name in table.words(PHOTO_NAMES, "photo")]
     table.require_unique(names)
-    places = table.columns(WORLD, ("x", "y", "z"))
-    table.require_coordinates(places)
-    angles = table.columns(_ANGLES, ("heading", "pitch", "roll"))
-    columns = [name for name in _LENS if table.has((name,))]
+    positions = table.columns(WORLD, ("x", "y", "z"))
+    table.require_coordinates(positions)
+    angles = table.columns(_ANGLE_COLUMNS, ("heading", "pitch", "roll"))
+    columns = [name for name in _LENS_COLUMNS if table.has((name,))]
     values = table.columns([(name,) for name in columns], columns)
     sizes = read_sizes(path, names)
-    views, inexact = list[View](), 0
+    views, n_inexact = list[View](), 0
     for row, name in enumerate(names):
         value_by_column = dict(zip(columns, values[row].tolist(), strict=True))
         try:
             lens, error_px = _lens(value_by_column, sizes.get(name))
-            views.append(view_of_centre(name, lens, _rotation(angles[row]), places[row]))
+            views.append(view_from_centre(name, lens, _rotation(angles[row]), positions[row]))
         except (ValueError, GeometryError) as error:
             finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
             raise table.cell_error(row, finding, "f") from error
-        inexact += error_px > MAX_ERROR_PX
-    warnings = unknown_sizes(sizes, names)
-    if inexact:
-        warnings.append(unknown_lens("RealityCapture", inexact))
+        n_inexact += error_px > MAX_ERROR_PX
+    warnings = unknown_size_findings(sizes, names)
+    if n_inexact:
+        warnings.append(unknown_lens_finding("RealityCapture", n_inexact))
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
@@ -92,10 +92,10 @@ def _rotation(angles_deg: FloatArray) -> FloatArray:
 def _lens(value_by_column: dict[str, float], size: Size | None) -> tuple[Intrinsics, float]:
     """Return the lens and its error, pixels."""
     if size is None:
-        return lens_without_size(), 0.0
+        return placeholder_lens(), 0.0
     width, height = size
     long_side = float(max(size))
-    focal = value_by_column["f"] / _FILM_MM * long_side
+    focal = value_by_column["f"] / _FILM_WIDTH_MM * long_side
     if not (focal > 0 and np.isfinite(list(value_by_column.values())).all()):
         raise ValueError(tr("the focal length is missing or not positive"))
     cx = width / 2.0 + value_by_column.get("px", 0.0) * long_side
@@ -108,17 +108,19 @@ def _lens(value_by_column: dict[str, float], size: Size | None) -> tuple[Intrins
     if not k4:
         return lens, 0.0
 
-    def project(ideal: FloatArray) -> FloatArray:
-        r2 = (ideal**2).sum(axis=1)[:, None]
-        x, y = ideal.T
-        tangential = _tangential(x, y, p1, p2)
-        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)))
-        return np.asarray(focal * (ideal * radial + tangential) + (cx, cy), np.float64)
+    def project(ideal_points: FloatArray) -> FloatArray:
+        r2 = (ideal_points**2).sum(axis=1)[:, None]
+        x, y = ideal_points.T
+        tangential_shift = _tangential_shift(x, y, p1, p2)
+        radial_factor = 1 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)))
+        return np.asarray(
+            focal * (ideal_points * radial_factor + tangential_shift) + (cx, cy), np.float64
+        )
 
     return fit_lens(width, height, focal, project)
 
 
-def _tangential(x: FloatArray, y: FloatArray, p1: float, p2: float) -> FloatArray:
+def _tangential_shift(x: FloatArray, y: FloatArray, p1: float, p2: float) -> FloatArray:
     r2 = x * x + y * y
     return np.column_stack(
         [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y]

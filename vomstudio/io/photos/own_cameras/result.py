@@ -45,7 +45,7 @@ class OwnCameras:
     weak_names: frozenset[str] = frozenset()
 
 
-def cameras_of_views(
+def cameras_from_views(
     path: Path,
     views: Iterable[View],
     photos: Path | None = None,
@@ -89,7 +89,7 @@ def local_cameras(cameras: OwnCameras) -> Cameras:
     return Cameras(local_views, photos, (x, y, z), weak_names=cameras.weak_names)
 
 
-def view_of_pose(
+def view_from_pose(
     name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray
 ) -> View:
     """Return a view with an exact rotation.
@@ -110,13 +110,13 @@ def view_of_pose(
         raise ValueError(tr("the pose matrix is not a rotation"))
     u, _, vt = np.linalg.svd(rotation)
     # Restore the orthogonality lost by rounding while keeping the camera centre.
-    orthogonal = np.asarray(u @ vt, np.float64)
-    return View(name, lens, orthogonal, orthogonal @ rotation.T @ translation)
+    exact_rotation = np.asarray(u @ vt, np.float64)
+    return View(name, lens, exact_rotation, exact_rotation @ rotation.T @ translation)
 
 
-def view_of_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
+def view_from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
     """Return the view of a photo from its rotation and projection centre."""
-    view = view_of_pose(name, lens, rotation, np.zeros(3))
+    view = view_from_pose(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or find_invalid_points(centre[None]).any():
         raise ValueError(tr("the position is not on Earth"))
     return View(name, lens, view.rotation, -view.rotation @ centre)
@@ -127,7 +127,7 @@ def pinhole_lens(width: int, height: int, focal: float) -> Intrinsics:
     return Intrinsics.pinhole(width, height, focal, width / 2, height / 2)
 
 
-def missing_lenses(photos: Mapping[str, object]) -> tuple[Finding, ...]:
+def missing_lens_findings(photos: Mapping[str, object]) -> tuple[Finding, ...]:
     """Return the finding about photos whose lens the file does not contain.
 
     Parameters
@@ -141,6 +141,6 @@ def missing_lenses(photos: Mapping[str, object]) -> tuple[Finding, ...]:
     return (Finding("cameras.lenses-missing", lenses=lenses, photos=list(photos)),)
 
 
-def unknown_lens(model: str, photos: int) -> Finding:
+def unknown_lens_finding(model: str, photos: int) -> Finding:
     """Return the finding about photos with an unsupported lens model."""
     return Finding("cameras.unknown-lens", model=model, photos=photos)

@@ -56,14 +56,14 @@ class CellsTool(StatelessTool):
             mark=tr(MARK_TITLES[self.mark]),
         )
 
-    def why_not_finish(self) -> Finding | None:
+    def finish_refusal(self) -> Finding | None:
         return Finding("cells.marked-at-once")
 
-    def why_not_cancel(self) -> Finding | None:
+    def cancel_refusal(self) -> Finding | None:
         return Finding("cells.marked-at-once")
 
     # --- marks --------------------------------------------------------------------------------
-    def mark_here(self, mark: str) -> None:
+    def mark_hovered_cell(self, mark: str) -> None:
         """Mark the cell under the cursor, and use the same mark for subsequent clicks."""
         self.mark = mark
         if self.hovered_cell is not None:
@@ -98,17 +98,17 @@ class CellsTool(StatelessTool):
         return "" if grid is None else grid_edits.marks_of(grid)
 
     def _move(self, hit: Hit | None) -> None:
-        cell = None if hit is None else self._cell_at(hit)
+        cell = None if hit is None else self._find_cell(hit)
         if cell != self.hovered_cell:
             self.hovered_cell = cell
             self._show_preview()
 
-    def _cell_at(self, hit: Hit) -> tuple[str, int] | None:
+    def _find_cell(self, hit: Hit) -> tuple[str, int] | None:
         """Return the newest grid that has a cell at a hit, and the cell, or None."""
         position = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:
-                cell = int(_file_grid(grid).cells_of(position)[0])
+                cell = int(_file_grid(grid).find_cells(position)[0])
                 if cell >= 0:
                     return grid.id, cell
         return None
@@ -140,7 +140,7 @@ class CellsTool(StatelessTool):
                 self.hovered_cell = None
             self._show_preview()
 
-    def forget(self) -> None:
+    def clear_state(self) -> None:
         self.leave()
 
 

@@ -19,22 +19,27 @@ from PySide6.QtGui import QImage
 from vomstudio.core.arrays import AnyArray, ByteArray, FloatArray
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.files.arrays import open_arrays
-from vomstudio.core.files.regular import is_regular
+from vomstudio.core.files.regular import is_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.photos.pixels import orientation_of, pixels_upright, read_stored, rotate_upright
+from vomstudio.io.photos.pixels import (
+    read_orientation,
+    read_stored_image,
+    rotate_pixels_upright,
+    rotate_upright,
+)
 from vomstudio.studio.jobs import job as jobs
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.inspection_tasks import (
+    EMPTY_OVERVIEW,
     INSPECT_ALIGNMENT,
     INSPECT_DEPTHS,
     INSPECT_PAIR,
     INSPECT_RESIDUALS,
-    NOTHING_ALIGNED,
     AlignedPhoto,
     AlignmentOverview,
     AlignmentRequest,
-    DepthFacts,
+    DepthSummary,
     PairRequest,
     PhotoRequest,
 )
@@ -73,11 +78,13 @@ class ShownPhoto:
 
     def upright_points(self, pixels: npt.ArrayLike) -> FloatArray:
         """Convert pixels (n, 2) of the stored image to pixels of the upright image."""
-        return pixels_upright(pixels, self.orientation, self.width, self.height)
+        return rotate_pixels_upright(pixels, self.orientation, self.width, self.height)
 
     def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
         """Rotate vectors (n, 2) of the stored image to the upright image."""
-        origin_pixel = pixels_upright([[0.0, 0.0]], self.orientation, self.width, self.height)
+        origin_pixel = rotate_pixels_upright(
+            [[0.0, 0.0]], self.orientation, self.width, self.height
+        )
         return self.upright_points(vectors) - origin_pixel
 
     @property
@@ -107,7 +114,7 @@ class AlignmentData(QObject):
         self._cached_photos: OrderedDict[str, ShownPhoto] = OrderedDict()
         self._requests: dict[str, tuple[object, RunningJob]] = {}
         self._is_closed = False
-        self.overview = NOTHING_ALIGNED
+        self.overview = EMPTY_OVERVIEW
 
     def close(self) -> None:
         """Cancel all requests. No callback is called afterwards."""
@@ -123,7 +130,7 @@ class AlignmentData(QObject):
             self.overview = result
             callback()
 
-        self._submit(
+        self._submit_job(
             INSPECT_ALIGNMENT,
             create_request=lambda _: AlignmentRequest(self.folder),
             callback=handle_result,
@@ -143,7 +150,7 @@ class AlignmentData(QObject):
         def create_request(array_path: Path) -> PairRequest:
             return PairRequest(self.folder, array_path, a, b)
 
-        self._submit(
+        self._submit_job(
             INSPECT_PAIR,
             create_request=create_request,
             callback=lambda _, arrays: callback(arrays),
@@ -159,7 +166,7 @@ class AlignmentData(QObject):
         def create_request(array_path: Path) -> PhotoRequest:
             return PhotoRequest(self.folder, array_path, name)
 
-        self._submit(
+        self._submit_job(
             INSPECT_RESIDUALS,
             create_request=create_request,
             callback=lambda _, arrays: callback(arrays),
@@ -170,7 +177,7 @@ class AlignmentData(QObject):
     def read_depths(
         self,
         name: str,
-        callback: Callable[[DepthFacts, Arrays], None],
+        callback: Callable[[DepthSummary, Arrays], None],
         error_callback: Callable[[str], None],
     ) -> None:
         """Read the depth map of a photo, rotated upright."""
@@ -179,7 +186,7 @@ class AlignmentData(QObject):
         def create_request(array_path: Path) -> PhotoRequest:
             return PhotoRequest(self.folder, array_path, name)
 
-        self._submit(
+        self._submit_job(
             INSPECT_DEPTHS,
             create_request=create_request,
             callback=callback,
@@ -187,7 +194,7 @@ class AlignmentData(QObject):
             prepare=lambda arrays: _rotate_arrays(arrays, photo_path),
         )
 
-    def _submit(
+    def _submit_job(
         self,
         task: jobs.Job[Request, Result],
         create_request: Callable[[Path], Request],
@@ -279,7 +286,7 @@ class AlignmentData(QObject):
             self.folder / "photos",
         )
         return next(
-            (folder / name for folder in folders if is_regular(folder / name)),
+            (folder / name for folder in folders if is_regular_file(folder / name)),
             original_folder / name,
         )
 
@@ -289,8 +296,8 @@ class AlignmentData(QObject):
             self._cached_photos.move_to_end(name)
             callback(self._cached_photos[name])
             return
-        row = self.find_photo(name)
-        width, height = row.width, row.height
+        aligned_photo = self.find_photo(name)
+        width, height = aligned_photo.width, aligned_photo.height
 
         def handle_photo(photo: ShownPhoto) -> None:
             self._cached_photos[name] = photo
@@ -309,7 +316,7 @@ def _keep_orientation(arrays: Arrays) -> Arrays:
 def _rotate_arrays(arrays: Arrays, photo: Path) -> Arrays:
     """Rotate arrays by the EXIF orientation of a photo, if the photo still exists."""
     try:
-        orientation = orientation_of(photo)
+        orientation = read_orientation(photo)
     except VomError:
         return arrays
     return {name: rotate_upright(values, orientation) for name, values in arrays.items()}
@@ -329,7 +336,7 @@ def _read_temporary_arrays(path: Path, prepare: Callable[[Arrays], Arrays]) -> A
 
 def _read_photo(name: str, path: Path, width: int, height: int) -> ShownPhoto:
     try:
-        pixels, size, orientation = read_stored(path, MAX_SIDE_PX)
+        pixels, size, orientation = read_stored_image(path, MAX_SIDE_PX)
     except VomError as error:
         return ShownPhoto(
             name=name, image=None, width=width, height=height, orientation=1, problem=str(error)

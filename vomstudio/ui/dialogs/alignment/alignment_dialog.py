@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDialog, QStackedLayout, QTabWidget, QVBoxLayout, 
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData
 from vomstudio.ui.dialogs.alignment.calibration_page import CalibrationPage
@@ -23,7 +23,7 @@ class AlignmentDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, folder: Path) -> None:
         super().__init__(parent)
-        explain(self, "photos.md#inspect-an-alignment")
+        set_help_topic(self, "photos.md#inspect-an-alignment")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.setWindowTitle(tr("Alignment of {folder}", folder=folder.name))

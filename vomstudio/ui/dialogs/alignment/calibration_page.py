@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.words import tr
-from vomstudio.rendering.view.scalars import map_table
+from vomstudio.rendering.view.scalars import colormap_table
 from vomstudio.studio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.ui.base.controls import ComboBox, Label, rich_label, rich_lines
 from vomstudio.ui.base.texts import format_sentence
@@ -188,7 +188,7 @@ class CalibrationPage(QWidget):
         table.verticalHeader().show()
         for k in range(len(estimated_indices)):
             table.setColumnWidth(k, _CELL_PX)
-        colors = map_table("RdBu_r")
+        colors = colormap_table("RdBu_r")
         for i, a in enumerate(estimated_indices):
             for j, b in enumerate(estimated_indices):
                 value = matrix[a][b]
@@ -235,8 +235,8 @@ class CalibrationPage(QWidget):
 
 def _fit_height(table: QTableWidget) -> None:
     """Set the height of a table to that of its rows."""
-    rows = sum(table.rowHeight(row) for row in range(table.rowCount()))
-    table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
+    rows_height = sum(table.rowHeight(row) for row in range(table.rowCount()))
+    table.setFixedHeight(rows_height + table.horizontalHeader().sizeHint().height() + 4)
 
 
 def _create_heading(text: str) -> Label:

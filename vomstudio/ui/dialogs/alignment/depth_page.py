@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
-from vomstudio.rendering.view.scalars import Scale, map_table
-from vomstudio.studio.jobs.inspection_tasks import DepthFacts
+from vomstudio.rendering.view.scalars import Scale, colormap_table
+from vomstudio.studio.jobs.inspection_tasks import DepthSummary
 from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, add_splitter, create_column
 from vomstudio.ui.dialogs.alignment.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.widgets.number_table import Column, NumberTable
@@ -35,7 +35,7 @@ class DepthPage(QWidget):
         super().__init__()
         self._data = data
         self._photo_name = ""
-        self._facts = DepthFacts(0.0, 1.0, 0.0)
+        self._facts = DepthSummary(0.0, 1.0, 0.0)
         self._arrays: Arrays | None = None
         self._images: dict[str, QImage] = {}
         self._has_depths: dict[str, bool] = {}
@@ -104,8 +104,8 @@ class DepthPage(QWidget):
             if has_depths:
                 self._data.read_coverage(name, partial(self._show_coverage, name))
 
-    def _show_coverage(self, name: str, covered_share: float | None) -> None:
-        self.table.set_value(lambda values: values[0] == name, 1, covered_share)
+    def _show_coverage(self, name: str, coverage: float | None) -> None:
+        self.table.set_value(lambda values: values[0] == name, 1, coverage)
 
     def show_photo(self, name: str) -> None:
         """Show a photo and its depth map."""
@@ -123,7 +123,7 @@ class DepthPage(QWidget):
             self.panes.show_message(tr("Reading…"))
         self._data.read_depths(name, partial(self._show_depths, name), self.panes.show_message)
 
-    def _show_depths(self, name: str, depth_facts: DepthFacts, arrays: Arrays) -> None:
+    def _show_depths(self, name: str, depth_facts: DepthSummary, arrays: Arrays) -> None:
         if name != self._photo_name:
             return
         self._facts, self._arrays = depth_facts, arrays
@@ -153,7 +153,7 @@ class DepthPage(QWidget):
                 Picture(self._photo_name, self._image("photo"), size),
                 Picture(self.layer.currentText(), self._image(layer), size),
             ],
-            keep_view=True,
+            store_view=True,
         )
         legend: Painter
         if layer == "normals":
@@ -169,7 +169,7 @@ class DepthPage(QWidget):
         return self._images[layer]
 
     def _scale(self, layer: str) -> Scale:
-        table = map_table("viridis")
+        table = colormap_table("viridis")
         if layer == "confidence":
             return Scale(
                 title=tr("Confidence"), unit="", kind="sequential", low=0.0, high=1.0, table=table

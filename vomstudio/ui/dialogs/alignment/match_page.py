@@ -215,10 +215,10 @@ class MatchPage(QWidget):
 
 def _position_colors(positions: Any, photo: ShownPhoto) -> Any:
     """Return colours (n, 3) by position, so that match lines can be followed."""
-    from vomstudio.rendering.view.scalars import map_table
+    from vomstudio.rendering.view.scalars import colormap_table
 
     width, height = photo.picture.size
-    table = map_table("turbo")
+    table = colormap_table("turbo")
     hue = np.clip(0.7 * positions[:, 0] / width + 0.3 * positions[:, 1] / height, 0, 1)
     # The ends of the colour map are dark. Few distinct colours are drawn faster.
     return table[np.round(20 + 14 * np.round(15 * hue)).astype(np.intp)]

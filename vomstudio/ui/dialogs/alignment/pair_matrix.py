@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt.painting import system_font
-from vomstudio.rendering.view.scalars import map_table
+from vomstudio.rendering.view.scalars import colormap_table
 from vomstudio.ui.base.controls import escape_markup
 
 _MAX_CELL_PX, _MIN_CELL_PX = 34.0, 2.0
@@ -40,9 +40,9 @@ class PairMatrix(QWidget):
         super().__init__()
         self._names: list[str] = []
         self._pairs: dict[tuple[int, int], tuple[int, int]] = {}
-        self._weak_below, self._max_inliers = 0, 1
+        self._min_inliers, self._max_inliers = 0, 1
         self._current_pair: tuple[int, int] | None = None
-        self._table = map_table("viridis")
+        self._table = colormap_table("viridis")
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
@@ -55,15 +55,15 @@ class PairMatrix(QWidget):
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(180, self.sizeHint().height())
 
-    def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], weak_below: int) -> None:
+    def fill(self, names: Sequence[str], pairs: Sequence[Sequence[int]], min_inliers: int) -> None:
         """Show pairs (i, j, matches, inliers) with i < j.
 
-        Pairs with fewer inliers than `weak_below` are weak.
+        Pairs with fewer inliers than `min_inliers` are weak.
         """
         self._names = list(names)
         self._pairs = {(i, j): (matches, inliers) for i, j, matches, inliers in pairs}
         self._max_inliers = max((inliers for _, inliers in self._pairs.values()), default=1)
-        self._weak_below = weak_below
+        self._min_inliers = min_inliers
         self.updateGeometry()
         self.update()
 
@@ -119,7 +119,7 @@ class PairMatrix(QWidget):
                     painter.fillRect(cell, self._color(inliers))
                 else:
                     painter.fillRect(cell, self.palette().mid())
-                if 0 < inliers < self._weak_below and cell_size > 8:
+                if 0 < inliers < self._min_inliers and cell_size > 8:
                     painter.setPen(QPen(_WEAK_COLOR, 1.6))
                     painter.setBrush(Qt.BrushStyle.NoBrush)
                     painter.drawRect(cell.adjusted(1, 1, -1, -1))

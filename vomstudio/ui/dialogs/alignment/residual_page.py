@@ -19,7 +19,7 @@ from vomstudio.ui.widgets.number_table import Column, NumberTable
 from vomstudio.ui.widgets.pane_painters import vector_painter
 from vomstudio.ui.widgets.picture_panes import PicturePanes
 
-_FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
+_EXAGGERATION_FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MAX_VECTORS = 2000
 """Maximum number of vectors; more would hide the photo and each other."""
 _COLOR = QColor(240, 228, 66)
@@ -61,7 +61,7 @@ class ResidualPage(QWidget):
         self.factor = ComboBox()
         self.factor.setObjectName("factor")
         self.factor.addItem(tr("Automatic"), 0)
-        for value in _FACTORS:
+        for value in _EXAGGERATION_FACTORS:
             self.factor.addItem(f"× {value:,}", value)
         self.factor.currentIndexChanged.connect(lambda _: self._draw())
         self.panes = PicturePanes(1)

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from vomstudio.project.figures import Figure
 
 FIRST_PAGE = "index.md"
-_NUMBERS = "numbers.md"
-_LINK = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
-_HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
-_TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
+_NUMBERS_PAGE = "numbers.md"
+_LINK_PATTERN = re.compile(r"\]\(([\w-]+\.md)(?:#[\w-]*)?\)")
+_HEADING_PATTERN = re.compile(r"^##+ (.+)$", re.MULTILINE)
+_TITLE_PATTERN = re.compile(r"^# (.+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -63,27 +63,27 @@ def list_sections(folder: Path) -> dict[str, list[Page]]:
                 known_names.add(name)
                 sections.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
 
-    introduction, *parts = _HEADING.split(read_small_text(first_page))
-    add_pages("", _LINK.findall(introduction))
+    introduction, *parts = _HEADING_PATTERN.split(read_small_text(first_page))
+    add_pages("", _LINK_PATTERN.findall(introduction))
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
-        add_pages(heading.strip(), _LINK.findall(text))
+        add_pages(heading.strip(), _LINK_PATTERN.findall(text))
     add_pages("More", sorted(path.name for path in folder.glob("*.md")))
     return sections
 
 
 def _title(path: Path) -> str:
-    match = _TITLE.search(read_small_text(path))
+    match = _TITLE_PATTERN.search(read_small_text(path))
     return match.group(1).strip() if match else path.stem.replace("_", " ")
 
 
-def heading_of(figure: Figure) -> str:
+def figure_heading(figure: Figure) -> str:
     """Return the heading under which the page of numbers explains a figure."""
     return f"{figure.title} ({figure.name})"
 
 
-def address_of(figure: Figure) -> str:
+def help_address(figure: Figure) -> str:
     """Return the address, as PAGE.md#HEADING, at which a figure is explained."""
-    return f"{_NUMBERS}#{anchor(heading_of(figure))}"
+    return f"{_NUMBERS_PAGE}#{anchor(figure_heading(figure))}"
 
 
 def anchor(heading: str) -> str:

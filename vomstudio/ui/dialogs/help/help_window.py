@@ -28,7 +28,7 @@ from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import add_splitter, allow
+from vomstudio.ui.base.controls import add_splitter, set_enabled
 from vomstudio.ui.dialogs.help.help_pages import Page, anchor, list_pages
 
 _WINDOW_SIZE = QSize(1060, 780)
@@ -53,7 +53,7 @@ class PageView(QTextBrowser):
         super().__init__()
         self.setObjectName("help_page")
         self.setOpenLinks(False)
-        self.anchorClicked.connect(self.follow)
+        self.anchorClicked.connect(self.follow_link)
         self.page: Path | None = None
         self._back_pages: list[Path] = []
         self._forward_pages: list[Path] = []
@@ -84,7 +84,7 @@ class PageView(QTextBrowser):
             self._back_pages.append(self.page)
             self._open(self._forward_pages.pop())
 
-    def follow(self, url: QUrl) -> None:
+    def follow_link(self, url: QUrl) -> None:
         """Follow a link to a page or heading, or open another address in the browser."""
         if not url.isRelative():
             QDesktopServices.openUrl(url)
@@ -109,10 +109,10 @@ class PageView(QTextBrowser):
         document.setMarkdown(read_small_text(self.page))
         for frame in document.rootFrame().childFrames():
             if isinstance(frame, QTextTable):
-                form = frame.format()
-                form.setBorderCollapse(True)
-                form.setCellPadding(4)
-                frame.setFormat(form)
+                table_format = frame.format()
+                table_format.setBorderCollapse(True)
+                table_format.setCellPadding(4)
+                frame.setFormat(table_format)
         # This deletes the previous document, which belongs to the view.
         self.setDocument(document)
 
@@ -128,10 +128,10 @@ class PageView(QTextBrowser):
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
         super().resizeEvent(event)
         if event.size().width() != event.oldSize().width() and self.page is not None:
-            bar = self.verticalScrollBar()
-            scroll_ratio = bar.value() / max(1, bar.maximum())
+            scroll_bar = self.verticalScrollBar()
+            scroll_ratio = scroll_bar.value() / max(1, scroll_bar.maximum())
             self._show_document()
-            bar.setValue(round(scroll_ratio * bar.maximum()))
+            scroll_bar.setValue(round(scroll_ratio * scroll_bar.maximum()))
 
     def _scroll_to(self, heading: str) -> None:
         block = self.document().begin()
@@ -165,15 +165,15 @@ class HelpWindow(QDialog):
         self.list.setSpacing(2)
         self.list.addItems([page.title for page in self._pages])
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        frame = 2 * (self.list.frameWidth() + self.list.spacing())
+        frame_width = 2 * (self.list.frameWidth() + self.list.spacing())
         bar_width = self.list.verticalScrollBar().sizeHint().width()
-        list_width = self.list.sizeHintForColumn(0) + frame + bar_width
+        list_width = self.list.sizeHintForColumn(0) + frame_width + bar_width
         self.list.setMinimumWidth(list_width)
         self.view = PageView()
         body = QWidget()
         add_splitter(body, self.list, self.view, [list_width, _WINDOW_SIZE.width() - list_width])
         column = QVBoxLayout(self)
-        column.addLayout(self._bar())
+        column.addLayout(self._create_navigation_bar())
         column.addWidget(body, 1)
         self.list.currentRowChanged.connect(lambda row: self.view.go_to(self._pages[row].path))
         self.view.page_changed.connect(self._select_in_list)
@@ -181,24 +181,24 @@ class HelpWindow(QDialog):
 
     def go_to(self, address: str) -> None:
         """Open a page by its address "PAGE.md" or "PAGE.md#HEADING"."""
-        self.view.follow(QUrl(address))
+        self.view.follow_link(QUrl(address))
 
-    def _bar(self) -> QHBoxLayout:
+    def _create_navigation_bar(self) -> QHBoxLayout:
         back_button, forward_button = QPushButton(tr("Back")), QPushButton(tr("Forward"))
-        for button, icon, step in (
+        for button, icon, navigate in (
             (back_button, "arrow-left", self.view.go_back),
             (forward_button, "arrow-right", self.view.go_forward),
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
-            button.clicked.connect(lambda _=False, step=step: step())
+            button.clicked.connect(lambda _=False, navigate=navigate: navigate())
 
-        def allow_buttons(has_past: bool, has_future: bool) -> None:
-            allow(back_button, None if has_past else Finding("action.first-page"))
-            allow(forward_button, None if has_future else Finding("action.last-page"))
+        def update_buttons(has_previous: bool, has_next: bool) -> None:
+            set_enabled(back_button, None if has_previous else Finding("action.first-page"))
+            set_enabled(forward_button, None if has_next else Finding("action.last-page"))
 
-        self.view.history_changed.connect(allow_buttons)
-        allow_buttons(False, False)
+        self.view.history_changed.connect(update_buttons)
+        update_buttons(False, False)
         self.search = QLineEdit()
         self.search.setObjectName("help_words")
         self.search.setClearButtonEnabled(True)
@@ -220,8 +220,8 @@ class HelpWindow(QDialog):
         text = self.search.text().strip()
         if not text or self.view.find(text):
             return
-        current = self.list.currentRow()
-        for row in (*range(current + 1, len(self._pages)), *range(current + 1)):
+        current_row = self.list.currentRow()
+        for row in (*range(current_row + 1, len(self._pages)), *range(current_row + 1)):
             if _has_text(self._pages[row], text):
                 self.list.setCurrentRow(row)
                 self.view.moveCursor(QTextCursor.MoveOperation.Start)

@@ -27,7 +27,7 @@ from vomstudio.ui.widgets.copied_command import (
 )
 from vomstudio.ui.widgets.other_model_box import OtherModel
 
-_START_SIGMA_M = 10.0
+_INITIAL_SIGMA_M = 10.0
 
 
 class FitCopyButton(CopyCommandButton):
@@ -45,14 +45,14 @@ class FitCopyButton(CopyCommandButton):
             self._copy_command,
             tr("the command for this fit; without a file unit it also fits the scale"),
         )
-        self._studio, self._stable, self._points = studio, stable_part_box, points
+        self._studio, self._stable_part_box, self._points = studio, stable_part_box, points
         self._find_model, self._reference_view = find_model, reference_view
 
     def refresh(self, pending_finding: Finding | None) -> None:
         """Enable the button unless the fit is pending or cannot be made by a command."""
-        self.allow(
+        self.set_enabled(
             pending_finding
-            or why_no_command(self._studio, self._reference_view.model, self._stable)
+            or command_refusal(self._studio, self._reference_view.model, self._stable_part_box)
         )
 
     def _copy_command(self) -> None:
@@ -63,12 +63,12 @@ class FitCopyButton(CopyCommandButton):
                 self._studio,
                 model=model,
                 reference=reference,
-                stable_part_box=self._stable,
+                stable_part_box=self._stable_part_box,
                 points=self._points,
             )
 
 
-def why_no_command(
+def command_refusal(
     studio: Studio, reference: OtherModel | None, stable_part_box: StablePartBox
 ) -> Finding | None:
     """Return why no command can make the same fit, or None if a command can."""
@@ -77,7 +77,7 @@ def why_no_command(
     record = studio.records.get(reference.id)
     if isinstance(record, Model) and record.registration is not None:
         return Finding("action.other-model-placed")
-    return stable_part_box.why_no_mask()
+    return stable_part_box.mask_refusal()
 
 
 def copy_fit(
@@ -110,7 +110,7 @@ def copy_fit(
         pairs = points.to_pairs()
         # The points only initialise the fit; a large error keeps their weight below that of the
         # surfaces.
-        pairs = replace(pairs, sigma=np.full_like(pairs.world, _START_SIGMA_M))
+        pairs = replace(pairs, sigma=np.full_like(pairs.world, _INITIAL_SIGMA_M))
         write = partial(write_pairs, pairs=pairs)
         copy_with_file(parent, studio, "pairs.csv", write, build_command)
     else:

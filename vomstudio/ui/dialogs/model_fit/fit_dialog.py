@@ -19,20 +19,20 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.registrations import Registration
 from vomstudio.project import edits
 from vomstudio.project.records import Model
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.registration_tasks import FIT_TO_REFERENCE, FitRequest, FittedModel
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, allow
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.controls import Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.qt_background import LatestRequestRunner, QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.dialogs.model_fit.fit_command import FitCopyButton
 from vomstudio.ui.dialogs.model_fit.pair_table import (
@@ -60,19 +60,19 @@ class FitDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, model: Model) -> None:
         super().__init__(parent)
-        explain(self, "registration.md#one-model-by-another")
+        set_help_topic(self, "registration.md#one-model-by-another")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
         self.setWindowTitle(tr("Fit {model}", model=model.name))
         self.resize(1240, 800)
         self._studio, self._model_id = studio, model.id
         self.points = PointPairs()
-        self.placement: Placed | None = None
+        self.placement: ModelPlacement | None = None
         self.fit_result: FittedModel | None = None
         self._problem: Finding | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
-        self._solving = NewestResult(
+        self._solver = LatestRequestRunner(
             self,
             self._show_placement,
             self._show_problem,
@@ -167,7 +167,7 @@ class FitDialog(QDialog):
             view.problem.connect(self.message.setText)
         self.other.model_changed.connect(self._use_reference)
         self.other.status_changed.connect(self.message.setText)
-        self.stable.changed.connect(self._stable_changed)
+        self.stable.changed.connect(self._handle_stable_change)
         self.stable.message.connect(self.message.setText)
         self.undo_button.clicked.connect(self._undo_click)
         self.redo_button.clicked.connect(self._redo_click)
@@ -242,7 +242,7 @@ class FitDialog(QDialog):
             self.points.remove(self.points.pairs[row].label)
             self._update_placement()
 
-    def _stable_changed(self) -> None:
+    def _handle_stable_change(self) -> None:
         self.fit_result = None
         self._show_pairs()
 
@@ -252,8 +252,11 @@ class FitDialog(QDialog):
         if model is None:
             self.reject()
         elif reference is not None and reference.id:
-            current = self._studio.records.get(reference.id)
-            if not isinstance(current, Model) or current.placement != reference.placement:
+            current_reference = self._studio.records.get(reference.id)
+            if (
+                not isinstance(current_reference, Model)
+                or current_reference.placement != reference.placement
+            ):
                 self._use_reference()
 
     # --- results -----------------------------------------------------------------------------
@@ -266,29 +269,29 @@ class FitDialog(QDialog):
         model, reference = self._find_model(), self.reference
         pairs = self.points.to_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
-            self._solving.cancel()
+            self._solver.cancel()
             self._show_pairs()
             return
         open_model = self._studio.models.get(model.id)
         bounds = None if open_model is None else open_model.data.bounds
         crs = reference.to_placed_model(self._studio.project.cache).crs
 
-        def solve() -> Placed:
+        def solve() -> ModelPlacement:
             extent = None if open_model is None else sample_points(open_model.data)
             return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _MAX_IMMEDIATE_POINTS:
-            self._solving.run_now(solve)
+            self._solver.run_now(solve)
         else:
             self._show_pairs()
-            self._solving.request(solve)
+            self._solver.request(solve)
 
-    def _show_placement(self, placement: Placed) -> None:
+    def _show_placement(self, placement: ModelPlacement) -> None:
         self.placement, self._problem = placement, None
         self._show_pairs()
 
     def _show_problem(self, error: VomError) -> None:
-        self.placement, self._problem = None, finding_of(error)
+        self.placement, self._problem = None, to_finding(error)
         self._show_pairs()
 
     def _show_pairs(self) -> None:
@@ -343,23 +346,27 @@ class FitDialog(QDialog):
     def _refresh_buttons(self) -> None:
         points, is_busy = self.points, self._job is not None
         busy_finding = Finding("action.busy") if is_busy else None
-        allow(
+        set_enabled(
             self.undo_button,
             busy_finding or (None if points.can_undo else Finding("edit.nothing-to-undo")),
         )
-        allow(
+        set_enabled(
             self.redo_button,
             busy_finding or (None if points.can_redo else Finding("edit.nothing-to-redo")),
         )
         has_row = self.table.selected_row() is not None
-        allow(self.remove_button, busy_finding or (None if has_row else Finding("action.no-row")))
+        set_enabled(
+            self.remove_button, busy_finding or (None if has_row else Finding("action.no-row"))
+        )
         self.fit_button.setText(tr("Stop") if is_busy else tr("Fit surfaces"))
-        allow(self.fit_button, None if is_busy else self._why_no_fit())
-        no_result = None if self.fit_result is not None else Finding("action.not-computed")
-        allow(self.register_button, busy_finding or no_result)
+        set_enabled(self.fit_button, None if is_busy else self._fit_refusal())
+        missing_result_finding = (
+            None if self.fit_result is not None else Finding("action.not-computed")
+        )
+        set_enabled(self.register_button, busy_finding or missing_result_finding)
         self.copy_button.refresh(busy_finding)
-        for part in (self.other, self.stable):
-            allow(part, busy_finding)
+        for box in (self.other, self.stable):
+            set_enabled(box, busy_finding)
         self.instruction.setText(self._next_step().message)
 
     def _next_step(self) -> Finding:
@@ -377,7 +384,7 @@ class FitDialog(QDialog):
             return Finding("fit.click-pairs", minimum=MIN_PAIRS)
         return Finding("fit.ready")
 
-    def _why_no_fit(self) -> Finding | None:
+    def _fit_refusal(self) -> Finding | None:
         if self.reference is None:
             return Finding("action.no-other-model")
         count = len(self.points.pairs)
@@ -403,7 +410,7 @@ class FitDialog(QDialog):
             reference=reference.to_placed_model(cache),
             scale=not model.frame.has_metres,
             pairs=self.points.pairs,
-            stable=self.stable.part(self.points.pairs),
+            stable=self.stable.selected_part(self.points.pairs),
         )
 
         def handle_end(result: FittedModel | Failed) -> None:
@@ -477,7 +484,7 @@ class FitDialog(QDialog):
                 steps.callback(view.shutdown)
             if self._job is not None:
                 steps.callback(self._studio.jobs.cancel, self._job)
-            for part in (self.stable, self.other):
-                steps.callback(part.close_reading)
-            for close_step in (self._solving.close, self._background.stop, self._disconnect_jobs):
+            for box in (self.stable, self.other):
+                steps.callback(box.cancel_reading)
+            for close_step in (self._solver.close, self._background.stop, self._disconnect_jobs):
                 steps.callback(close_step)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
-from vomstudio.registration.results import Placed
+from vomstudio.registration.results import ModelPlacement
 from vomstudio.studio.jobs.registration_tasks import FittedModel, HomologousPoint
 from vomstudio.ui.base import theme
 
@@ -35,7 +35,9 @@ class PairTable(QTableWidget):
         rows = self.selectionModel().selectedRows()
         return rows[0].row() if rows else None
 
-    def show_pairs(self, pairs: Sequence[HomologousPoint], placement: Placed | None) -> None:
+    def show_pairs(
+        self, pairs: Sequence[HomologousPoint], placement: ModelPlacement | None
+    ) -> None:
         residuals = {} if placement is None else {p.label: p for p in placement.control}
         blunders = set() if placement is None else {b.label for b in placement.blunders}
         self.setRowCount(len(pairs))
@@ -54,7 +56,7 @@ class PairTable(QTableWidget):
                 self.setItem(row, column, item)
 
 
-def placement_summary(placement: Placed) -> str:
+def placement_summary(placement: ModelPlacement) -> str:
     """Describe the placement by the points alone."""
     from vomstudio.registration.warnings import worst_axis_findings
 

@@ -36,8 +36,8 @@ class PickingView(Viewport):
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.model: OtherModel | None = None
         self._marks: Mapping[str, FloatArray] = {}
-        self._pending_pixels: FloatArray | None = None
-        self._expected: FloatArray | None = None
+        self._pending_point: FloatArray | None = None
+        self._expected_point: FloatArray | None = None
         self.pointer.connect(self._handle_pointer)
 
     def show_model(self, model: OtherModel | None) -> None:
@@ -55,8 +55,8 @@ class PickingView(Viewport):
     def show_marks(
         self,
         marks: Mapping[str, FloatArray],
-        pending_pixels: FloatArray | None,
-        expected_pixels: FloatArray | None,
+        pending_point: FloatArray | None,
+        expected_point: FloatArray | None,
     ) -> None:
         """Show labelled points (3,), given in the file frame of the model.
 
@@ -64,12 +64,16 @@ class PickingView(Viewport):
         ----------
         marks : mapping
             Points of the complete pairs, keyed by label.
-        pending_pixels : ndarray or None
+        pending_point : ndarray or None
             Point whose counterpart has not been clicked yet.
-        expected_pixels : ndarray or None
+        expected_point : ndarray or None
             Expected position of the next point.
         """
-        self._marks, self._pending_pixels, self._expected = marks, pending_pixels, expected_pixels
+        self._marks, self._pending_point, self._expected_point = (
+            marks,
+            pending_point,
+            expected_point,
+        )
         self.update()
 
     def _handle_pointer(self, event: PointerEvent) -> None:
@@ -84,9 +88,12 @@ class PickingView(Viewport):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for label, point in self._marks.items():
             self._paint_mark(painter, point, _PAIR_COLOR, label)
-        if self._pending_pixels is not None:
-            self._paint_mark(painter, self._pending_pixels, _PENDING_COLOR, "?")
-        if self._expected is not None and (pixel := self._to_pixel(self._expected)) is not None:
+        if self._pending_point is not None:
+            self._paint_mark(painter, self._pending_point, _PENDING_COLOR, "?")
+        if (
+            self._expected_point is not None
+            and (pixel := self._to_pixel(self._expected_point)) is not None
+        ):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             for color, width in ((QColor(0, 0, 0, 160), 4.0), (_EXPECTED_COLOR, 2.0)):
                 painter.setPen(QPen(color, width))
@@ -116,5 +123,5 @@ class PickingView(Viewport):
         """Project a point of the model to a pixel; return None if the point is hidden."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), point[None])
-        (x, y), depth = (part[0] for part in self.camera.project(world, self.extent()))
+        (x, y), depth = (values[0] for values in self.camera.project(world, self.extent()))
         return QPointF(x, y) if depth > 0 and np.isfinite([x, y]).all() else None

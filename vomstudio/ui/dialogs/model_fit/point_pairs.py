@@ -63,9 +63,9 @@ class PointPairs:
 
     def remove(self, label: str) -> None:
         """Remove a pair."""
-        remaining = tuple(pair for pair in self.pairs if pair.label != label)
-        if remaining != self.pairs:
-            self._push(replace(self._state, pairs=remaining))
+        remaining_pairs = tuple(pair for pair in self.pairs if pair.label != label)
+        if remaining_pairs != self.pairs:
+            self._push(replace(self._state, pairs=remaining_pairs))
 
     def clear(self) -> None:
         """Remove all points and the history."""

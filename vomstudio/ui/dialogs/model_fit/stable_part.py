@@ -10,13 +10,13 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.studio.jobs.registration_tasks import HomologousPoint, StablePart
+from vomstudio.studio.jobs.registration_tasks import HomologousPoint, StableArea
 from vomstudio.ui.base.command_targets import start_folder
 from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.other_model_box import OtherModelBox
 
-_ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
+_WHOLE_REFERENCE, _NEAR_POINTS, _CLIPPING_BOX, _POLYGONS, _NEAR_MODEL = range(5)
 
 
 class StablePartBox(QWidget):
@@ -25,8 +25,8 @@ class StablePartBox(QWidget):
     changed = Signal()
     message = Signal(str)
 
-    def __init__(self, studio: Studio, fitted_id: str) -> None:
-        """Create the choices. `fitted_id` is the id of the fitted model."""
+    def __init__(self, studio: Studio, fitted_model_id: str) -> None:
+        """Create the choices. `fitted_model_id` is the id of the fitted model."""
         super().__init__()
         self._studio = studio
         self._polygons: Path | None = None
@@ -51,7 +51,7 @@ class StablePartBox(QWidget):
         self.distance_box.setSuffix(" m")
         self.distance_box.valueChanged.connect(lambda _: self.changed.emit())
         self.distance_box.hide()
-        self.stable_model = OtherModelBox(studio, fitted_id)
+        self.stable_model = OtherModelBox(studio, fitted_model_id)
         self.stable_model.models.setObjectName("stable_model")
         self.stable_model.model_changed.connect(lambda _: self.changed.emit())
         self.stable_model.status_changed.connect(self.message)
@@ -76,49 +76,49 @@ class StablePartBox(QWidget):
                 self._polygons = Path(name)
                 self.part_box.setItemText(row, tr("Inside {file}", file=self._polygons.name))
             elif self._polygons is None:
-                self.part_box.setCurrentIndex(_ALL)
-        self.distance_box.setVisible(self.part_box.currentIndex() == _NEAR)
-        self.stable_model.setVisible(self.part_box.currentIndex() == _MODEL)
+                self.part_box.setCurrentIndex(_WHOLE_REFERENCE)
+        self.distance_box.setVisible(self.part_box.currentIndex() == _NEAR_POINTS)
+        self.stable_model.setVisible(self.part_box.currentIndex() == _NEAR_MODEL)
         self.changed.emit()
 
     def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
         """Return why the selected part cannot be used, or None if it can."""
         index = self.part_box.currentIndex()
-        if index == _NEAR and not pairs:
+        if index == _NEAR_POINTS and not pairs:
             return Finding("stable.no-points")
-        if index == _BOX and self._studio.display.box is None:
+        if index == _CLIPPING_BOX and self._studio.display.box is None:
             return Finding("stable.no-box")
-        if index == _MODEL and self.stable_model.current() is None:
+        if index == _NEAR_MODEL and self.stable_model.current() is None:
             return Finding("stable.no-model")
         return None
 
-    def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:
+    def selected_part(self, pairs: Sequence[HomologousPoint]) -> StableArea | None:
         """Return the selected part, or None for the whole reference."""
         index, box = self.part_box.currentIndex(), self._studio.display.box
-        if index == _NEAR:
-            return StablePart(
+        if index == _NEAR_POINTS:
+            return StableArea(
                 self.distance_box.value(), tuple(pair.reference_point for pair in pairs)
             )
-        if index == _BOX and box is not None:
-            return StablePart(box=(box.low, box.high))
+        if index == _CLIPPING_BOX and box is not None:
+            return StableArea(box=(box.low, box.high))
         mask = self.stable_model.current()
-        if index == _MODEL and mask is not None:
-            return StablePart(model=mask.to_placed_model(self._studio.project.cache))
-        return StablePart(polygons=self._polygons) if index == _POLYGONS else None
+        if index == _NEAR_MODEL and mask is not None:
+            return StableArea(model=mask.to_placed_model(self._studio.project.cache))
+        return StableArea(polygons=self._polygons) if index == _POLYGONS else None
 
     def mask_file(self) -> Path | None:
         """Return the file of the selected part, or None for the whole reference."""
         mask = self.stable_model.current()
-        if self.part_box.currentIndex() == _MODEL and mask is not None:
+        if self.part_box.currentIndex() == _NEAR_MODEL and mask is not None:
             return mask.path
         return self._polygons if self.part_box.currentIndex() == _POLYGONS else None
 
-    def why_no_mask(self) -> Finding | None:
+    def mask_refusal(self) -> Finding | None:
         """Return a finding if the stable part is not in a file that a command can read."""
-        if self.part_box.currentIndex() in (_NEAR, _BOX):
+        if self.part_box.currentIndex() in (_NEAR_POINTS, _CLIPPING_BOX):
             return Finding("action.stable-part-without-file")
         return None
 
-    def close_reading(self) -> None:
+    def cancel_reading(self) -> None:
         """Cancel reading; no model is reported afterwards."""
-        self.stable_model.close_reading()
+        self.stable_model.cancel_reading()

@@ -9,9 +9,14 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygo
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.photogrammetry.survey.planning import CameraStation, SurveyPlan
-from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
+from vomstudio.products.report.field_sheet import (
+    CONTROL_COLOR,
+    FACE_COLOR,
+    OBLIQUE_COLOR,
+    PERPENDICULAR_COLOR,
+)
 
 _MARGIN_PX, _TITLE_PX, _LEGEND_PX = 18.0, 22.0, 26.0
 _ARROW_PX = 13.0
@@ -38,15 +43,15 @@ class PlanDrawing(QWidget):
     # --- layout ------------------------------------------------------------------------------
     def _extents(self, plan: SurveyPlan) -> tuple[float, float, float, float, float]:
         """Return the ranges along the face and upwards, and the largest distance, in metres."""
-        along_m = [s.along_m for s in plan.positions]
-        up_m = [s.up_m for s in plan.positions]
+        horizontal_m = [s.along_m for s in plan.positions]
+        heights_m = [s.up_m for s in plan.positions]
         first_station = plan.select_kind("perpendicular")[0]
         half_width_m, half_height_m = plan.footprint_m[0] / 2, plan.footprint_m[1] / 2
         return (
-            min(*along_m, 0.0, first_station.along_m - half_width_m),
-            max(*along_m, plan.width_m, first_station.along_m + half_width_m),
-            min(*up_m, 0.0, first_station.up_m - half_height_m),
-            max(*up_m, plan.height_m, first_station.up_m + half_height_m),
+            min(*horizontal_m, 0.0, first_station.along_m - half_width_m),
+            max(*horizontal_m, plan.width_m, first_station.along_m + half_width_m),
+            min(*heights_m, 0.0, first_station.up_m - half_height_m),
+            max(*heights_m, plan.height_m, first_station.up_m + half_height_m),
             max(s.away_m for s in plan.positions),
         )
 
@@ -61,15 +66,15 @@ class PlanDrawing(QWidget):
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
             painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, hint)
             return
-        min_along_m, max_along_m, min_up_m, max_up_m, max_away_m = self._extents(plan)
-        width_m = max(max_along_m - min_along_m, 1e-6)
-        height_m = max(max_up_m - min_up_m + max_away_m, 1e-6)
+        left_m, right_m, bottom_m, top_m, max_distance_m = self._extents(plan)
+        width_m = max(right_m - left_m, 1e-6)
+        height_m = max(top_m - bottom_m + max_distance_m, 1e-6)
         max_width = self.width() - 2 * _MARGIN_PX
         max_height = self.height() - 2 * _TITLE_PX - _LEGEND_PX - 3 * _MARGIN_PX
         scale = max(min(max_width / width_m, max_height / height_m), 1e-9)
-        x0 = (self.width() - width_m * scale) / 2 - min_along_m * scale
-        first_y = _TITLE_PX + _MARGIN_PX / 2 + max_up_m * scale
-        second_y = first_y - min_up_m * scale + _MARGIN_PX + _TITLE_PX
+        x0 = (self.width() - width_m * scale) / 2 - left_m * scale
+        first_view_y = _TITLE_PX + _MARGIN_PX / 2 + top_m * scale
+        second_view_y = first_view_y - bottom_m * scale + _MARGIN_PX + _TITLE_PX
         is_terrain = plan.manner == "terrain"
         text_color = self.palette().text().color()
         painter.setPen(text_color)
@@ -79,10 +84,10 @@ class PlanDrawing(QWidget):
             else (tr("Front view"), tr("Plan view"))
         )
         painter.drawText(QPointF(_MARGIN_PX, _TITLE_PX - 6), titles[0])
-        painter.drawText(QPointF(_MARGIN_PX, second_y - 8), titles[1])
-        self._draw_first_view(painter, plan, x0=x0, y0=first_y, scale=scale)
+        painter.drawText(QPointF(_MARGIN_PX, second_view_y - 8), titles[1])
+        self._draw_first_view(painter, plan, x0=x0, y0=first_view_y, scale=scale)
         self._draw_second_view(
-            painter, plan, x0=x0, y0=second_y, scale=scale, is_terrain=is_terrain
+            painter, plan, x0=x0, y0=second_view_y, scale=scale, is_terrain=is_terrain
         )
         self._draw_legend(painter, plan, scale, text_color)
 
@@ -95,7 +100,7 @@ class PlanDrawing(QWidget):
         )
         first_station = plan.select_kind("perpendicular")[0]
         width, height = (side * scale for side in plan.footprint_m)
-        pen = QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine)
+        pen = QPen(QColor(PERPENDICULAR_COLOR), 1.0, Qt.PenStyle.DashLine)
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(
@@ -111,10 +116,10 @@ class PlanDrawing(QWidget):
             dx = station.target_along_m - station.along_m
             dy = -(station.target_up_m - station.up_m)
             self._draw_station(painter, plan, station=station, position=position, dx=dx, dy=dy)
-        painter.setPen(QPen(QColor(CONTROL), 1.5))
+        painter.setPen(QPen(QColor(CONTROL_COLOR), 1.5))
         for point in plan.control_points:
             position = QPointF(x0 + point.along_m * scale, y0 - point.up_m * scale)
-            painter.setBrush(QColor(CONTROL if point.use == "control" else "#ffffff"))
+            painter.setBrush(QColor(CONTROL_COLOR if point.use == "control" else "#ffffff"))
             painter.drawRect(QRectF(position.x() - 3.5, position.y() - 3.5, 7, 7))
             if len(plan.control_points) <= _MAX_LABELS:
                 painter.drawText(position + QPointF(6, -5), point.label)
@@ -129,8 +134,8 @@ class PlanDrawing(QWidget):
         is_terrain: bool,
     ) -> None:
         """Draw the rock as a band, with the camera below it or above flat ground."""
-        max_away_m = max(s.away_m for s in plan.positions)
-        rock_y = y0 + max_away_m * scale if is_terrain else y0
+        max_distance_m = max(s.away_m for s in plan.positions)
+        rock_y = y0 + max_distance_m * scale if is_terrain else y0
         self._draw_rock(
             painter, QRectF(x0, rock_y if is_terrain else rock_y - 6, plan.width_m * scale, 6)
         )
@@ -144,7 +149,7 @@ class PlanDrawing(QWidget):
 
     def _draw_rock(self, painter: QPainter, box: QRectF) -> None:
         painter.setPen(QPen(self.palette().text().color(), 1.0))
-        painter.setBrush(QColor(FACE))
+        painter.setBrush(QColor(FACE_COLOR))
         painter.drawRect(box)
 
     def _draw_station(
@@ -157,7 +162,7 @@ class PlanDrawing(QWidget):
         dy: float,
     ) -> None:
         is_oblique = station.kind == "oblique"
-        color = QColor(OBLIQUE if is_oblique else PERPENDICULAR)
+        color = QColor(OBLIQUE_COLOR if is_oblique else PERPENDICULAR_COLOR)
         painter.setPen(QPen(color, 1.2))
         painter.setBrush(color)
         length = math.hypot(dx, dy)
@@ -175,13 +180,13 @@ class PlanDrawing(QWidget):
         painter.drawLine(QPointF(x, y), QPointF(x + length * scale, y))
         for end in (x, x + length * scale):
             painter.drawLine(QPointF(end, y - 3), QPointF(end, y + 3))
-        label = bar_text(length)
+        label = scale_bar_text(length)
         x += length * scale + 6
         painter.drawText(QPointF(x, y + 4), label)
         x += painter.fontMetrics().horizontalAdvance(label) + 22
         for kind, name, color in (
-            ("perpendicular", tr("perpendicular"), PERPENDICULAR),
-            ("oblique", tr("oblique"), OBLIQUE),
+            ("perpendicular", tr("perpendicular"), PERPENDICULAR_COLOR),
+            ("oblique", tr("oblique"), OBLIQUE_COLOR),
         ):
             if not plan.select_kind(kind):
                 continue
@@ -189,13 +194,13 @@ class PlanDrawing(QWidget):
             painter.setBrush(QColor(color))
             _draw_mark(painter, QPointF(x, y), kind == "oblique")
             x = self._draw_legend_text(painter, color=text_color, label=name, x=x, y=y)
-        painter.setPen(QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine))
+        painter.setPen(QPen(QColor(PERPENDICULAR_COLOR), 1.0, Qt.PenStyle.DashLine))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(x - 5, y - 4, 12, 8))
         x = self._draw_legend_text(painter, color=text_color, label=tr("footprint"), x=x + 4, y=y)
         for is_filled, name in ((True, tr("control point")), (False, tr("check point"))):
-            painter.setPen(QPen(QColor(CONTROL), 1.5))
-            painter.setBrush(QColor(CONTROL if is_filled else "#ffffff"))
+            painter.setPen(QPen(QColor(CONTROL_COLOR), 1.5))
+            painter.setBrush(QColor(CONTROL_COLOR if is_filled else "#ffffff"))
             painter.drawRect(QRectF(x - 3.5, y - 3.5, 7, 7))
             x = self._draw_legend_text(painter, color=text_color, label=name, x=x, y=y)
 

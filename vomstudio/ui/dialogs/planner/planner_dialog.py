@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import InputError, UsageError, VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.io.photos.camera_table import find_camera, search_cameras
 from vomstudio.photogrammetry.survey.plan_camera import camera_of
@@ -37,9 +37,9 @@ from vomstudio.photogrammetry.survey.survey_options import (
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import ask_for_target, start_folder
-from vomstudio.ui.base.controls import ComboBox, Label, allow
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.qt_background import NewestResult, QtBackground
+from vomstudio.ui.base.controls import ComboBox, Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.qt_background import LatestRequestRunner, QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.dialogs.planner.plan_drawing import PlanDrawing
@@ -49,7 +49,7 @@ from vomstudio.ui.widgets.search_field import Match, SearchField
 
 _VIEW_KEY = "survey_plan"
 _TYPING_DELAY_MS = 200
-_TARGETS = {"distance_m": 30.0, "gsd_m": 0.01, "plane_m": 5.0}
+_TARGET_DEFAULTS = {"distance_m": 30.0, "gsd_m": 0.01, "plane_m": 5.0}
 """Default value of each option that may be the target, of which the dialog uses one."""
 _PRINT_DPI = 300
 
@@ -59,26 +59,26 @@ class PlannerDialog(QDialog):
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
-        explain(self, "photos.md#planning-a-survey")
+        set_help_topic(self, "photos.md#planning-a-survey")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Plan photo survey"))
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
         self._background = QtBackground(self)
-        self._requests = NewestResult(self, self._show_plan, self._show_error, lambda: None)
+        self._requests = LatestRequestRunner(self, self._show_plan, self._show_error, lambda: None)
         self.plan: SurveyPlan | None = None
         stored_view = studio.project.journal.view(_VIEW_KEY, {})
         self._compute_timer = QTimer(self, singleShot=True, interval=_TYPING_DELAY_MS)
         self._compute_timer.timeout.connect(self._compute)
         self.drawing = PlanDrawing()
-        start = _stored_options(stored_view)
-        self.options = OptionFields(PlanOptions, "plan", start, is_live=True)
+        initial_options = _stored_options(stored_view)
+        self.options = OptionFields(PlanOptions, "plan", initial_options, is_live=True)
         self.options.changed.connect(self._schedule_plan)
         left_column = QWidget()
         left_column.setFixedWidth(430)
         column = QVBoxLayout(left_column)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(self._make_form(str(stored_view.get("camera", "")), start))
+        column.addLayout(self._make_form(str(stored_view.get("camera", "")), initial_options))
         column.addWidget(self._make_results(), 1)
         columns = QHBoxLayout()
         columns.addWidget(left_column)
@@ -89,28 +89,28 @@ class PlannerDialog(QDialog):
         self._compute()
 
     # --- widgets -----------------------------------------------------------------------------
-    def _make_form(self, camera: str, start: PlanOptions) -> QFormLayout:
+    def _make_form(self, camera: str, initial_options: PlanOptions) -> QFormLayout:
         self.camera = SearchField(_camera_matches)
         self.camera.setObjectName("plan_camera")
         self.camera.setPlaceholderText(tr("Name, or 23.5x15.6,35,6000x4000"))
         self.camera.setToolTip(tr("Choose a camera, or enter sensor, focal length and image size."))
         self.camera.setText(camera)
         self.camera.textChanged.connect(self._schedule_plan)
-        self.camera.textChanged.connect(self._follow_camera)
-        photo = QPushButton(tr("From a photo…"))
+        self.camera.textChanged.connect(self._propose_manner)
+        photo_button = QPushButton(tr("From a photo…"))
         # Enter in a field must not open the file dialog.
-        photo.setAutoDefault(False)
-        photo.setToolTip(tr("Read camera and focal length from a photo."))
-        photo.clicked.connect(self._browse_photo)
+        photo_button.setAutoDefault(False)
+        photo_button.setToolTip(tr("Read camera and focal length from a photo."))
+        photo_button.clicked.connect(self._browse_photo)
         self.target = ComboBox()
         self.target.setObjectName("plan_target")
         target_row = QHBoxLayout()
         target_row.addWidget(self.target)
-        for name in _TARGETS:
+        for name in _TARGET_DEFAULTS:
             field = self.options.place(name)
             self.target.addItem(field.accessibleName(), name)
             target_row.addWidget(field, 1)
-            if getattr(start, name) is not None:
+            if getattr(initial_options, name) is not None:
                 self.target.setCurrentIndex(self.target.count() - 1)
         self._show_target()
         self.target.currentIndexChanged.connect(self._convert_target)
@@ -119,7 +119,7 @@ class PlannerDialog(QDialog):
         self.options.show_automatic("aperture", DEFAULT_APERTURE)
         camera_row = QHBoxLayout()
         camera_row.addWidget(self.camera, 1)
-        camera_row.addWidget(photo)
+        camera_row.addWidget(photo_button)
         form = QFormLayout()
         form.setVerticalSpacing(6)
         form.addRow(tr("Camera"), camera_row)
@@ -165,7 +165,7 @@ class PlannerDialog(QDialog):
         return buttons
 
     # --- input -------------------------------------------------------------------------------
-    def _follow_camera(self, text: str) -> None:
+    def _propose_manner(self, text: str) -> None:
         """Propose a method by drone for the camera of a drone, and by hand for others."""
         model = find_camera(text.strip())
         manner = self.options.options().manner
@@ -175,7 +175,7 @@ class PlannerDialog(QDialog):
     def _convert_target(self) -> None:
         """Convert the target to the newly selected quantity, for the same plan."""
         name = self.target.currentData()
-        value = _TARGETS[name]
+        value = _TARGET_DEFAULTS[name]
         if self.plan is not None:
             value = {
                 "distance_m": self.plan.distance_m,
@@ -187,23 +187,25 @@ class PlannerDialog(QDialog):
         self._schedule_plan()
 
     def _show_target(self) -> None:
-        for name in _TARGETS:
+        for name in _TARGET_DEFAULTS:
             self.options.fields[name].setVisible(name == self.target.currentData())
 
     def _plan_options(self) -> PlanOptions:
         """Return the options of the plan, with one target. Raises InputError, UsageError."""
         target = self.target.currentData()
-        options = self.options.options(**{name: None for name in _TARGETS if name != target})
+        options = self.options.options(
+            **{name: None for name in _TARGET_DEFAULTS if name != target}
+        )
         if getattr(options, target) is None:
             raise InputError(Finding("number.not-positive", value=0.0))
         return options
 
     def _browse_photo(self) -> None:
-        start = str(self._survey.folder or start_folder(self._studio))
+        start_path = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
             self,
             tr("Choose a photo taken with this camera"),
-            start,
+            start_path,
             file_filters.photos(),
         )
         if name:
@@ -237,36 +239,36 @@ class PlannerDialog(QDialog):
         self.warnings.setText("\n".join(f"⚠ {format_sentence(str(text))}" for text in warnings))
         has_fixed_aperture = self.plan is not None and self.plan.camera.f_number is not None
         aperture = self.options.fields["aperture"]
-        allow(aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
+        set_enabled(aperture, Finding("action.aperture-fixed") if has_fixed_aperture else None)
         self.drawing.show_plan(self.plan)
         for button in (self.save_button, self.print_button):
-            allow(button, None if error is None else cause_of(error))
+            set_enabled(button, None if error is None else cause_finding(error))
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
             count, size = len(self.plan.control_points), 100 * self.plan.target_size_m
-            checks = sum(point.use == "check" for point in self.plan.control_points)
+            check_count = sum(point.use == "check" for point in self.plan.control_points)
             # The form above shows these already.
             rows = [row for row in rows if row[0] not in (tr("Outcrop"), tr("Overlap"))]
-            control = tr(
+            control_text = tr(
                 "{count}, including {checks} check points; targets of {size:.2g} cm",
                 count=count,
-                checks=checks,
+                checks=check_count,
                 size=size,
             )
-            rows = [*rows, (tr("Control points"), control)]
+            rows = [*rows, (tr("Control points"), control_text)]
         for name, label in self.figures.items():
             label.setVisible(name in dict(rows))
         while (item := self._grid.takeAt(0)) is not None:
             if (widget := item.widget()) is not None:
                 widget.deleteLater()
         self.figures = {}
-        for line, (name, value) in enumerate(rows):
+        for grid_row, (name, value) in enumerate(rows):
             value_label = Label(value)
             value_label.setWordWrap(True)
             value_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            self._grid.addWidget(Label(name), line, 0, Qt.AlignmentFlag.AlignTop)
-            self._grid.addWidget(value_label, line, 1)
+            self._grid.addWidget(Label(name), grid_row, 0, Qt.AlignmentFlag.AlignTop)
+            self._grid.addWidget(value_label, grid_row, 1)
             self.figures[name] = value_label
 
     # --- field sheet -------------------------------------------------------------------------
@@ -277,9 +279,9 @@ class PlannerDialog(QDialog):
         title, name = tr("Save field sheet"), "field_sheet.pdf"
         path = ask_for_target(self, self._studio, title, name, formats)
         if path is not None:
-            self.save_to(path)
+            self.save_field_sheet(path)
 
-    def save_to(self, path: Path) -> None:
+    def save_field_sheet(self, path: Path) -> None:
         """Write the field sheet to a file, in the format of its suffix."""
         plan, studio = self.plan, self._studio
         if plan is None:
@@ -298,9 +300,9 @@ class PlannerDialog(QDialog):
             return
         printer = QPrinter(QPrinter.PrinterMode.HighResolution)
         if QPrintDialog(printer, self).exec() == QDialog.DialogCode.Accepted:
-            self.print_to(printer)
+            self.print_field_sheet(printer)
 
-    def print_to(self, printer: Any) -> None:
+    def print_field_sheet(self, printer: Any) -> None:
         """Print the field sheet on one page of a QPrinter."""
         from io import BytesIO
 
@@ -345,7 +347,7 @@ def _stored_options(stored_view: Any) -> PlanOptions:
     try:
         return PlanOptions(**stored_view["options"])
     except (KeyError, TypeError, UsageError):
-        return PlanOptions(width_m=80.0, height_m=25.0, distance_m=_TARGETS["distance_m"])
+        return PlanOptions(width_m=80.0, height_m=25.0, distance_m=_TARGET_DEFAULTS["distance_m"])
 
 
 def _compute_plan(camera_text: str, options: PlanOptions) -> SurveyPlan:

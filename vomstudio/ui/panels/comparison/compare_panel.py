@@ -45,8 +45,8 @@ from vomstudio.studio.jobs.registration_tasks import (
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import ask_for_target, current_model
-from vomstudio.ui.base.controls import ComboBox, Label, allow
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
@@ -58,8 +58,8 @@ from vomstudio.ui.widgets.copied_command import CopyCommandButton, copy_command
 from vomstudio.ui.widgets.options_form import OptionFields
 from vomstudio.ui.widgets.other_model_box import OtherModelBox, project_model
 
-FIELD = "distance_m"
-_COLORED_PERCENT = 98.0
+DISTANCE_FIELD = "distance_m"
+_COLOR_RANGE_PERCENT = 98.0
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,11 @@ class ComparePanel(QWidget):
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
-        explain(self, "compare.md")
+        set_help_topic(self, "compare.md")
         self._studio = studio
         self.comparison: ModelComparison | None = None
-        self._compared_id = ""
-        self._searched_model: tuple[Path, str] | None = None
+        self._compared_model_id = ""
+        self._search_key: tuple[Path, str] | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
         self._model: Model | None = None
@@ -155,8 +155,8 @@ class ComparePanel(QWidget):
             else tr("{model} compared with", model=model.name)
         )
         self.other.list_models_except("" if model is None else model.id)
-        self._load_stored()
-        if self._has_moved():
+        self._load_stored_comparison()
+        if self._has_model_moved():
             self.message.setText(Finding("comparison.model-moved").message)
         self._refresh_buttons()
 
@@ -166,26 +166,26 @@ class ComparePanel(QWidget):
         self.refresh()
 
     def _follow_edit(self, *_: object) -> None:
-        if self.comparison is not None and self._compared_id not in self._studio.records:
-            self.comparison, self._searched_model = None, None
+        if self.comparison is not None and self._compared_model_id not in self._studio.records:
+            self.comparison, self._search_key = None, None
             self.message.setText("")
             self._show_state()
         self.agreement.invalidate()
         self.refresh()
 
-    def _load_stored(self) -> None:
+    def _load_stored_comparison(self) -> None:
         """Load the stored comparison of the current model, once per model and project folder."""
         model, studio = self._model, self._studio
         if model is None or self._job is not None or model.id not in studio.models:
             return
         # "Save as" moves the files of a project to the new folder.
-        searched = (studio.project.folder, model.id)
-        if self._searched_model == searched or (
-            self.comparison is not None and self._compared_id == model.id
+        search_key = (studio.project.folder, model.id)
+        if self._search_key == search_key or (
+            self.comparison is not None and self._compared_model_id == model.id
         ):
             return
-        self._searched_model = searched
-        record = next(iter(stored_comparisons(*searched)), None)
+        self._search_key = search_key
+        record = next(iter(stored_comparisons(*search_key)), None)
         if record is None:
             return
         if not record.is_current(model):
@@ -217,11 +217,13 @@ class ComparePanel(QWidget):
         )
         self.message.setText(tr("Reading the distances of {day}…", day=record.made[:10]))
         self._background.run(
-            lambda: _read_stored(record.fields),
-            lambda content: self._show_stored(model.id, comparison, content),
+            lambda: _read_stored_comparison(record.fields),
+            lambda content: self._show_stored_comparison(model.id, comparison, content),
         )
 
-    def _show_stored(self, model_id: str, comparison: ModelComparison, content: object) -> None:
+    def _show_stored_comparison(
+        self, model_id: str, comparison: ModelComparison, content: object
+    ) -> None:
         """Show a stored comparison unless the model has changed or a comparison is running."""
         if content is None or self._model is None or self._model.id != model_id or self._job:
             self.message.setText("")
@@ -237,21 +239,23 @@ class ComparePanel(QWidget):
         is_busy = self._job is not None
         reason = None if is_busy else self._why_not()
         self.start.setText(tr("Stop") if is_busy else tr("Compare"))
-        allow(self.start, reason)
-        no_result = None if self.comparison is not None else Finding("action.not-computed")
+        set_enabled(self.start, reason)
+        missing_result_finding = (
+            None if self.comparison is not None else Finding("action.not-computed")
+        )
         if self._model is None:
-            no_result = Finding("action.no-model")
-        allow(self.export, Finding("action.busy") if is_busy else no_result)
-        self.copy.allow(self._why_not())
+            missing_result_finding = Finding("action.no-model")
+        set_enabled(self.export, Finding("action.busy") if is_busy else missing_result_finding)
+        self.copy.set_enabled(self._why_not())
         other_model = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id,
             "" if other_model is None else other_model.id,
         )
 
-    def _has_moved(self) -> bool:
+    def _has_model_moved(self) -> bool:
         """Return whether the model has moved since the comparison."""
-        model = self._studio.records.get(self._compared_id)
+        model = self._studio.records.get(self._compared_model_id)
         return (
             self.comparison is not None
             and isinstance(model, Model)
@@ -274,8 +278,8 @@ class ComparePanel(QWidget):
         if model is None or path is None or other_model is None:
             return
         options = option_words(self._create_options(model))
-        place = ("--project", self._studio.project.folder)
-        copy_command(self._studio, ["compare", path, other_model.path, place, *options])
+        project_option = ("--project", self._studio.project.folder)
+        copy_command(self._studio, ["compare", path, other_model.path, project_option, *options])
 
     def _create_options(self, model: Model) -> CompareOptions:
         """Return the options; the registration error of the model is the default error."""
@@ -284,7 +288,7 @@ class ComparePanel(QWidget):
         options = self.limits.options()
         if options.registration_error_m is not None:
             return options
-        return replace(options, registration_error_m=self._error_of(model))
+        return replace(options, registration_error_m=self._registration_error_m(model))
 
     # --- job ---------------------------------------------------------------------------------
     def _start_or_stop(self) -> None:
@@ -296,12 +300,12 @@ class ComparePanel(QWidget):
         if entry is None or model is None or other_model is None:
             return
         cache = studio.project.cache
-        out = distances_file(studio.project.folder, new_id("comparison"))
+        output_path = distances_file(studio.project.folder, new_id("comparison"))
         request = ComparisonRequest(
             entry.to_placed_model(cache),
             other_model.to_placed_model(cache),
             self._create_options(model),
-            out,
+            output_path,
         )
         self.message.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(
@@ -315,7 +319,7 @@ class ComparePanel(QWidget):
         )
         self._refresh_buttons()
 
-    def _error_of(self, model: Model) -> float | None:
+    def _registration_error_m(self, model: Model) -> float | None:
         loaded_model = self._studio.models.get(model.id)
         if model.registration is None or loaded_model is None:
             return None
@@ -349,13 +353,13 @@ class ComparePanel(QWidget):
             self._refresh_buttons()
             return
         fields, limit_m, counts = content
-        self._job, self.comparison, self._compared_id = None, comparison, model_id
+        self._job, self.comparison, self._compared_model_id = None, comparison, model_id
         self._show_state()
         self.histogram.show_counts(counts, limit_m, comparison.figures["median_m"])
         loaded_model = self._studio.models.get(model_id)
         messages = [Finding.from_dict(row).message for row in comparison.figures["warnings"]]
-        if loaded_model is not None and loaded_model.give_fields(fields):
-            self._studio.display.show_field(model_id, FieldStyle(FIELD, -limit_m, limit_m))
+        if loaded_model is not None and loaded_model.add_fields(fields):
+            self._studio.display.show_field(model_id, FieldStyle(DISTANCE_FIELD, -limit_m, limit_m))
         else:
             messages.append(Finding("model.fields-too-large").message)
         self.message.setText("\n".join(messages))
@@ -380,9 +384,9 @@ class ComparePanel(QWidget):
         title = tr("Export the model with its distances")
         path = ask_for_target(self, self._studio, title, name, {"ply": "PLY"})
         if path is not None:
-            self.export_to(path)
+            self.export_distances(path)
 
-    def export_to(self, path: Path) -> None:
+    def export_distances(self, path: Path) -> None:
         """Write the compared model, in the World frame, with the distances as scalar fields."""
         if self.comparison is None:
             return
@@ -390,12 +394,12 @@ class ComparePanel(QWidget):
         # A "Save as" in the meantime has moved the file to the new folder.
         fields = distances_file(studio.project.folder, comparison.fields.stem)
 
-        def done(result: ExportedModel) -> None:
+        def handle_result(result: ExportedModel) -> None:
             studio.written(path)
             for finding in result.warnings:
                 studio.info(finding)
 
-        def failed(event: Failed) -> None:
+        def handle_failure(event: Failed) -> None:
             if not event.cancelled:
                 studio.warn(event.to_error(), "error")
 
@@ -403,13 +407,13 @@ class ComparePanel(QWidget):
             EXPORT_COMPARISON,
             ComparisonExport(comparison.model, comparison.benchmark.path, fields, path),
             title=tr("Exporting {file}", file=path.name),
-            on_done=done,
-            on_failed=failed,
+            on_done=handle_result,
+            on_failed=handle_failure,
         )
 
     def _close(self) -> None:
         self._background.stop()
-        self.other.close_reading()
+        self.other.cancel_reading()
 
 
 def _comparison_record(
@@ -431,7 +435,7 @@ def _comparison_record(
     )
 
 
-def _read_stored(path: Path) -> tuple[dict[str, Any], float, Any] | None:
+def _read_stored_comparison(path: Path) -> tuple[dict[str, Any], float, Any] | None:
     """Read a stored comparison in a worker thread; return None if its file is damaged."""
     try:
         return _read_comparison(path)
@@ -453,12 +457,14 @@ def _read_comparison(path: Path) -> tuple[dict[str, Any], float, Any]:
     """
     with open_arrays(path) as arrays:
         fields = dict(arrays)
-    distances = fields[FIELD]
+    distances = fields[DISTANCE_FIELD]
     if any(values.ndim != 1 or values.dtype.kind not in "fiu" for values in fields.values()):
         raise ValueError("not the fields of points")
     magnitudes = np.abs(distances[np.isfinite(distances)])
     limit_m = (
-        max(float(np.percentile(magnitudes, _COLORED_PERCENT)), 1e-9) if len(magnitudes) else 1.0
+        max(float(np.percentile(magnitudes, _COLOR_RANGE_PERCENT)), 1e-9)
+        if len(magnitudes)
+        else 1.0
     )
     return fields, limit_m, count_distances(distances, limit_m)
 
@@ -467,7 +473,7 @@ def result_text(comparison: ModelComparison) -> str:
     """Format the accuracy, precision and significance as lines of text."""
     figures = comparison.figures
 
-    def metres(name: str) -> str:
+    def format_metres(name: str) -> str:
         value = figures[name]
         return "–" if value is None else f"{value:.3g} m"
 
@@ -475,16 +481,20 @@ def result_text(comparison: ModelComparison) -> str:
         tr("{n:,} distances from {other}", n=figures["n"], other=comparison.benchmark.name),
         tr(
             "Accuracy: mean {mean}, median {median}",
-            mean=metres("mean_m"),
-            median=metres("median_m"),
+            mean=format_metres("mean_m"),
+            median=format_metres("median_m"),
         ),
-        tr("Precision: std. deviation {std}, MAD {mad}", std=metres("std_m"), mad=metres("mad_m")),
-        tr("Both: RMS {rms}", rms=metres("rms_m")),
+        tr(
+            "Precision: std. deviation {std}, MAD {mad}",
+            std=format_metres("std_m"),
+            mad=format_metres("mad_m"),
+        ),
+        tr("Both: RMS {rms}", rms=format_metres("rms_m")),
     ]
     if figures["beyond"]:
         lines.append(tr("{count:,} points have no counterpart", count=figures["beyond"]))
     if figures["lod95_m"] is not None and figures["significant_share"] is not None:
-        lines.append(tr("Level of detection (95 %): {lod}", lod=metres("lod95_m")))
+        lines.append(tr("Level of detection (95 %): {lod}", lod=format_metres("lod95_m")))
         significant_percent = 100.0 * figures["significant_share"]
         lines.append(tr("Significant: {share:.1f} % of the distances", share=significant_percent))
     if (side := figures["positive_toward"]) is not None:

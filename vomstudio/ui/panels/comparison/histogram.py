@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray
 from vomstudio.core.words import tr
-from vomstudio.rendering.view.scalars import PALETTES, map_table
+from vomstudio.rendering.view.scalars import PALETTES, colormap_table
 
-_BINS = 51
-_MARGIN = 8.0
+_BIN_COUNT = 51
+_MARGIN_PX = 8.0
 
 
 def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
@@ -23,7 +23,7 @@ def count_distances(distances: FloatArray, limit_m: float) -> IndexArray:
     NaNs are ignored. Distances beyond the limits are counted in the outermost bins.
     """
     clipped_distances = np.clip(distances[np.isfinite(distances)], -limit_m, limit_m)
-    return np.histogram(clipped_distances, bins=_BINS, range=(-limit_m, limit_m))[0]
+    return np.histogram(clipped_distances, bins=_BIN_COUNT, range=(-limit_m, limit_m))[0]
 
 
 class Histogram(QWidget):
@@ -40,7 +40,7 @@ class Histogram(QWidget):
     @cached_property
     def _bar_colors(self) -> ByteArray:
         """Colour table; reading it loads Matplotlib on first use."""
-        return map_table(PALETTES["diverging"][0])
+        return colormap_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)
@@ -56,30 +56,35 @@ class Histogram(QWidget):
         painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
         if not len(self.counts) or self._limit_m <= 0.0:
             return
-        text = self.palette().color(QPalette.ColorRole.WindowText)
+        text_color = self.palette().color(QPalette.ColorRole.WindowText)
         label_height = painter.fontMetrics().height() + 4.0
-        plot = QRectF(self.rect()).adjusted(_MARGIN, _MARGIN, -_MARGIN, -label_height)
-        bar_width = plot.width() / _BINS
+        plot = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -label_height)
+        bar_width = plot.width() / _BIN_COUNT
         max_count = max(int(self.counts.max()), 1)
-        for number, count in enumerate(self.counts.tolist()):
-            red, green, blue = self._bar_colors[int((number + 0.5) / _BINS * len(self._bar_colors))]
+        for bin_index, count in enumerate(self.counts.tolist()):
+            red, green, blue = self._bar_colors[
+                int((bin_index + 0.5) / _BIN_COUNT * len(self._bar_colors))
+            ]
             bar_height = plot.height() * count / max_count
             bar = QRectF(
-                plot.left() + number * bar_width, plot.bottom() - bar_height, bar_width, bar_height
+                plot.left() + bin_index * bar_width,
+                plot.bottom() - bar_height,
+                bar_width,
+                bar_height,
             )
             painter.fillRect(bar, QColor(int(red), int(green), int(blue)))
         # A base line is drawn because pale bars are barely visible.
-        painter.setPen(QPen(text, 1.0))
+        painter.setPen(QPen(text_color, 1.0))
         painter.drawLine(plot.bottomLeft(), plot.bottomRight())
-        self._draw_line(painter, plot, 0.0, QPen(text, 1.0))
-        self._draw_line(painter, plot, self._median_m, QPen(text, 1.4, Qt.PenStyle.DashLine))
-        line = QRectF(plot.left(), plot.bottom() + 2.0, plot.width(), label_height)
-        for align, label in (
+        self._draw_line(painter, plot, 0.0, QPen(text_color, 1.0))
+        self._draw_line(painter, plot, self._median_m, QPen(text_color, 1.4, Qt.PenStyle.DashLine))
+        label_rect = QRectF(plot.left(), plot.bottom() + 2.0, plot.width(), label_height)
+        for alignment, label in (
             (Qt.AlignmentFlag.AlignLeft, f"−{self._limit_m:.3g} m"),
             (Qt.AlignmentFlag.AlignHCenter, "0"),
             (Qt.AlignmentFlag.AlignRight, f"{self._limit_m:.3g} m"),
         ):
-            painter.drawText(line, int(align | Qt.AlignmentFlag.AlignTop), label)
+            painter.drawText(label_rect, int(alignment | Qt.AlignmentFlag.AlignTop), label)
 
     def _draw_line(self, painter: QPainter, plot: QRectF, value_m: float, pen: QPen) -> None:
         position = 0.5 + 0.5 * float(np.clip(value_m / self._limit_m, -1.0, 1.0))

@@ -50,34 +50,34 @@ class GridRequest:
 
 def create_face_grid(request: GridRequest) -> FaceGrid:
     """Create a sampling grid on the face. Runs in a worker thread."""
-    rows = transform.matrix(request.model.to_world)
+    world_from_file = transform.matrix(request.model.to_world)
     direction = Line(*request.view).vector() if request.plane is None else -request.plane.normal()
-    frame = ViewFrame.looking(direction)
-    points = request.points if request.world else transform.apply(rows, request.points)
+    frame = ViewFrame.from_direction(direction)
+    points = request.points if request.world else transform.apply(world_from_file, request.points)
     points = points[np.isfinite(points).all(axis=1)]
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
-    cell = request.cell_m or proposed_cell(points, frame)
-    grid = create_grid(points - centre, frame.right, -frame.down, cell)
-    file_from_world = transform.invert(rows)
-    scale = transform.scale_factor(rows)
+    cell_m = request.cell_m or proposed_cell_m(points, frame)
+    grid = create_grid(points - centre, frame.right, -frame.down, cell_m)
+    file_from_world = transform.invert(world_from_file)
+    scale = transform.scale_factor(world_from_file)
     origin = transform.apply(file_from_world, [grid.origin + centre])[0]
-    rotation = rows[:3, :3].T / scale
+    rotation = world_from_file[:3, :3].T / scale
     model = request.model
     return FaceGrid(
         id=new_id("grid"),
         name="",
         model_id=model.id,
         model_hash=model.content_hash,
-        origin=_tuple(origin),
-        right=_tuple(rotation @ grid.right),
-        up=_tuple(rotation @ grid.up),
+        origin=_to_tuple(origin),
+        right=_to_tuple(rotation @ grid.right),
+        up=_to_tuple(rotation @ grid.up),
         cell=grid.cell / scale,
         columns=grid.columns,
         rows=grid.rows,
     )
 
 
-def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
+def proposed_cell_m(points: FloatArray, frame: ViewFrame) -> float:
     """Return the proposed side length of a cell: 1, 2 or 5 times a power of ten, in metres."""
     if not len(points):
         return 1.0
@@ -91,7 +91,7 @@ def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
     )
 
 
-def _tuple(vector: FloatArray) -> tuple[float, float, float]:
+def _to_tuple(vector: FloatArray) -> tuple[float, float, float]:
     x, y, z = vector.tolist()
     return x, y, z
 
@@ -104,7 +104,7 @@ class CoverageRequest:
     lines: list[FloatArray]
 
 
-def compute_share(request: CoverageRequest) -> FaceCoverage:
+def compute_grid_coverage(request: CoverageRequest) -> FaceCoverage:
     """Compute the coverage of a grid. Runs in a worker thread."""
     return compute_coverage(request.grid, request.model, request.exposed, request.lines)
 
@@ -119,13 +119,13 @@ def figures_html(coverage: FaceCoverage, unit: str) -> str:
                 tr_n(
                     "{count} cell, {area} {unit}², {share}",
                     "{count} cells, {area} {unit}², {share}",
-                    part.cells,
-                    area=f"{part.covered_m2:.4g}",
+                    category.cells,
+                    area=f"{category.covered_m2:.4g}",
                     unit=unit,
-                    share=_percent_text(part.share),
+                    share=_percent_text(category.share),
                 ),
             )
-            for name, part in (
+            for name, category in (
                 (tr("Done"), coverage.done),
                 (tr("Empty"), coverage.empty),
                 (tr("Unmeasurable"), coverage.unmeasurable),

@@ -9,7 +9,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QLineEdit, QPushButton
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.geology.coverage.face_coverage import FaceCoverage
 from vomstudio.geometry.mesh import Mesh
@@ -18,7 +18,7 @@ from vomstudio.project.records import FaceGrid, Model, get, get_feature
 from vomstudio.studio.surfaces.face_grids import picked_lines
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow, button_row, narrow_form
+from vomstudio.ui.base.controls import ComboBox, button_row, narrow_form, set_enabled
 from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.numbers import parse_number
 from vomstudio.ui.base.qt_owner import connect_until_deleted
@@ -27,7 +27,7 @@ from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.coverage.analysis import (
     CoverageRequest,
     GridRequest,
-    compute_share,
+    compute_grid_coverage,
     create_face_grid,
     figures_html,
 )
@@ -37,7 +37,7 @@ from vomstudio.ui.widgets.model_box import ModelBox
 from vomstudio.ui.widgets.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.widgets.results_page import FiguresPage
 
-_MODEL, _SELECTED = "model", "selected"
+_WHOLE_MODEL, _SELECTED_FEATURES = "model", "selected"
 
 
 class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
@@ -51,8 +51,8 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self.model.setObjectName("looked_at_model")
         self.extent = ComboBox()
         self.extent.setObjectName("looked_at_over")
-        self.extent.addItem(tr("Whole model"), _MODEL)
-        self.extent.addItem(tr("Selected features"), _SELECTED)
+        self.extent.addItem(tr("Whole model"), _WHOLE_MODEL)
+        self.extent.addItem(tr("Selected features"), _SELECTED_FEATURES)
         self.plane = PlaneField(studio, "looked_at_plane", tr("current view"), view)
         self.cell = QLineEdit()
         self.cell.setObjectName("looked_at_cell")
@@ -106,8 +106,8 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         self.model.list_models()
         self._list_grids()
 
-    def _compute_answer(self, question: CoverageRequest) -> FaceCoverage:
-        return compute_share(question)
+    def _compute_result(self, request: CoverageRequest) -> FaceCoverage:
+        return compute_grid_coverage(request)
 
     def _list_grids(self) -> None:
         grids = [(grid.name, grid.id) for grid in self._studio.workspace.grids.all()]
@@ -130,7 +130,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         """Return the selected grid, or None if no grid is selected."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
-    def _create_question(self) -> CoverageRequest:
+    def _create_request(self) -> CoverageRequest:
         studio, grid = self._studio, self.grid()
         if grid is None:
             raise InputError(Finding("grid.not-begun"))
@@ -160,35 +160,35 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         model = None if grid is None else get(self._studio.records, grid.model_id, Model)
         return "m" if model is not None and model.frame.has_metres else tr("units")
 
-    def _show_answer(self, result: FaceCoverage | None, message: str) -> None:
-        super()._show_answer(result, "" if result is None else message)
+    def _set_result(self, result: FaceCoverage | None, message: str) -> None:
+        super()._set_result(result, "" if result is None else message)
         if result is None:
             self.figures.show_reason(message)
         else:
             self.figures.setHtml(figures_html(result, self._unit()))
 
     def _refresh(self) -> None:
-        marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
-        allow(self.create_button, self._why_not_create())
-        no_grid = None if self.grid() is not None else Finding("action.no-grid")
-        allow(self.mark, no_grid)
-        allow(self.remove, no_grid)
+        is_marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
+        set_enabled(self.create_button, self._creation_refusal())
+        missing_grid_finding = None if self.grid() is not None else Finding("action.no-grid")
+        set_enabled(self.mark, missing_grid_finding)
+        set_enabled(self.remove, missing_grid_finding)
         with QSignalBlocker(self.mark):
-            self.mark.setChecked(marking and no_grid is None)
+            self.mark.setChecked(is_marking and missing_grid_finding is None)
 
-    def _why_not_create(self) -> Finding | None:
+    def _creation_refusal(self) -> Finding | None:
         if self.model.selected_model() is None:
             return Finding("action.no-model")
         if self._is_creating:
             return Finding("action.busy")
-        if self.extent.currentData() == _SELECTED and not self._selected_ids():
+        if self.extent.currentData() == _SELECTED_FEATURES and not self._selected_ids():
             return Finding("action.no-feature")
         if (text := self.cell.text().strip()) and not ((parse_number(text) or 0.0) > 0.0):
             return Finding("grid.cell-size")
         try:
             self.plane.plane()
         except VomError as error:
-            return cause_of(error)
+            return cause_finding(error)
         return None
 
     # --- actions -----------------------------------------------------------------------------
@@ -198,11 +198,11 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
 
     def _create_grid(self) -> None:
         model, studio = self.model.selected_model(), self._studio
-        if model is None or self._why_not_create() is not None:
+        if model is None or self._creation_refusal() is not None:
             return
         data = studio.models[model.id].data
         points = data.vertices if isinstance(data, Mesh) else data.points
-        is_world = self.extent.currentData() == _SELECTED
+        is_world = self.extent.currentData() == _SELECTED_FEATURES
         if is_world:
             measurements = studio.measured(self._selected_ids()).values()
             lines = [extent_points(item) for item in measurements]

@@ -13,7 +13,7 @@ from vomstudio.ui.panels.features.feature_row import Row
 from vomstudio.ui.panels.features.table_model import ORIENTATION, FeatureColumn
 
 _UNITS = {"deg": "°", "m": "m", "m2": "m²", "": ""}
-_AZIMUTHS = {
+_AZIMUTH_TITLES = {
     "dipdir/dip": to_translate("Dip direction"),
     "strike/dip": to_translate("Strike"),
     "quadrant": to_translate("Strike"),
@@ -35,7 +35,7 @@ def format_rows(rows: Sequence[Row], columns: Sequence[FeatureColumn]) -> str:
 
 def _format_titles(column: FeatureColumn, rows: Sequence[Row], is_metric: bool) -> list[str]:
     if column is ORIENTATION:
-        azimuth, angle = tr(_AZIMUTHS.get(rows[0].notation, "Dip direction")), tr("Dip")
+        azimuth, angle = tr(_AZIMUTH_TITLES.get(rows[0].notation, "Dip direction")), tr("Dip")
         if any(row.measured.plane is None for row in rows):
             azimuth = tr("{azimuth} or trend", azimuth=azimuth)
             angle = tr("{angle} or plunge", angle=angle)

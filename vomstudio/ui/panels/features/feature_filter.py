@@ -34,7 +34,7 @@ _NUMBER_FIGURES = (
     catalogue.TREND,
     catalogue.PLUNGE,
     slip_figures.RAKE,
-    catalogue.TOTAL,
+    catalogue.TOTAL_ERROR,
     catalogue.MAX_CONFIDENCE,
     catalogue.MIN_CONFIDENCE,
     catalogue.DIP_ERROR,
@@ -56,7 +56,7 @@ def _join_words(figures: Iterable[Figure]) -> str:
     return " ".join(figure.words[0] for figure in figures)
 
 
-_HELP = to_translate(
+_HELP_TEXT = to_translate(
     "Words of any column, and conditions that must all be met:\n  dip>30   dip:20..45  "
     " dipdir:350..20   extent<50cm   95<=5\n  type:joint   type=joint|fault   set:limb  "
     " quality:good   overturned:yes\n  -type:bedding or -word excludes; quotes keep spaces:"
@@ -67,7 +67,7 @@ _HELP = to_translate(
 def help_text() -> str:
     """Return the filter syntax for a tooltip."""
     numbers = f"{_join_words(_NUMBER_FIGURES[:12])}\n{_join_words(_NUMBER_FIGURES[12:])}"
-    return tr(_HELP, words=_join_words(_TEXT_FIGURES), numbers=numbers)
+    return tr(_HELP_TEXT, words=_join_words(_TEXT_FIGURES), numbers=numbers)
 
 
 def _figures_by_word() -> dict[str, tuple[Figure, ...]]:
@@ -90,9 +90,11 @@ _COMMON_WORDS = [figure.words[0].casefold() for figure in (*_TEXT_FIGURES, *_NUM
 
 _LENGTH_UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
 _AREA_UNITS_M2 = {"cm2": 1e-4, "cm²": 1e-4, "m2": 1.0, "m²": 1.0, "km2": 1e6, "km²": 1e6}
-_TOKEN = re.compile(r'(?:[^\s"]|"[^"]*"?)+')
-_CONDITION = re.compile(r"(?P<key>[\w/]+)(?P<op><=|>=|!=|[:=<>])(?P<value>.*)", re.DOTALL)
-_NUMBER = re.compile(r"(?P<number>[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(?P<unit>(?:[^\d\s]+2?)?)")
+_TOKEN_PATTERN = re.compile(r'(?:[^\s"]|"[^"]*"?)+')
+_CONDITION_PATTERN = re.compile(r"(?P<key>[\w/]+)(?P<op><=|>=|!=|[:=<>])(?P<value>.*)", re.DOTALL)
+_NUMBER_PATTERN = re.compile(
+    r"(?P<number>[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(?P<unit>(?:[^\d\s]+2?)?)"
+)
 
 Test = Callable[[Row], bool]
 
@@ -105,7 +107,7 @@ def parse_filter(text: str) -> Test:
     UsageError
         If the filter cannot be parsed.
     """
-    tests = [_create_test(token) for token in _TOKEN.findall(text)]
+    tests = [_create_test(token) for token in _TOKEN_PATTERN.findall(text)]
     return lambda row: all(test(row) for test in tests)
 
 
@@ -113,17 +115,17 @@ def _create_test(token: str) -> Test:
     if token.startswith("-") and len(token) > 1 and not token[1].isdigit():
         inner_test = _create_test(token[1:])
         return lambda row: not inner_test(row)
-    condition = None if token.startswith('"') else _CONDITION.fullmatch(token)
+    condition = None if token.startswith('"') else _CONDITION_PATTERN.fullmatch(token)
     if condition is None:
         word = token.replace('"', "").casefold()
         return lambda row: word in row.search_text
     key = condition["key"].casefold()
     figures = _FIGURES_BY_WORD.get(key)
     if figures is None:
-        similar = difflib.get_close_matches(key, _COMMON_WORDS, 1, 0.4)
-        if similar:
+        similar_words = difflib.get_close_matches(key, _COMMON_WORDS, 1, 0.4)
+        if similar_words:
             raise UsageError(
-                Finding("filter.similar-column", name=condition["key"], similar=similar[0])
+                Finding("filter.similar-column", name=condition["key"], similar=similar_words[0])
             )
         raise UsageError(Finding("filter.unknown-column", name=condition["key"]))
     # Messages use the common word for a figure.
@@ -150,17 +152,17 @@ def _value_error(token: str, key: str, form: Form) -> UsageError:
 
 
 def _create_text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> Test:
-    words = [part for part in value.casefold().split("|") if part]
+    words = [option for option in value.casefold().split("|") if option]
 
-    def texts(row: Row) -> list[str]:
+    def row_texts(row: Row) -> list[str]:
         return [str(row.value(figure) or "").casefold() for figure in figures]
 
     if op == ":":
-        return lambda row: any(word in text for text in texts(row) for word in words)
+        return lambda row: any(word in text for text in row_texts(row) for word in words)
     if op == "=":
-        return lambda row: any(text in words for text in texts(row))
+        return lambda row: any(text in words for text in row_texts(row))
     if op == "!=":
-        return lambda row: all(text not in words for text in texts(row))
+        return lambda row: all(text not in words for text in row_texts(row))
     raise UsageError(Finding("filter.text-has-no-size", condition=token))
 
 
@@ -186,7 +188,9 @@ def _create_number_test(token: str, key: str, figure: Figure, op: str, value: st
                 return x >= a or x <= b
             return a <= x <= b
 
-        return _test_defined(figure, (lambda x: not is_within(x)) if op == "!=" else is_within)
+        return _create_defined_test(
+            figure, (lambda x: not is_within(x)) if op == "!=" else is_within
+        )
     n = _parse_number(token, key, figure, value)
     # A value matches within the precision of the decimals that were typed.
     _, _, decimals = value.replace(",", ".").partition(".")
@@ -200,10 +204,10 @@ def _create_number_test(token: str, key: str, figure: Figure, op: str, value: st
         "=": lambda x: abs(x - n) <= tolerance,
         "!=": lambda x: abs(x - n) > tolerance,
     }
-    return _test_defined(figure, compare[op])
+    return _create_defined_test(figure, compare[op])
 
 
-def _test_defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
+def _create_defined_test(figure: Figure, compare: Callable[[float], bool]) -> Test:
     """Create a test that rejects undefined values of a figure."""
 
     def test(row: Row) -> bool:
@@ -214,7 +218,7 @@ def _test_defined(figure: Figure, compare: Callable[[float], bool]) -> Test:
 
 
 def _parse_number(token: str, key: str, figure: Figure, text: str) -> float:
-    match = _NUMBER.fullmatch(text.strip())
+    match = _NUMBER_PATTERN.fullmatch(text.strip())
     units = {"m": _LENGTH_UNITS_M, "m2": _AREA_UNITS_M2}.get(figure.unit, {"°": 1.0})
     if match is None or (match["unit"] and match["unit"].casefold() not in units):
         raise _value_error(token, key, figure.form)

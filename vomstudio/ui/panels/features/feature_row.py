@@ -10,7 +10,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.kind import may_be_overturned
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.kinds.lithology import LITHOLOGY
 from vomstudio.project.kinds.station import NUMBER, PHOTO
 from vomstudio.project.measurement import Measurement
@@ -25,7 +25,7 @@ CLASS = Figure(
         "Trace, patch, lineation, reading, intersection, contact, lithology, station, sample, or "
         "the kind of a dimension"
     ),
-    lambda s: kind_of(s.feature).noun(s.feature),
+    lambda s: get_kind(s.feature).noun(s.feature),
     "text",
     words=("kind", "class"),
 )
@@ -45,12 +45,12 @@ class Row(Subject):
     @property
     def class_name(self) -> str:
         """Name of the feature's kind, such as trace."""
-        return kind_of(self.feature).noun(self.feature)
+        return get_kind(self.feature).noun(self.feature)
 
     @property
     def has_orientation(self) -> bool:
         """Whether features of this kind have an orientation."""
-        return bool(kind_of(self.feature).orientations)
+        return bool(get_kind(self.feature).orientations)
 
     @property
     def set_name(self) -> str:
@@ -108,7 +108,7 @@ class Row(Subject):
         """Return the kind's own version of a figure, or None if it has no figure of that name."""
         if figure in (CLASS, catalogue.DOMAIN):
             return figure
-        kind_figure = _KIND_FIGURES[kind_of(self.feature).name].get(figure.name)
+        kind_figure = _KIND_FIGURES[get_kind(self.feature).name].get(figure.name)
         return None if figure in _PLANE_FIGURES and self.measured.fit is None else kind_figure
 
     def value(self, figure: Figure) -> Any:
@@ -120,7 +120,7 @@ class Row(Subject):
         """Format a figure as text, which is empty if the feature's kind does not have it."""
         kind_figure = self._find_figure(figure)
         if kind_figure is None:
-            return figure.words_for(None) if self.has_orientation else ""
+            return figure.value_text(None) if self.has_orientation else ""
         return kind_figure.text(self)
 
 

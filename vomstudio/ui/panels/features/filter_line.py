@@ -25,12 +25,12 @@ class FilterLine(QLineEdit):
 
     changed = Signal()
 
-    def __init__(self, placeholder: str, *, wraps_around: bool = False) -> None:
+    def __init__(self, placeholder: str, *, has_word_wrap: bool = False) -> None:
         super().__init__()
         self.test: Test | None = None
         self.problem = Label()
-        self.problem.setWordWrap(wraps_around)
-        if not wraps_around:
+        self.problem.setWordWrap(has_word_wrap)
+        if not has_word_wrap:
             # The label must not widen the panel; its tooltip contains the full text.
             self.problem.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.problem.hide()

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from vomstudio.geology.model_agreement import OrientedPlane
 from vomstudio.project import catalogue
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Feature, Typed
+from vomstudio.project.records import Feature, TypedFeature
 from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 
@@ -33,11 +33,11 @@ def oriented_planes(
         planes.append(
             OrientedPlane(
                 name=feature.name,
-                kind=feature.type_id if isinstance(feature, Typed) else figures.kind,
+                kind=feature.type_id if isinstance(feature, TypedFeature) else figures.kind,
                 normal=figures.plane.normal(),
                 position=points.mean(axis=0) if len(points) else None,
                 extent_m=catalogue.EXTENT.value(subject),
-                error95_deg=catalogue.TOTAL.value(subject),
+                error95_deg=catalogue.TOTAL_ERROR.value(subject),
             )
         )
     return planes

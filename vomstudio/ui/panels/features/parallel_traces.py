@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.beds.parallel import SIGNIFICANCE, ParallelBeds, SamePlane, parallel_beds
+from vomstudio.geology.beds.parallel import SIGNIFICANCE, ParallelBeds, SamePlaneTest, parallel_beds
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import length_text
@@ -76,7 +76,7 @@ def _format_beds(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> l
     return lines + [f"• {escape(str(warning))}" for warning in beds.warnings]
 
 
-def _format_pair(pair: SamePlane, names: dict[str, str], *, is_metric: bool) -> str:
+def _format_pair(pair: SamePlaneTest, names: dict[str, str], *, is_metric: bool) -> str:
     p = tr("p &lt; 0.001") if pair.p < MIN_P_VALUE else tr("p = {p:.2g}", p=pair.p)
     verdict = tr("two beds") if pair.p < SIGNIFICANCE else tr("may be one bed")
     return tr(

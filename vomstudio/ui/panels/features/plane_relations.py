@@ -23,16 +23,16 @@ from vomstudio.project.kinds.intersection import Intersection
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import FeatureType, Group
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow, rich_label
+from vomstudio.ui.base.controls import ComboBox, rich_label, set_enabled
 from vomstudio.ui.base.number_formatting import format_error_deg, natural_sort_key
 from vomstudio.ui.base.studio import Studio
 
 
 def default_line_type(studio: Studio) -> str:
     """Return the default type of an intersection: lineation, or else another line type."""
-    kinds = studio.session.of(FeatureType)
-    order = sorted(kinds, key=lambda k: (k.id != "lineation", k.geometry != "line"))
-    return order[0].id
+    feature_types = studio.session.of(FeatureType)
+    sorted_types = sorted(feature_types, key=lambda k: (k.id != "lineation", k.geometry != "line"))
+    return sorted_types[0].id
 
 
 def selected_intersection(studio: Studio) -> Intersection | None:
@@ -46,35 +46,35 @@ def selected_intersection(studio: Studio) -> Intersection | None:
     return create_intersection(studio, Group(feature_id=ids[0]), Group(feature_id=ids[1]))
 
 
-def create_intersection(studio: Studio, first: Group, second: Group) -> Intersection:
+def create_intersection(studio: Studio, first_group: Group, second_group: Group) -> Intersection:
     """Create the intersection of two groups of planes without storing it."""
     return Intersection(
         id=new_id("intersection"),
         name="",
         type_id=default_line_type(studio),
-        first=first,
-        second=second,
+        first=first_group,
+        second=second_group,
     )
 
 
-def why_not_keep(studio: Studio) -> Finding | None:
+def keep_refusal(studio: Studio) -> Finding | None:
     """Return why the intersection of the selected planes cannot be stored, or None if it can."""
-    relation = selected_intersection(studio)
-    if relation is None:
+    intersection = selected_intersection(studio)
+    if intersection is None:
         return Finding("selection.not-two-planes")
-    return studio.measure(relation).problem
+    return studio.measure(intersection).problem
 
 
-def why_no_line(measurement: Measurement) -> Finding | None:
+def line_refusal(measurement: Measurement) -> Finding | None:
     """Return why the intersection line is unknown, or None if it is known."""
     return None if measurement.line is not None else Finding("action.no-intersection")
 
 
 def keep_intersection(studio: Studio) -> None:
     """Store the intersection of the two selected planes as a feature and select it."""
-    relation = selected_intersection(studio)
-    if relation is not None and studio.attempt(edits.add_features, [relation]):
-        studio.selection.set([relation.id])
+    intersection = selected_intersection(studio)
+    if intersection is not None and studio.attempt(edits.add_features, [intersection]):
+        studio.selection.set([intersection.id])
 
 
 def format_relation(measurement: Measurement) -> list[str]:
@@ -159,35 +159,35 @@ class IntersectionDialog(QDialog):
                 return i
         return default
 
-    def relation(self) -> Intersection | None:
+    def intersection(self) -> Intersection | None:
         """Create the selected intersection; return None if both groups are the same."""
-        first, second = self.first.currentData(), self.second.currentData()
-        if first is None or second is None or first == second:
+        first_group, second_group = self.first.currentData(), self.second.currentData()
+        if first_group is None or second_group is None or first_group == second_group:
             return None
-        intersection = create_intersection(self._studio, first, second)
+        intersection = create_intersection(self._studio, first_group, second_group)
         return Intersection(
             id=intersection.id,
             name=self.name.text().strip(),
             type_id=str(self.type_box.currentData()),
-            first=first,
-            second=second,
+            first=first_group,
+            second=second_group,
         )
 
     def _refresh(self, *_: object) -> None:
-        relation = self.relation()
-        if relation is None:
-            is_same = Finding("action.same-groups")
-            self.result_text.setText(is_same.message)
-            allow(self.keep_button, is_same)
+        intersection = self.intersection()
+        if intersection is None:
+            same_group_finding = Finding("action.same-groups")
+            self.result_text.setText(same_group_finding.message)
+            set_enabled(self.keep_button, same_group_finding)
             return
-        measurement = self._studio.measure(relation)
+        measurement = self._studio.measure(intersection)
         self.result_text.setText("<br>".join(format_relation(measurement)))
-        allow(self.keep_button, why_no_line(measurement))
+        set_enabled(self.keep_button, line_refusal(measurement))
 
     def _keep_result(self) -> None:
-        relation = self.relation()
-        if relation is not None and self._studio.attempt(edits.add_features, [relation]):
-            self._studio.selection.set([relation.id])
+        intersection = self.intersection()
+        if intersection is not None and self._studio.attempt(edits.add_features, [intersection]):
+            self._studio.selection.set([intersection.id])
             self.accept()
 
 

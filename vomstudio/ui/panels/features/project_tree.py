@@ -30,11 +30,11 @@ from PySide6.QtWidgets import (
 from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
+from vomstudio.project.kinds import GROUPS, KINDS, get_kind, group_and_set, group_of
 from vomstudio.project.records import Feature, FeatureType, Model, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, escape_markup
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import natural_sort_key, orientation_text
 from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
@@ -43,12 +43,12 @@ from vomstudio.ui.panels.features.filter_line import FilterLine
 from vomstudio.ui.panels.features.record_menus import RecordMenus
 from vomstudio.ui.panels.features.tree_photos import TreePhotos
 from vomstudio.ui.panels.features.tree_view import (
-    ID,
+    ID_ROLE,
     MAX_SINGLE_ITEMS,
     NAME,
     ORIENTATION,
     SET,
-    SORT,
+    SORT_ROLE,
     FeatureItem,
     FeatureTree,
     TreeItem,
@@ -66,7 +66,7 @@ _FEATURE_FLAGS = (
 )
 # Number of features added to the tree between two events.
 _PORTION = 1000
-_OVERTURNED = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
+_OVERTURNED_MARK = "\N{CLOCKWISE TOP SEMICIRCLE ARROW}"
 
 
 class ProjectTree(QWidget):
@@ -86,7 +86,7 @@ class ProjectTree(QWidget):
         edit_feature: QAction,
     ) -> None:
         super().__init__()
-        explain(self, "projects.md")
+        set_help_topic(self, "projects.md")
         self._studio, self._photos = studio, photos
         self._menus = menus
         self._items: dict[str, QTreeWidgetItem] = {}
@@ -94,7 +94,7 @@ class ProjectTree(QWidget):
         self._rows: dict[str, Row] = {}
         self._icons: dict[str, QIcon] = {}
         self._is_selecting = False
-        self._portions = IncrementalWork(self)
+        self._filling_work = IncrementalWork(self)
         self.tree = FeatureTree(lambda id_: isinstance(studio.records.get(id_), FeatureType))
         self.tree.setObjectName("project_tree")
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -103,19 +103,19 @@ class ProjectTree(QWidget):
         self.tree.itemChanged.connect(self._apply_item_edit)
         self.tree.features_dropped.connect(self._apply_drop)
         self.tree.itemDoubleClicked.connect(
-            lambda item, _: self._edit(str(item.data(NAME, ID)), edit_feature)
+            lambda item, _: self._edit(str(item.data(NAME, ID_ROLE)), edit_feature)
         )
         photos.attach(self.tree)
-        self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps_around=True)
+        self.filter = FilterLine(tr("Filter: words, or dip>30"), has_word_wrap=True)
         self.filter.changed.connect(self._apply_filter)
         studio.filters.append((self, lambda ids: self._hidden_ids.intersection(ids)))
-        self.empty_types = QToolButton()
-        self.empty_types.setIcon(theme.icon("shape-plus-outline"))
-        self.empty_types.setToolTip(tr("Show feature types without features."))
-        self.empty_types.setAccessibleName(tr("Show empty feature types"))
-        self.empty_types.setCheckable(True)
-        theme.highlight_toggles(self.empty_types)
-        self.empty_types.toggled.connect(lambda _: self._update_counts())
+        self.empty_types_button = QToolButton()
+        self.empty_types_button.setIcon(theme.icon("shape-plus-outline"))
+        self.empty_types_button.setToolTip(tr("Show feature types without features."))
+        self.empty_types_button.setAccessibleName(tr("Show empty feature types"))
+        self.empty_types_button.setCheckable(True)
+        theme.highlight_toggles(self.empty_types_button)
+        self.empty_types_button.toggled.connect(lambda _: self._update_counts())
         self._empty_label = Label(
             tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
         )
@@ -129,13 +129,13 @@ class ProjectTree(QWidget):
         row.setContentsMargins(2, 2, 2, 0)
         row.setSpacing(2)
         row.addWidget(self.filter)
-        row.addWidget(self.empty_types)
-        inner = QVBoxLayout(page)
-        inner.setContentsMargins(0, 0, 0, 0)
-        inner.setSpacing(2)
-        inner.addLayout(row)
-        inner.addWidget(self.filter.problem)
-        inner.addWidget(self.tree, 1)
+        row.addWidget(self.empty_types_button)
+        page_layout = QVBoxLayout(page)
+        page_layout.setContentsMargins(0, 0, 0, 0)
+        page_layout.setSpacing(2)
+        page_layout.addLayout(row)
+        page_layout.addWidget(self.filter.problem)
+        page_layout.addWidget(self.tree, 1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._stack)
@@ -150,7 +150,7 @@ class ProjectTree(QWidget):
     # --- display -----------------------------------------------------------------------------
     def _begin_project(self) -> None:
         self.filter.clear()
-        self.empty_types.setChecked(False)
+        self.empty_types_button.setChecked(False)
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -160,8 +160,8 @@ class ProjectTree(QWidget):
             self._items.clear()
             self._hidden_ids.clear()
             self._rows.clear()
-            models = self._add_group("models", tr("Models"), "0")
-            models.setIcon(NAME, theme.icon("image-filter-hdr"))
+            models_item = self._add_group("models", tr("Models"), "0")
+            models_item.setIcon(NAME, theme.icon("image-filter-hdr"))
             self._photos.rebuild()
             for feature_type in self._studio.session.of(FeatureType):
                 item = self._add_group(feature_type.id, feature_type.name, "1")
@@ -179,7 +179,7 @@ class ProjectTree(QWidget):
                 if id_ not in self._items:
                     self._add_group(id_, id_.capitalize(), "1")
             self.tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
-        self._portions.start(self._fill())
+        self._filling_work.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         """Add the features in order, yielding after each portion."""
@@ -189,9 +189,9 @@ class ProjectTree(QWidget):
             yield
         features.sort(key=lambda f: natural_sort_key(f.name))
         for start in range(0, len(features), _PORTION):
-            portion = features[start : start + _PORTION]
+            batch = features[start : start + _PORTION]
             with QSignalBlocker(self.tree):
-                self._show_features(portion)
+                self._show_features(batch)
             if start + _PORTION < len(features):
                 if start == 0:
                     self._update_counts()
@@ -206,8 +206,8 @@ class ProjectTree(QWidget):
 
     def _add_group(self, id_: str, text: str, order: str) -> QTreeWidgetItem:
         item = TreeItem(self.tree, [text, "", ""])
-        item.setData(NAME, ID, id_)
-        item.setData(NAME, SORT, (order, len(self._items)))
+        item.setData(NAME, ID_ROLE, id_)
+        item.setData(NAME, SORT_ROLE, (order, len(self._items)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsUserCheckable)
         item.setCheckState(NAME, _check_state(self._studio.visible(id_)))
         item.setExpanded(True)
@@ -233,13 +233,13 @@ class ProjectTree(QWidget):
             item.setFlags(_FEATURE_FLAGS | _drag_flag(record))
         else:
             item = TreeItem()
-            item.setData(NAME, ID, record.id)
+            item.setData(NAME, ID_ROLE, record.id)
         self._items[record.id] = item
         return item, parent
 
     def _show_model(self, model: Model) -> None:
         item, new_parent = self._find_or_create_item(model, "models")
-        item.setData(NAME, SORT, natural_sort_key(model.name))
+        item.setData(NAME, SORT_ROLE, natural_sort_key(model.name))
         item.setText(NAME, model.name)
         item.setCheckState(NAME, _check_state(self._studio.visible(model.id)))
         item.setFlags(
@@ -258,12 +258,12 @@ class ProjectTree(QWidget):
         New items are added at the end of their groups.
         """
         new_tree_items: dict[str, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
-        updated: list[QTreeWidgetItem] = []
-        unsorted: list[QTreeWidgetItem] = []
+        updated_items: list[QTreeWidgetItem] = []
+        unsorted_items: list[QTreeWidgetItem] = []
         for feature in features:
             group, item = group_of(feature), self._items.get(feature.id)
             if isinstance(item, FeatureItem) and item.group == group:
-                updated.append(item)
+                updated_items.append(item)
                 if item.name == feature.name:
                     continue
             else:
@@ -273,11 +273,11 @@ class ProjectTree(QWidget):
                 if parent is not None:
                     new_tree_items.setdefault(group, (parent, []))[1].append(item)
             item.name, item.sort_key = feature.name, natural_sort_key(feature.name)
-            unsorted.append(item)
+            unsorted_items.append(item)
         for parent, items in new_tree_items.values():
             parent.addChildren(items)
-        self.tree.update_items(updated)
-        return unsorted
+        self.tree.update_items(updated_items)
+        return unsorted_items
 
     # --- content of the visible rows ---------------------------------------------------------
     def _row_of(self, feature: Feature) -> Row:
@@ -291,22 +291,22 @@ class ProjectTree(QWidget):
     def _content(self, id_: str, column: int, role: int) -> Any:
         """Return the content of a feature's item for a Qt role."""
         # Most of the roles that Qt requests for every cell have no content.
-        if (read := _CONTENT.get((column, role))) is None:
+        if (read_content := _CONTENT_READERS.get((column, role))) is None:
             return None
         feature = get_feature(self._studio.records, id_)
         # A deleted feature may be painted until its item is removed.
-        return None if feature is None else read(self, feature)
+        return None if feature is None else read_content(self, feature)
 
     def _check_state(self, feature: Feature) -> Qt.CheckState:
         return _check_state(self._studio.visible(feature.id))
 
     def _feature_icon(self, feature: Feature) -> QIcon:
-        return self._icons[kind_of(feature).name]
+        return self._icons[get_kind(feature).name]
 
     def _orientation(self, feature: Feature) -> str:
         row = self._row_of(feature)
         text = orientation_text(row.measured, self._studio.settings.notation)
-        return f"{text} {_OVERTURNED}" if row.overturned else text
+        return f"{text} {_OVERTURNED_MARK}" if row.overturned else text
 
     def _verdict_icon(self, feature: Feature) -> QIcon:
         row = self._row_of(feature)
@@ -317,8 +317,8 @@ class ProjectTree(QWidget):
         row = self._row_of(feature)
         verdict = row.measured.verdict
         findings = (*verdict.reasons, *verdict.notes) if verdict else (row.measured.problem or "",)
-        remarks = [tr("Overturned")] if row.overturned else []
-        return escape_markup("\n".join([*remarks, *map(str, findings)]))
+        notes = [tr("Overturned")] if row.overturned else []
+        return escape_markup("\n".join([*notes, *map(str, findings)]))
 
     def _name_tip(self, feature: Feature) -> str:
         row = self._row_of(feature)
@@ -364,7 +364,7 @@ class ProjectTree(QWidget):
             self._items["models"].setHidden(self._items["models"].childCount() == 0)
             for group_kind in GROUPS:
                 self._items[group_kind.id].setHidden(passing_counts.get(group_kind.id, 0) == 0)
-        self.tree.show_sets(has_sets)
+        self.tree.show_set_column(has_sets)
         is_empty = not (studio.session.of(Model) or features or self._photos.has_photos)
         self._stack.setCurrentIndex(0 if is_empty else 1)
         return bool(changed_ids)
@@ -401,17 +401,19 @@ class ProjectTree(QWidget):
         self._rows = rows
         return hidden_ids, passing_counts
 
-    def _show_type(self, feature_type: FeatureType, count: int, passing: int) -> None:
+    def _show_type(self, feature_type: FeatureType, count: int, passing_count: int) -> None:
         """Show a feature type with its number of features and the number that pass the filter."""
         item = self._items.get(feature_type.id)
         if item is None:
             return
         count_text = (
-            str(count) if passing == count else tr("{shown} of {total}", shown=passing, total=count)
+            str(count)
+            if passing_count == count
+            else tr("{shown} of {total}", shown=passing_count, total=count)
         )
         is_next = feature_type.id == self._studio.next_type_id
         item.setText(NAME, f"{feature_type.name} ({count_text})" if count else feature_type.name)
-        item.setHidden(passing == 0 and not self.empty_types.isChecked())
+        item.setHidden(passing_count == 0 and not self.empty_types_button.isChecked())
         font = item.font(NAME)
         font.setBold(is_next)
         item.setFont(NAME, font)
@@ -422,43 +424,43 @@ class ProjectTree(QWidget):
             self.rebuild()
             return
         # Changed items are inserted among sorted siblings.
-        self._portions.finish()
-        unsorted: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
+        self._filling_work.finish()
+        unsorted_by_parent: dict[int, tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = {}
         with QSignalBlocker(self.tree):
             self.tree.setUpdatesEnabled(False)
             ids = list(dict.fromkeys((*edit.ids, *self._studio.affected_ids(edit))))
             records = self._studio.records
-            unsorted_nodes: list[QTreeWidgetItem] = []
+            unsorted_items: list[QTreeWidgetItem] = []
             removed_items: list[QTreeWidgetItem] = []
             for id_ in ids:
                 record = records.get(id_)
-                item_before = self._items.get(id_)
+                previous_item = self._items.get(id_)
                 if isinstance(record, Model):
-                    old_name = None if item_before is None else item_before.text(NAME)
+                    old_name = None if previous_item is None else previous_item.text(NAME)
                     self._show_model(record)
                     if old_name != record.name:
-                        unsorted_nodes.append(self._items[id_])
-                elif item_before is not None and not isinstance(record, Feature):
+                        unsorted_items.append(self._items[id_])
+                elif previous_item is not None and not isinstance(record, Feature):
                     removed_items.append(self._items.pop(id_))
                     self._hidden_ids.discard(id_)
             # Qt resets the hidden state of the items that remain.
             self._hidden_ids.difference_update(
-                str(item.data(NAME, ID)) for item in remove_items(removed_items)
+                str(item.data(NAME, ID_ROLE)) for item in remove_items(removed_items)
             )
-            unsorted_nodes += self._show_features(
+            unsorted_items += self._show_features(
                 f for id_ in ids if isinstance(f := records.get(id_), Feature)
             )
-            for item in unsorted_nodes:
+            for item in unsorted_items:
                 if (parent := item.parent()) is not None:
-                    unsorted.setdefault(id(parent), (parent, []))[1].append(item)
+                    unsorted_by_parent.setdefault(id(parent), (parent, []))[1].append(item)
                     # Qt resets the hidden state of an item that is moved.
-                    self._hidden_ids.discard(str(item.data(NAME, ID)))
-            for parent, items in unsorted.values():
+                    self._hidden_ids.discard(str(item.data(NAME, ID_ROLE)))
+            for parent, items in unsorted_by_parent.values():
                 sort_children(parent, items)
             self.tree.setUpdatesEnabled(True)
         self._photos.apply_edit(edit)
-        is_filtered_anew = self._update_counts()
-        if unsorted_nodes or removed_items or is_filtered_anew:
+        is_filter_changed = self._update_counts()
+        if unsorted_items or removed_items or is_filter_changed:
             # Qt deselects the items that are moved or hidden.
             self._show_selection(self._studio.selection.ids)
 
@@ -496,12 +498,12 @@ class ProjectTree(QWidget):
             self.tree.update_items([item for item in items if isinstance(item, FeatureItem)])
             for item in items:
                 if not isinstance(item, FeatureItem):
-                    is_visible = self._studio.visible(str(item.data(NAME, ID)))
+                    is_visible = self._studio.visible(str(item.data(NAME, ID_ROLE)))
                     item.setCheckState(NAME, _check_state(is_visible))
 
     # --- actions -----------------------------------------------------------------------------
     def _apply_selection(self) -> None:
-        ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
+        ids = [str(i.data(NAME, ID_ROLE)) for i in self.tree.selectedItems()]
         # A photo is not a record, so it remains selected here when the selection changes.
         self._is_selecting = True
         self._studio.selection.set(id_ for id_ in ids if id_ in self._items)
@@ -513,7 +515,7 @@ class ProjectTree(QWidget):
             self._set_visible(item, item.checkState(NAME))
 
     def _set_visible(self, item: QTreeWidgetItem, state: Qt.CheckState) -> None:
-        id_, is_visible = str(item.data(NAME, ID)), state == Qt.CheckState.Checked
+        id_, is_visible = str(item.data(NAME, ID_ROLE)), state == Qt.CheckState.Checked
         if is_visible != self._studio.visible(id_):
             self._studio.set_visible([id_], is_visible)
 
@@ -530,7 +532,7 @@ class ProjectTree(QWidget):
             self._studio.attempt(edits.set_attributes, [item.id], **{field: str(value).strip()})
 
     def _apply_drop(self, type_id: str) -> None:
-        ids = [str(i.data(NAME, ID)) for i in self.tree.selectedItems()]
+        ids = [str(i.data(NAME, ID_ROLE)) for i in self.tree.selectedItems()]
         self._menus.change_type(ids, type_id)
 
     def _edit(self, id_: str, edit_feature: QAction) -> None:
@@ -546,11 +548,11 @@ class ProjectTree(QWidget):
 
     def create_item_menu(self, item: QTreeWidgetItem | None) -> QMenu:
         """Create the context menu of an item, or of the whole tree if no item is given."""
-        photos = QMenu(self)
-        photos.setToolTipsVisible(True)
-        if item is not None and self._photos.fill_menu(photos, item):
-            return photos
-        return self.create_menu("" if item is None else str(item.data(NAME, ID)))
+        photo_menu = QMenu(self)
+        photo_menu.setToolTipsVisible(True)
+        if item is not None and self._photos.fill_menu(photo_menu, item):
+            return photo_menu
+        return self.create_menu("" if item is None else str(item.data(NAME, ID_ROLE)))
 
     def create_menu(self, id_: str) -> QMenu:
         """Create the context menu of a record or group, or of the whole tree if `id_` is empty."""
@@ -563,19 +565,19 @@ def _check_state(is_visible: bool) -> Qt.CheckState:
 
 def _drag_flag(feature: Feature) -> Qt.ItemFlag:
     """Return the flag of features that can be dragged onto another type."""
-    can_drag = kind_of(feature).has_feature_type
+    can_drag = get_kind(feature).has_feature_type
     return Qt.ItemFlag.ItemIsDragEnabled if can_drag else Qt.ItemFlag.NoItemFlags
 
 
-def _text_of_set(_: ProjectTree, feature: Feature) -> str:
+def _set_name_text(_: ProjectTree, feature: Feature) -> str:
     return str(getattr(feature, "set_name", ""))
 
 
-def _tip_of_set(_: ProjectTree, feature: Feature) -> str:
+def _set_name_tip(_: ProjectTree, feature: Feature) -> str:
     return escape_markup(str(getattr(feature, "set_name", "")))
 
 
-_CONTENT: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
+_CONTENT_READERS: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
     (NAME, Qt.ItemDataRole.DisplayRole): lambda _, feature: feature.name,
     (NAME, Qt.ItemDataRole.EditRole): lambda _, feature: feature.name,
     (NAME, Qt.ItemDataRole.CheckStateRole): ProjectTree._check_state,
@@ -584,8 +586,8 @@ _CONTENT: dict[tuple[int, int], Callable[[ProjectTree, Feature], Any]] = {
     (ORIENTATION, Qt.ItemDataRole.DisplayRole): ProjectTree._orientation,
     (ORIENTATION, Qt.ItemDataRole.DecorationRole): ProjectTree._verdict_icon,
     (ORIENTATION, Qt.ItemDataRole.ToolTipRole): ProjectTree._orientation_tip,
-    (SET, Qt.ItemDataRole.DisplayRole): _text_of_set,
-    (SET, Qt.ItemDataRole.EditRole): _text_of_set,
-    (SET, Qt.ItemDataRole.ToolTipRole): _tip_of_set,
+    (SET, Qt.ItemDataRole.DisplayRole): _set_name_text,
+    (SET, Qt.ItemDataRole.EditRole): _set_name_text,
+    (SET, Qt.ItemDataRole.ToolTipRole): _set_name_tip,
 }
 """Content of a feature's item by column and role."""

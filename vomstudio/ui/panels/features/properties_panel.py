@@ -26,22 +26,22 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.project import edits
 from vomstudio.project.kind import Attribute
-from vomstudio.project.kinds import ATTRIBUTES, kind_of
+from vomstudio.project.kinds import ATTRIBUTES, get_kind
 from vomstudio.project.records import (
     Feature,
     FeatureType,
     Model,
     Record,
-    Typed,
+    TypedFeature,
     get_feature,
 )
 from vomstudio.ui.base.controls import (
     ComboBox,
     Label,
     PanelScrollArea,
-    allow,
     rich_label,
     rich_lines,
+    set_enabled,
 )
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features import plane_relations
@@ -82,15 +82,17 @@ class PropertiesPanel(QWidget):
         self._count_label.setObjectName("several_selected")
         self._count_label.setWordWrap(True)
         self._fit = FitView(actions)
-        self._about = Label()
-        self._about.setWordWrap(True)
-        self._about.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._relation = rich_label()
-        self._relation.setWordWrap(True)
-        self._relation.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._keep = QPushButton(keep_action.text().replace("&", ""))
-        self._keep.setIcon(keep_action.icon())
-        self._keep.clicked.connect(keep_action.trigger)
+        self._description_label = Label()
+        self._description_label.setWordWrap(True)
+        self._description_label.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse
+        )
+        self._relation_label = rich_label()
+        self._relation_label.setWordWrap(True)
+        self._relation_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._keep_button = QPushButton(keep_action.text().replace("&", ""))
+        self._keep_button.setIcon(keep_action.icon())
+        self._keep_button.clicked.connect(keep_action.trigger)
         self._form = form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
@@ -105,10 +107,10 @@ class PropertiesPanel(QWidget):
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
         layout.addWidget(self._count_label)
-        layout.addWidget(self._relation)
-        layout.addWidget(self._keep)
+        layout.addWidget(self._relation_label)
+        layout.addWidget(self._keep_button)
         layout.addWidget(self._fit)
-        layout.addWidget(self._about)
+        layout.addWidget(self._description_label)
         layout.addLayout(form)
         layout.addStretch()
         return page
@@ -117,13 +119,13 @@ class PropertiesPanel(QWidget):
         """Create the widget that edits an attribute."""
         name = attribute.field
         if attribute.form == "type":
-            types = TypeBox(self._studio)
-            types.activated.connect(lambda _: self._change(**{name: types.currentData()}))
-            return types
+            type_box = TypeBox(self._studio)
+            type_box.activated.connect(lambda _: self._change(**{name: type_box.currentData()}))
+            return type_box
         if attribute.form == "flag":
-            flag = QCheckBox(tr(attribute.text))
-            flag.clicked.connect(lambda on: self._change(**{name: bool(on)}))
-            return flag
+            check_box = QCheckBox(tr(attribute.text))
+            check_box.clicked.connect(lambda is_checked: self._change(**{name: bool(is_checked)}))
+            return check_box
         if attribute.form in ("choice", "word"):
             box = ComboBox()
             for value, text in attribute.choices:
@@ -137,23 +139,23 @@ class PropertiesPanel(QWidget):
             plane_box.plane_selected.connect(lambda id_: self._set_plane(name, id_))
             return plane_box
         if attribute.form == "lines":
-            notes = NotesField()
-            notes.finished.connect(self._apply_typed_text)
-            return notes
-        line = QLineEdit()
-        line.editingFinished.connect(self._apply_typed_text)
-        return line
+            notes_field = NotesField()
+            notes_field.finished.connect(self._apply_typed_text)
+            return notes_field
+        line_edit = QLineEdit()
+        line_edit.editingFinished.connect(self._apply_typed_text)
+        return line_edit
 
     def _create_model_page(self, declare_action: QAction) -> QWidget:
         page = QWidget()
-        self._model = rich_label()
-        self._model.setWordWrap(True)
-        self._model.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._model_label = rich_label()
+        self._model_label.setWordWrap(True)
+        self._model_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         button = QPushButton(tr("Declare frame…"))
         button.clicked.connect(declare_action.trigger)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(6, 4, 6, 4)
-        layout.addWidget(self._model)
+        layout.addWidget(self._model_label)
         layout.addWidget(button)
         layout.addStretch()
         return page
@@ -199,9 +201,9 @@ class PropertiesPanel(QWidget):
         if self._shown_ids != [f.id for f in features] and self._apply_typed_text():
             features = self._selected_features()
         self._shown_ids = [f.id for f in features]
-        current = self._studio.selection.current
-        record = self._studio.records.get(current) if current else None
-        feature = get_feature(self._studio.records, current)
+        current_id = self._studio.selection.current
+        record = self._studio.records.get(current_id) if current_id else None
+        feature = get_feature(self._studio.records, current_id)
         if feature is not None:
             self._show_feature(feature, features)
             self._stack.setCurrentIndex(1)
@@ -219,29 +221,29 @@ class PropertiesPanel(QWidget):
 
     def _show_relation(self) -> None:
         """Show the relation of two selected planes, and that of bed traces of one type."""
-        relation = plane_relations.selected_intersection(self._studio)
+        intersection = plane_relations.selected_intersection(self._studio)
         bed_lines = describe_parallel_beds(self._studio)
-        self._relation.setVisible(relation is not None or bool(bed_lines))
-        self._keep.setVisible(relation is not None)
-        if relation is None:
-            self._relation.setText("<br>".join(bed_lines))
+        self._relation_label.setVisible(intersection is not None or bool(bed_lines))
+        self._keep_button.setVisible(intersection is not None)
+        if intersection is None:
+            self._relation_label.setText("<br>".join(bed_lines))
             return
-        first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
-        names = tr("{first} and {second}", first=first, second=second)
-        measurement = self._studio.measure(relation)
+        first_name, second_name = (self._studio.records[i].name for i in self._studio.selection.ids)
+        names = tr("{first} and {second}", first=first_name, second=second_name)
+        measurement = self._studio.measure(intersection)
         lines = [
             *plane_relations.format_relation(measurement),
             *describe_crossing(self._studio),
             *bed_lines,
         ]
-        self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        allow(self._keep, plane_relations.why_no_line(measurement))
+        self._relation_label.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
+        set_enabled(self._keep_button, plane_relations.line_refusal(measurement))
 
     def _show_feature(self, feature: Feature, features: list[Feature]) -> None:
         """Show the current feature, and which attributes differ among the selected features."""
         self._show_relation()
         measurement = self._studio.measured([feature.id])[feature.id]
-        feature_kind = kind_of(feature)
+        feature_kind = get_kind(feature)
         self._show_count(feature)
         attributes = {attribute.field: attribute for attribute in feature_kind.attributes}
         for name, widget in self.fields.items():
@@ -263,8 +265,8 @@ class PropertiesPanel(QWidget):
             *describe_trace_band(self._studio, feature.id, measurement),
             *feature_kind.about(self._studio.subject(feature, measurement)),
         ]
-        self._about.setVisible(bool(lines))
-        self._about.setText("\n".join(lines))
+        self._description_label.setVisible(bool(lines))
+        self._description_label.setText("\n".join(lines))
         # This call lays out the panel, so it must come last.
         self._fit.show_measurement(
             measurement, self._studio.settings.notation, is_local=not self._studio.is_north_known()
@@ -273,9 +275,9 @@ class PropertiesPanel(QWidget):
     def _show_rename(self, features: list[Feature]) -> None:
         """Offer the next name of the type to features with the automatic name of another type."""
         records = self._studio.records
-        misnamed_features = edits.find_misnamed(records, features)
+        misnamed_features = edits.find_misnamed_features(records, features)
         self._form.setRowVisible(self.rename, bool(misnamed_features))
-        if len(misnamed_features) == 1 and isinstance(misnamed_features[0], Typed):
+        if len(misnamed_features) == 1 and isinstance(misnamed_features[0], TypedFeature):
             feature_type = records[misnamed_features[0].type_id]
             assert isinstance(feature_type, FeatureType)
             name = edits.next_name(self._studio.session.records, feature_type)
@@ -286,17 +288,17 @@ class PropertiesPanel(QWidget):
     def _rename(self) -> None:
         self._studio.attempt(edits.rename_by_type, list(self._shown_ids))
 
-    def _show_count(self, current: Feature) -> None:
+    def _show_count(self, current_feature: Feature) -> None:
         count = len(self._shown_ids)
         self._count_label.setVisible(count > 1)
         self._count_label.setText(
-            Finding("features.several-selected", n=count, name=current.name).message
+            Finding("features.several-selected", n=count, name=current_feature.name).message
         )
         name = self.fields["name"]
-        allow(name, Finding("action.several-features") if count > 1 else None)
+        set_enabled(name, Finding("action.several-features") if count > 1 else None)
 
     def _show_model(self, model: Model) -> None:
-        lines, bold = [model.name, model.path], [model.name]
+        lines, bold_lines = [model.name, model.path], [model.name]
         open_model = self._studio.models.get(model.id)
         if open_model is None:
             lines.append(tr("The file is not open."))
@@ -317,27 +319,27 @@ class PropertiesPanel(QWidget):
                 lines.append(
                     tr("Streamed: measurements use the points that are loaded for the view.")
                 )
-        from vomstudio.registration.summary import placement_facts, summary_of
+        from vomstudio.registration.summary import placement_facts, summarize_registration
 
         lines.append(tr("Frame: {frame}", frame=model.frame.name()))
         facts = placement_facts(model, None if open_model is None else open_model.resolution)
         lines += [f"{name}: {value}" for name, value in facts]
         if model.registration is not None:
-            summary = summary_of(model.registration)
+            summary = summarize_registration(model.registration)
             lines += [f"{fact.name}: {fact.text}" for fact in summary.facts]
             if summary.rotation is not None:
                 lines.append(summary.rotation.message)
-                bold.append(summary.rotation.message)
+                bold_lines.append(summary.rotation.message)
             lines += [f"• {warning}" for warning in summary.warnings]
         if open_model is not None:
             lines += map(str, open_model.warnings)
-        self._model.setText(rich_lines(lines, bold))
+        self._model_label.setText(rich_lines(lines, bold_lines))
 
 
 def _common_geometry(records: Iterable[Record | None]) -> Literal["plane", "line"] | None:
     """Return the geometry of the types that suit all typed features, or None if it differs."""
     first_records = {type(record): record for record in records}.values()
-    kinds = [kind_of(record) for record in first_records if isinstance(record, Typed)]
+    kinds = [get_kind(record) for record in first_records if isinstance(record, TypedFeature)]
     geometries = {kind.type_geometry for kind in kinds}
     return geometries.pop() if len(geometries) == 1 else None
 

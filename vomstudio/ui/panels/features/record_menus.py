@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QMenu, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
-from vomstudio.project.kinds import GROUPS, group_of, kind_of
-from vomstudio.project.records import Feature, FeatureType, Record, Typed
+from vomstudio.project.kinds import GROUPS, get_kind, group_of
+from vomstudio.project.records import Feature, FeatureType, Record, TypedFeature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.symbol_names import SYMBOL_NAMES
@@ -80,9 +80,9 @@ class RecordMenus(QObject):
         """Add the commands for a feature, which act on all selected features."""
         if feature.id not in self._studio.selection.ids:
             self._studio.selection.set([feature.id])
-        first, *other_groups = self._groups(feature)
-        menu.addActions(first)
-        if isinstance(feature, Typed):
+        first_group, *other_groups = self._groups(feature)
+        menu.addActions(first_group)
+        if isinstance(feature, TypedFeature):
             self._add_type_menu(menu, feature)
             self._add_set_menu(menu, feature)
         self._add_groups(menu, other_groups)
@@ -97,12 +97,12 @@ class RecordMenus(QObject):
                 menu.addSeparator()
             menu.addActions(group)
 
-    def _add_type_menu(self, menu: QMenu, feature: Typed) -> None:
-        types = menu.addMenu(tr("&Type"))
-        geometry = kind_of(feature).type_geometry
+    def _add_type_menu(self, menu: QMenu, feature: TypedFeature) -> None:
+        type_menu = menu.addMenu(tr("&Type"))
+        geometry = get_kind(feature).type_geometry
         for feature_type in self._studio.session.of(FeatureType):
             if geometry in (None, feature_type.geometry) or feature_type.id == feature.type_id:
-                action = types.addAction(
+                action = type_menu.addAction(
                     theme.type_icon(feature_type.color, feature_type.symbol), feature_type.name
                 )
                 action.setCheckable(True)
@@ -119,32 +119,34 @@ class RecordMenus(QObject):
         features = [
             feature
             for id_ in ids
-            if isinstance(feature := records.get(id_), Typed) and feature.type_id != type_id
+            if isinstance(feature := records.get(id_), TypedFeature) and feature.type_id != type_id
         ]
-        suitable = [
+        suitable_ids = [
             feature.id
             for feature in features
             if isinstance(feature_type, FeatureType)
-            and kind_of(feature).type_geometry in (None, feature_type.geometry)
+            and get_kind(feature).type_geometry in (None, feature_type.geometry)
         ]
-        if suitable:
-            self._studio.attempt(edits.set_attributes, suitable, type_id=type_id)
-        if len(suitable) < len(features) and isinstance(feature_type, FeatureType):
+        if suitable_ids:
+            self._studio.attempt(edits.set_attributes, suitable_ids, type_id=type_id)
+        if len(suitable_ids) < len(features) and isinstance(feature_type, FeatureType):
             self._studio.hint(Finding("type.other-geometry", type=feature_type.name))
 
-    def _add_set_menu(self, menu: QMenu, feature: Typed) -> None:
-        sets = menu.addMenu(tr("&Set"))
+    def _add_set_menu(self, menu: QMenu, feature: TypedFeature) -> None:
+        set_menu = menu.addMenu(tr("&Set"))
         features = self._studio.session.features()
         names = sorted({name for f in features if (name := getattr(f, "set_name", ""))})
         for name in ["", *names[:MAX_LISTED_SETS]]:
-            action = sets.addAction(name.replace("&", "&&") or tr("none"))
+            action = set_menu.addAction(name.replace("&", "&&") or tr("none"))
             action.setCheckable(True)
             action.setChecked(name == feature.set_name)
             action.triggered.connect(partial(self._change_set, name))
 
     def _change_set(self, name: str, *_: object) -> None:
         records = self._studio.records
-        ids = [id_ for id_ in self._studio.selection.ids if isinstance(records.get(id_), Typed)]
+        ids = [
+            id_ for id_ in self._studio.selection.ids if isinstance(records.get(id_), TypedFeature)
+        ]
         if ids:
             self._studio.attempt(edits.set_attributes, ids, set_name=name)
 
@@ -180,17 +182,17 @@ class RecordMenus(QObject):
         show_only_action.setToolTip("" if feature_ids else unused_text)
         menu.addSeparator()
         menu.addAction(tr("&Rename…"), lambda: self._edit_type(feature_type.id))
-        colors = menu.addMenu(tr("&Colour"))
+        color_menu = menu.addMenu(tr("&Colour"))
         for name, color in theme.COLORS:
-            action = colors.addAction(theme.swatch(color), tr(name))
+            action = color_menu.addAction(theme.swatch(color), tr(name))
             action.setCheckable(True)
             action.setChecked(color == feature_type.color)
             action.triggered.connect(partial(self._change_type_field, feature_type, "color", color))
-        colors.addSeparator()
-        colors.addAction(tr("Other…"), lambda: self._edit_type(feature_type.id))
-        symbols = menu.addMenu(tr("S&ymbol"))
+        color_menu.addSeparator()
+        color_menu.addAction(tr("Other…"), lambda: self._edit_type(feature_type.id))
+        symbol_menu = menu.addMenu(tr("S&ymbol"))
         for symbol in theme.SYMBOLS:
-            action = symbols.addAction(
+            action = symbol_menu.addAction(
                 theme.type_icon(feature_type.color, symbol), tr(SYMBOL_NAMES[symbol])
             )
             action.setCheckable(True)
@@ -215,5 +217,5 @@ class RecordMenus(QObject):
     ) -> None:
         if getattr(feature_type, field) != value:
             # The menu entries are valid values of the literal types.
-            new_kind = replace(feature_type, **{field: value})  # type: ignore[arg-type]
-            self._studio.attempt(edits.change_type, new_kind)
+            new_type = replace(feature_type, **{field: value})  # type: ignore[arg-type]
+            self._studio.attempt(edits.change_type, new_type)

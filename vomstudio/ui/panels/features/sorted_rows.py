@@ -39,7 +39,7 @@ class SortedRows(QAbstractTableModel):
         self._source = source
         self._column, self._order = -1, Qt.SortOrder.AscendingOrder
         self._keys: list[Any] = []
-        self._passes: list[bool] = []
+        self._passing_flags: list[bool] = []
         self._shown_rows: list[int] = []
         self._positions: dict[int, int] = {}
         source.modelAboutToBeReset.connect(self.beginResetModel)
@@ -53,7 +53,7 @@ class SortedRows(QAbstractTableModel):
     def set_test(self, test: Test | None) -> None:
         """Show only the rows that pass the test; None shows all rows."""
         self.test = test
-        self._passes = [
+        self._passing_flags = [
             self._passes_test(source_row) for source_row in range(self._source.rowCount())
         ]
         self._update_shown_rows(self._sort_rows())
@@ -88,7 +88,7 @@ class SortedRows(QAbstractTableModel):
         positions = map(self._positions.get, source_rows)  # type: ignore[arg-type]
         return [row for row in positions if row is not None]
 
-    def ranges_of(self, rows: Iterable[int]) -> QItemSelection:
+    def create_selection(self, rows: Iterable[int]) -> QItemSelection:
         """Return rows, given by their positions, as the smallest number of ranges.
 
         Parameters
@@ -121,15 +121,19 @@ class SortedRows(QAbstractTableModel):
 
     def _sort_rows(self) -> list[int]:
         """Return the passing source rows in sort order; undefined values always come last."""
-        passing_rows = [source_row for source_row, passes in enumerate(self._passes) if passes]
+        passing_rows = [
+            source_row for source_row, is_passing in enumerate(self._passing_flags) if is_passing
+        ]
         if self._column < 0:
             return passing_rows
         keys = self._keys
-        defined = [source_row for source_row in passing_rows if keys[source_row] is not None]
-        defined.sort(key=keys.__getitem__, reverse=self._order == Qt.SortOrder.DescendingOrder)
-        if len(defined) == len(passing_rows):
-            return defined
-        return defined + [source_row for source_row in passing_rows if keys[source_row] is None]
+        defined_rows = [source_row for source_row in passing_rows if keys[source_row] is not None]
+        defined_rows.sort(key=keys.__getitem__, reverse=self._order == Qt.SortOrder.DescendingOrder)
+        if len(defined_rows) == len(passing_rows):
+            return defined_rows
+        return defined_rows + [
+            source_row for source_row in passing_rows if keys[source_row] is None
+        ]
 
     def _set_shown_rows(self, source_rows: list[int]) -> None:
         self._shown_rows = source_rows
@@ -153,14 +157,14 @@ class SortedRows(QAbstractTableModel):
             self.beginRemoveRows(QModelIndex(), row, row)
             self._set_shown_rows(self._shown_rows[:row] + self._shown_rows[row + 1 :])
             self.endRemoveRows()
-        remaining = [source_row for source_row in target if source_row in self._positions]
-        if remaining != self._shown_rows:
-            moved_count = sum(a != b for a, b in zip(remaining, self._shown_rows, strict=True))
+        remaining_rows = [source_row for source_row in target if source_row in self._positions]
+        if remaining_rows != self._shown_rows:
+            moved_count = sum(a != b for a, b in zip(remaining_rows, self._shown_rows, strict=True))
             if moved_count > MAX_SINGLE_UPDATES:
                 # Qt's selection model would store every cell of the selected rows.
                 self._replace_shown_rows(target)
                 return
-            self._reorder_rows(remaining)
+            self._reorder_rows(remaining_rows)
         for row in new_rows:
             self.beginInsertRows(QModelIndex(), row, row)
             self._set_shown_rows([*self._shown_rows[:row], target[row], *self._shown_rows[row:]])
@@ -187,7 +191,7 @@ class SortedRows(QAbstractTableModel):
     def _reset_rows(self) -> None:
         source_rows = range(self._source.rowCount())
         self._keys = [self._key(source_row) for source_row in source_rows]
-        self._passes = [self._passes_test(source_row) for source_row in source_rows]
+        self._passing_flags = [self._passes_test(source_row) for source_row in source_rows]
         self._set_shown_rows(self._sort_rows())
         self.endResetModel()
 
@@ -199,13 +203,13 @@ class SortedRows(QAbstractTableModel):
         self._keys[first_row:first_row] = [
             self._key(source_row) for source_row in range(first_row, last_row + 1)
         ]
-        self._passes[first_row:first_row] = [
+        self._passing_flags[first_row:first_row] = [
             self._passes_test(source_row) for source_row in range(first_row, last_row + 1)
         ]
         self._update_shown_rows(self._sort_rows())
 
     def _hide_rows(self, _: QModelIndex, first_row: int, last_row: int) -> None:
-        self._passes[first_row : last_row + 1] = [False] * (last_row - first_row + 1)
+        self._passing_flags[first_row : last_row + 1] = [False] * (last_row - first_row + 1)
         # The remaining rows keep their order.
         self._update_shown_rows(
             [
@@ -216,7 +220,7 @@ class SortedRows(QAbstractTableModel):
         )
 
     def _delete_rows(self, _: QModelIndex, first_row: int, last_row: int) -> None:
-        del self._keys[first_row : last_row + 1], self._passes[first_row : last_row + 1]
+        del self._keys[first_row : last_row + 1], self._passing_flags[first_row : last_row + 1]
         row_count = last_row - first_row + 1
         self._set_shown_rows(
             [row - row_count if row > last_row else row for row in self._shown_rows]
@@ -235,9 +239,9 @@ class SortedRows(QAbstractTableModel):
         """Evaluate changed source rows, and report them in ranges."""
         is_order_changed = False
         for source_row in source_rows:
-            key, passes = self._key(source_row), self._passes_test(source_row)
-            if (key, passes) != (self._keys[source_row], self._passes[source_row]):
-                self._keys[source_row], self._passes[source_row] = key, passes
+            key, is_passing = self._key(source_row), self._passes_test(source_row)
+            if (key, is_passing) != (self._keys[source_row], self._passing_flags[source_row]):
+                self._keys[source_row], self._passing_flags[source_row] = key, is_passing
                 is_order_changed = True
         if is_order_changed:
             self._update_shown_rows(self._sort_rows())

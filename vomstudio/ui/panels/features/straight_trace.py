@@ -8,31 +8,31 @@ from vomstudio.geology.notation import format_attitude, format_line
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import FeatureType, get
-from vomstudio.project.straight_traces import band_of_measured, priors_among
+from vomstudio.project.straight_traces import measured_band, select_priors
 from vomstudio.ui.base.studio import Studio
 
 
 def describe_trace_band(studio: Studio, feature_id: str, measurement: Measurement) -> list[str]:
     """Describe the band of planes of a straight trace; the list is empty for other features."""
-    band = band_of_measured(measurement)
+    band = measured_band(measurement)
     if band is None:
         return []
     from vomstudio.geology.band_figures import band_findings, describe_band
 
     features = studio.session.features()
-    priors = priors_among(
+    priors = select_priors(
         features,
         studio.measured(f.id for f in features),
         lambda f: _format_set_name(studio, f),
         feature_id,
     )
     description = describe_band(band, priors)
-    likely = description.likely
+    likely_estimate = description.likely
     plane_text = None
-    if likely is not None:
-        likely_plane = Plane(likely.dip_direction_deg, likely.dip_deg)
+    if likely_estimate is not None:
+        likely_plane = Plane(likely_estimate.dip_direction_deg, likely_estimate.dip_deg)
         plane_text = format_attitude(
-            likely_plane, likely.max_confidence95_deg, studio.settings.notation
+            likely_plane, likely_estimate.max_confidence95_deg, studio.settings.notation
         )
     line = format_line(Line(description.trend_deg, description.plunge_deg))
     return [item.message for item in band_findings(description, line, plane_text)]
@@ -42,7 +42,7 @@ def describe_crossing(studio: Studio) -> list[str]:
     """Describe the plane that contains two selected straight traces, as rich text."""
     ids = studio.selection.ids
     measurements = studio.measured(ids)
-    bands = [band_of_measured(measurements[id_]) for id_ in ids if id_ in measurements]
+    bands = [measured_band(measurements[id_]) for id_ in ids if id_ in measurements]
     if len(ids) != 2 or len(bands) != 2 or bands[0] is None or bands[1] is None:
         return []
     from vomstudio.geology.plane_bands import crossing_plane

@@ -18,7 +18,7 @@ from PySide6.QtCore import (
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project import catalogue, edits, slip_figures
 from vomstudio.project.figures import Figure
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.kinds.lithology import LITHOLOGY
 from vomstudio.project.kinds.station import NUMBER, PHOTO
 from vomstudio.project.length_figures import LENGTH
@@ -89,7 +89,7 @@ OVERTURNED = _create_column(
     catalogue.OVERTURNED, lambda row: None if row.overturned is None else not row.overturned
 )
 TYPE = _create_column(catalogue.KIND)
-TO_PICK = _create_column(catalogue.TO_PICK)
+ANGLE_TO_PICK = _create_column(catalogue.ANGLE_TO_PICK)
 COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(catalogue.NAME, lambda row: natural_sort_key(row.feature.name)),
     TYPE,
@@ -97,7 +97,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     ORIENTATION,
     QUALITY,
     OVERTURNED,
-    _create_column(catalogue.TOTAL),
+    _create_column(catalogue.TOTAL_ERROR),
     _create_column(catalogue.MAX_CONFIDENCE),
     _create_column(catalogue.MIN_CONFIDENCE),
     _create_column(catalogue.DIP_ERROR),
@@ -118,7 +118,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(slip_figures.SLIP_RAKE),
     _create_column(slip_figures.SLIP_SENSE),
     _create_column(slip_figures.ON_PLANE),
-    TO_PICK,
+    ANGLE_TO_PICK,
     _create_column(catalogue.EXTENT_OVER_RESOLUTION),
     _create_column(catalogue.RMS),
     _create_column(catalogue.ATTITUDE_SCALE),
@@ -127,7 +127,7 @@ COLUMNS: tuple[FeatureColumn, ...] = (
     _create_column(catalogue.NOTES),
     _create_column(catalogue.REASONS),
 )
-_TO_PICK_COLUMN = COLUMNS.index(TO_PICK)
+_TO_PICK_COLUMN = COLUMNS.index(ANGLE_TO_PICK)
 _TYPE_COLUMN = COLUMNS.index(TYPE)
 SPARSE_FIGURES = (
     catalogue.STATION,
@@ -166,7 +166,7 @@ def column_flags(index: _Index) -> Qt.ItemFlag:
 
 def _is_listed(feature: Feature) -> bool:
     """Return whether the table lists a feature: planes, lines and a few other kinds."""
-    feature_kind = kind_of(feature)
+    feature_kind = get_kind(feature)
     return bool(feature_kind.orientations) or feature_kind.listed
 
 
@@ -271,7 +271,7 @@ class OrientationModel(QAbstractTableModel):
         figures = {i: figure for i in SPARSE_COLUMNS if (figure := COLUMNS[i].figure) is not None}
         rows_by_kind: dict[str, list[Row]] = {}
         for row in rows:
-            rows_by_kind.setdefault(kind_of(row.feature).name, []).append(row)
+            rows_by_kind.setdefault(get_kind(row.feature).name, []).append(row)
         return {
             i
             for i, figure in figures.items()
@@ -369,7 +369,7 @@ class OrientationModel(QAbstractTableModel):
             return self._studio.attempt(
                 edits.set_attributes, [row.feature.id], overturned=is_overturned
             )
-        fields = [attribute.field for attribute in kind_of(row.feature).attributes]
+        fields = [attribute.field for attribute in get_kind(row.feature).attributes]
         if field is None or field not in fields or value == getattr(row.feature, field):
             return False
         return self._studio.attempt(

@@ -28,7 +28,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.io.settings import DETAIL_COLUMNS
 from vomstudio.project.edit import Edit
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import HelpTopic, explain
+from vomstudio.ui.base.help_links import HelpTopic, set_help_topic
 from vomstudio.ui.base.qt_owner import IncrementalWork
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.features.copied_rows import format_rows
@@ -63,16 +63,16 @@ class TablePanel(QWidget):
     """
 
     def __init__(
-        self, studio: Studio, export: QAction, menus: RecordMenus, edit_feature: QAction
+        self, studio: Studio, export_action: QAction, menus: RecordMenus, edit_feature: QAction
     ) -> None:
         super().__init__()
         self._studio, self._menus, self._edit_feature = studio, menus, edit_feature
         self._is_updating = False
-        self._portions = IncrementalWork(self)
+        self._filling_work = IncrementalWork(self)
         self._applied_settings: tuple[str, list[str]] = ("", [])
         self._used_columns: set[int] = set()
         self.model = OrientationModel(studio)
-        self._sorted = SortedRows(self.model)
+        self._sorted_rows = SortedRows(self.model)
         self.view = QTableView()
         # Typing a letter must not start editing, because letters are shortcuts of the outcrop view.
         self.view.setEditTriggers(
@@ -80,7 +80,7 @@ class TablePanel(QWidget):
             | QAbstractItemView.EditTrigger.EditKeyPressed
         )
         self.view.setObjectName("orientation_table")
-        self.view.setModel(self._sorted)
+        self.view.setModel(self._sorted_rows)
         self.view.setSortingEnabled(True)
         self.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)
         self.view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -98,21 +98,27 @@ class TablePanel(QWidget):
         header = self.view.horizontalHeader()
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(
-            lambda at: self.column_menu().exec(header.mapToGlobal(at))
+            lambda position: self.create_column_menu().exec(header.mapToGlobal(position))
         )
-        explain(header, lambda at: self._find_explanation(header.logicalIndexAt(at)))
-        explain(self.view, lambda _: self._find_explanation(self.view.currentIndex().column()))
-        port = self.view.viewport()
-        explain(port, lambda at: self._find_explanation(self.view.columnAt(at.x())))
-        copy = QShortcut(QKeySequence.StandardKey.Copy, self.view)
-        copy.setContext(Qt.ShortcutContext.WidgetShortcut)
-        copy.activated.connect(self.copy_rows)
+        set_help_topic(
+            header, lambda position: self._find_help_topic(header.logicalIndexAt(position))
+        )
+        set_help_topic(
+            self.view, lambda _: self._find_help_topic(self.view.currentIndex().column())
+        )
+        viewport = self.view.viewport()
+        set_help_topic(
+            viewport, lambda position: self._find_help_topic(self.view.columnAt(position.x()))
+        )
+        copy_shortcut = QShortcut(QKeySequence.StandardKey.Copy, self.view)
+        copy_shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
+        copy_shortcut.activated.connect(self.copy_rows)
         self._filter = FilterLine(tr("Filter: words, or dip>30 quality:good"))
         self._filter.setMaximumWidth(360)
         self._filter.changed.connect(self._apply_filter)
-        self._count = Label()
+        self._count_label = Label()
         button = QToolButton()
-        button.setDefaultAction(export)
+        button.setDefaultAction(export_action)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._empty_label = Label(
             tr("No planes yet. Choose Trace (T) and click along a bed on the outcrop.")
@@ -120,40 +126,44 @@ class TablePanel(QWidget):
         self._empty_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty_label.setWordWrap(True)
         self._empty_label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        top = QHBoxLayout()
-        top.setContentsMargins(4, 2, 4, 0)
-        top.addWidget(self._filter, 2)
-        top.addWidget(self._count)
-        top.addWidget(self._filter.problem, 3)
-        top.addStretch(1)
-        top.addWidget(button)
+        top_row = QHBoxLayout()
+        top_row.setContentsMargins(4, 2, 4, 0)
+        top_row.addWidget(self._filter, 2)
+        top_row.addWidget(self._count_label)
+        top_row.addWidget(self._filter.problem, 3)
+        top_row.addStretch(1)
+        top_row.addWidget(button)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
-        layout.addLayout(top)
+        layout.addLayout(top_row)
         layout.addWidget(self._empty_label, 1)
         layout.addWidget(self.view, 1)
-        self._sorted.rowsInserted.connect(self._show_count)
-        self._sorted.rowsRemoved.connect(self._show_count)
-        self._sorted.modelReset.connect(self._show_count)
+        self._sorted_rows.rowsInserted.connect(self._show_count)
+        self._sorted_rows.rowsRemoved.connect(self._show_count)
+        self._sorted_rows.modelReset.connect(self._show_count)
         # After the view, which loses its selection.
-        self._sorted.modelReset.connect(lambda: self._show_selection(self._studio.selection.ids))
+        self._sorted_rows.modelReset.connect(
+            lambda: self._show_selection(self._studio.selection.ids)
+        )
         studio.project_opened.connect(self._filter.clear)
         studio.project_opened.connect(self.rebuild)
         studio.settings_changed.connect(self._apply_settings)
         studio.edited.connect(self._apply_edit)
         studio.selection_changed.connect(self._show_selection)
-        studio.filters.append((self, self._find_hidden))
+        studio.filters.append((self, self._find_hidden_ids))
 
-    def _find_hidden(self, ids: Iterable[str]) -> set[str]:
+    def _find_hidden_ids(self, ids: Iterable[str]) -> set[str]:
         """Return the ids of the features among `ids` that the filter hides."""
         if self._filter.test is None:
             return set()
         return {
-            id_ for id_ in ids if self._sorted.find_row(self.model.find_source_row(id_)) is None
+            id_
+            for id_ in ids
+            if self._sorted_rows.find_row(self.model.find_source_row(id_)) is None
         }
 
-    def _find_explanation(self, column: int) -> HelpTopic | None:
+    def _find_help_topic(self, column: int) -> HelpTopic | None:
         if not 0 <= column < len(COLUMNS):
             return None
         return COLUMNS[column].figure or "numbers.md#orientation"
@@ -169,7 +179,7 @@ class TablePanel(QWidget):
         """Rebuild rows and columns."""
         settings = self._studio.settings
         self._applied_settings = (settings.notation, settings.hidden_columns)
-        self._portions.start(self._fill())
+        self._filling_work.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
         is_large_project, rows = len(self._studio.session.features()) > MAX_IMMEDIATE_FEATURES, None
@@ -189,7 +199,7 @@ class TablePanel(QWidget):
     def _open_menu(self, position: QPoint) -> None:
         index = self.view.indexAt(position)
         if index.isValid():
-            id_ = self.model.id_at(self._sorted.mapToSource(index).row())
+            id_ = self.model.id_at(self._sorted_rows.mapToSource(index).row())
             self._menus.create_menu(id_).popup(self.view.viewport().mapToGlobal(position))
 
     def _edit_row(self, index: QModelIndex) -> None:
@@ -199,7 +209,7 @@ class TablePanel(QWidget):
             self._edit_feature.trigger()
 
     # --- columns and clipboard ---------------------------------------------------------------
-    def column_menu(self) -> QMenu:
+    def create_column_menu(self) -> QMenu:
         """Create the header's context menu, with which columns are shown or hidden."""
         menu = QMenu(self)
         hidden_titles = self._studio.settings.hidden_columns
@@ -235,7 +245,9 @@ class TablePanel(QWidget):
             if column.title not in hidden_titles
             and (i not in SPARSE_COLUMNS or i in self._used_columns)
         ]
-        selected_rows = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
+        selected_rows = [
+            self.model.row(self._sorted_rows.mapToSource(index).row()) for index in rows
+        ]
         QGuiApplication.clipboard().setText(
             format_rows(selected_rows, [COLUMNS[i] for i in columns])
         )
@@ -244,7 +256,7 @@ class TablePanel(QWidget):
     def _apply_filter(self) -> None:
         # A row that the filter hides stays selected.
         self._is_updating = True
-        self._sorted.set_test(self._filter.test)
+        self._sorted_rows.set_test(self._filter.test)
         self._is_updating = False
         self._show_count()
         self._show_selection(self._studio.selection.ids)
@@ -253,8 +265,8 @@ class TablePanel(QWidget):
         ids = self._studio.affected_ids(edit)
         if not ids:
             return
-        self._portions.finish()
-        self._portions.start(self._update(ids))
+        self._filling_work.finish()
+        self._filling_work.start(self._update(ids))
 
     def _update(self, ids: list[str]) -> Iterator[None]:
         """Update the rows of features, many of them in steps between events."""
@@ -278,13 +290,13 @@ class TablePanel(QWidget):
             self._fit_columns()
         elif new_columns := self.model.used_columns(ids) - self._used_columns:
             self._used_columns |= new_columns
-            self._hide_unused()
-        self._widen(ids)
-        if has_moved_rows or self._sorted.test is not None:
+            self._hide_unused_columns()
+        self._widen_columns(ids)
+        if has_moved_rows or self._sorted_rows.test is not None:
             # Qt keeps the selection of rows that remain.
             self._show_selection(self._studio.selection.ids)
 
-    def _widen(self, ids: list[str]) -> None:
+    def _widen_columns(self, ids: list[str]) -> None:
         """Widen columns to fit the rows of these features."""
         source_rows = [
             source_row
@@ -295,7 +307,7 @@ class TablePanel(QWidget):
             if self.view.isColumnHidden(i):
                 continue
             indexes = [
-                self._sorted.mapFromSource(self.model.index(source_row, i))
+                self._sorted_rows.mapFromSource(self.model.index(source_row, i))
                 for source_row in source_rows
             ]
             width = max(
@@ -304,7 +316,7 @@ class TablePanel(QWidget):
             if min(420, width) > self.view.columnWidth(i):
                 self.view.setColumnWidth(i, min(420, width))
 
-    def _hide_unused(self) -> None:
+    def _hide_unused_columns(self) -> None:
         """Hide the columns that the user has hidden, and those without any value."""
         for i, column in enumerate(COLUMNS):
             is_unused = i in SPARSE_COLUMNS and i not in self._used_columns
@@ -313,7 +325,7 @@ class TablePanel(QWidget):
 
     def _fit_columns(self) -> None:
         self._used_columns = self.model.used_columns()
-        self._hide_unused()
+        self._hide_unused_columns()
         self.view.resizeColumnsToContents()
         for i, column in enumerate(COLUMNS):
             if column.title in ("Name", "Set", "Notes", "Quality"):
@@ -321,8 +333,8 @@ class TablePanel(QWidget):
             self.view.setColumnWidth(i, min(420, self.view.columnWidth(i)))
 
     def _show_count(self) -> None:
-        total, shown_count = self.model.rowCount(), self._sorted.rowCount()
-        self._count.setText(
+        total, shown_count = self.model.rowCount(), self._sorted_rows.rowCount()
+        self._count_label.setText(
             tr_n("{count} feature", "{count} features", total)
             if shown_count == total
             else tr("{shown} of {total} features", shown=shown_count, total=total)
@@ -334,25 +346,27 @@ class TablePanel(QWidget):
         if self._is_updating:
             return
         rows = self.view.selectionModel().selectedRows()
-        ids = [self.model.id_at(self._sorted.mapToSource(i).row()) for i in rows]
-        current = self._sorted.mapToSource(self.view.currentIndex())
-        if current.isValid() and (last_id := self.model.id_at(current.row())) in ids:
+        ids = [self.model.id_at(self._sorted_rows.mapToSource(i).row()) for i in rows]
+        current_index = self._sorted_rows.mapToSource(self.view.currentIndex())
+        if current_index.isValid() and (last_id := self.model.id_at(current_index.row())) in ids:
             ids = [i for i in ids if i != last_id] + [last_id]
         self._studio.selection.set(ids)
 
     def _show_selection(self, ids: tuple[str, ...]) -> None:
-        rows = self._sorted.find_rows(self.model.find_source_rows(ids))
-        selection = self.view.selectionModel()
+        rows = self._sorted_rows.find_rows(self.model.find_source_rows(ids))
+        selection_model = self.view.selectionModel()
         self._is_updating = True
         # Otherwise Qt would compute the position of every range.
         self.view.setUpdatesEnabled(False)
         # Qt would compare every new range with every old one.
-        selection.clearSelection()
+        selection_model.clearSelection()
         # Qt would complete ranges of some columns itself, which takes longer.
-        selection.select(self._sorted.ranges_of(rows), QItemSelectionModel.SelectionFlag.Select)
+        selection_model.select(
+            self._sorted_rows.create_selection(rows), QItemSelectionModel.SelectionFlag.Select
+        )
         if rows:
-            last_index = self._sorted.index(rows[-1], 0)
-            selection.setCurrentIndex(last_index, QItemSelectionModel.SelectionFlag.NoUpdate)
+            last_index = self._sorted_rows.index(rows[-1], 0)
+            selection_model.setCurrentIndex(last_index, QItemSelectionModel.SelectionFlag.NoUpdate)
             self.view.scrollTo(last_index)
         self.view.setUpdatesEnabled(True)
         self._is_updating = False

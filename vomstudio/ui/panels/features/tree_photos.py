@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMenu, QTreeWidget, QTreeWidgetItem
 from vomstudio.core.words import tr, tr_n
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.project.edit import Edit
-from vomstudio.project.photo_edits import marks_of, masks_of, photo_sets
+from vomstudio.project.photo_edits import get_masks, marks_of, photo_sets
 from vomstudio.project.records import (
     ImageMark,
     MarkedPoint,
@@ -24,11 +24,11 @@ from vomstudio.project.records import (
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.features.tree_view import ID, NAME, ORIENTATION, SORT, TreeItem
+from vomstudio.ui.panels.features.tree_view import ID_ROLE, NAME, ORIENTATION, SORT_ROLE, TreeItem
 from vomstudio.ui.panels.photos.photo_commands import PhotoOpening
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 
-PHOTO = Qt.ItemDataRole.UserRole + 2
+PHOTO_ROLE = Qt.ItemDataRole.UserRole + 2
 """Item data role that stores the photo name."""
 ROWS_PER_STEP = 200
 """Number of rows created between two events, which takes a few milliseconds."""
@@ -70,7 +70,7 @@ class TreePhotos(QObject):
         show_panel: Callable[[], object],
     ) -> None:
         super().__init__()
-        self._studio, self._survey, self._opening = studio, survey, opening
+        self._studio, self._survey, self._photo_opening = studio, survey, opening
         self._actions, self._show_panel = actions, show_panel
         self._branches: dict[str, QTreeWidgetItem] = {}
         self._names: dict[str, Sequence[str]] = {}
@@ -127,13 +127,13 @@ class TreePhotos(QObject):
                     self._add_branch(photo_set)
                     self._tree.sortItems(NAME, Qt.SortOrder.AscendingOrder)
                 self._update_title(photo_set)
-            self._update_labels(_changed_photos(records))
+            self._update_labels(_find_changed_photos(records))
 
     def _add_branch(self, photo_set: PhotoSet) -> None:
         item = TreeItem(self._tree)
-        item.setData(NAME, ID, photo_set.id)
+        item.setData(NAME, ID_ROLE, photo_set.id)
         # Photo sets are listed after the models.
-        item.setData(NAME, SORT, ("0", 1 + len(self._branches)))
+        item.setData(NAME, SORT_ROLE, ("0", 1 + len(self._branches)))
         item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
         item.setIcon(NAME, theme.icon("image-multiple-outline"))
         item.setChildIndicatorPolicy(QTreeWidgetItem.ChildIndicatorPolicy.ShowIndicator)
@@ -180,7 +180,7 @@ class TreePhotos(QObject):
 
     # --- photos of a set ---------------------------------------------------------------------
     def _expand(self, item: QTreeWidgetItem) -> None:
-        id_ = str(item.data(NAME, ID))
+        id_ = str(item.data(NAME, ID_ROLE))
         photo_set = self._studio.records.get(id_)
         if self._branches.get(id_) is not item or id_ in self._names:
             return
@@ -222,9 +222,9 @@ class TreePhotos(QObject):
                 rows: list[QTreeWidgetItem] = []
                 for name in names[start : start + ROWS_PER_STEP]:
                     row = TreeItem([name])
-                    row.setData(NAME, ID, id_)
-                    row.setData(NAME, PHOTO, name)
-                    row.setData(NAME, SORT, start + len(rows))
+                    row.setData(NAME, ID_ROLE, id_)
+                    row.setData(NAME, PHOTO_ROLE, name)
+                    row.setData(NAME, SORT_ROLE, start + len(rows))
                     row.setIcon(NAME, icon)
                     row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
                     rows.append(row)
@@ -246,7 +246,7 @@ class TreePhotos(QObject):
             counts: dict[str, int] = {}
             for _, mark in marks_of(records, id_):
                 counts[mark.photo] = counts.get(mark.photo, 0) + 1
-            masked_photos = masks_of(records, id_).keys()
+            masked_photos = get_masks(records, id_).keys()
             for number in numbers:
                 name = names[number]
                 count = counts.get(name, 0)
@@ -259,27 +259,27 @@ class TreePhotos(QObject):
 
     # --- actions -----------------------------------------------------------------------------
     def _emit_selected_photo(self) -> None:
-        photos = [item for item in self._tree.selectedItems() if item.data(NAME, PHOTO)]
-        if len(photos) == 1 and self._is_in_panel(str(photos[0].data(NAME, ID))):
-            self.photo_selected.emit(str(photos[0].data(NAME, PHOTO)))
+        photos = [item for item in self._tree.selectedItems() if item.data(NAME, PHOTO_ROLE)]
+        if len(photos) == 1 and self._is_in_panel(str(photos[0].data(NAME, ID_ROLE))):
+            self.photo_selected.emit(str(photos[0].data(NAME, PHOTO_ROLE)))
 
     def _open(self, item: QTreeWidgetItem | None) -> None:
-        record = None if item is None else self._studio.records.get(str(item.data(NAME, ID)))
+        record = None if item is None else self._studio.records.get(str(item.data(NAME, ID_ROLE)))
         if item is None or not isinstance(record, PhotoSet):
             return
-        if photo := item.data(NAME, PHOTO):
-            self._opening.open_set_photo(record, str(photo))
+        if photo := item.data(NAME, PHOTO_ROLE):
+            self._photo_opening.open_set_photo(record, str(photo))
 
     def fill_menu(self, menu: QMenu, item: QTreeWidgetItem) -> bool:
         """Fill the context menu of a photo set or photo; return False for rows of other kinds."""
-        record = self._studio.records.get(str(item.data(NAME, ID)))
+        record = self._studio.records.get(str(item.data(NAME, ID_ROLE)))
         if not isinstance(record, PhotoSet):
             return False
-        photo = item.data(NAME, PHOTO)
+        photo = item.data(NAME, PHOTO_ROLE)
         menu.addAction(
             theme.icon("image-edit-outline"),
             tr("&Open photo") if photo else tr("&Open its first photo"),
-            partial(self._opening.open_set_photo, record, photo),
+            partial(self._photo_opening.open_set_photo, record, photo),
         )
         menu.addAction(
             theme.icon("image-multiple-outline"),
@@ -296,11 +296,11 @@ class TreePhotos(QObject):
         return True
 
     def _show_in_panel(self, photo_set: PhotoSet, photo: str | None) -> None:
-        if self._opening.open_set(photo_set):
+        if self._photo_opening.open_set(photo_set):
             self._show_panel()
             if photo:
                 self.photo_selected.emit(photo)
 
 
-def _changed_photos(records: Sequence[Record | None]) -> set[str]:
+def _find_changed_photos(records: Sequence[Record | None]) -> set[str]:
     return {r.photo for r in records if isinstance(r, ImageMark | Mask)}

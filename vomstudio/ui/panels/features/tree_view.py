@@ -35,8 +35,8 @@ from vomstudio.core.words import tr_n
 from vomstudio.ui.base.controls import Label
 from vomstudio.ui.panels.features.row_runs import find_runs
 
-ID = Qt.ItemDataRole.UserRole
-SORT = Qt.ItemDataRole.UserRole + 1
+ID_ROLE = Qt.ItemDataRole.UserRole
+SORT_ROLE = Qt.ItemDataRole.UserRole + 1
 NAME, ORIENTATION, SET = 0, 1, 2
 MAX_SET_WIDTH_PX = 80
 # A narrower column would show only an ellipsis.
@@ -52,7 +52,7 @@ class TreeItem(QTreeWidgetItem):
     """Item that is sorted by its SORT data."""
 
     def __lt__(self, other: QTreeWidgetItem) -> bool:
-        return bool(self.data(NAME, SORT) < other.data(NAME, SORT))
+        return bool(self.data(NAME, SORT_ROLE) < other.data(NAME, SORT_ROLE))
 
 
 class FeatureItem(TreeItem):
@@ -80,9 +80,9 @@ class FeatureItem(TreeItem):
         self._content, self._apply = content, apply
 
     def data(self, column: int, role: int) -> Any:
-        if role == ID:
+        if role == ID_ROLE:
             return self.id
-        if role == SORT:
+        if role == SORT_ROLE:
             return self.sort_key
         return self._content(self.id, column, role)
 
@@ -104,7 +104,7 @@ class FeatureTree(QTreeWidget):
     def __init__(self, is_target: Callable[[str], bool]) -> None:
         super().__init__()
         self._is_target = is_target
-        self._target: QTreeWidgetItem | None = None
+        self._target_group: QTreeWidgetItem | None = None
         self._has_sets = False
         self.setDragEnabled(True)
         self.setAcceptDrops(True)
@@ -123,14 +123,14 @@ class FeatureTree(QTreeWidget):
         header.resizeSection(SET, MAX_SET_WIDTH_PX)
         header.hideSection(SET)
         self._fit_timer = QTimer(self, singleShot=True, interval=FIT_DELAY_MS)
-        self._fit_timer.timeout.connect(self._fit_sets)
-        self._longest: dict[int, QTreeWidgetItem] = {}
+        self._fit_timer.timeout.connect(self._fit_set_column)
+        self._longest_items: dict[int, QTreeWidgetItem] = {}
         """Item with the longest name of each group that was measured, by the row of the group."""
         self.model().rowsInserted.connect(self._fit_timer.start)
         self.model().rowsInserted.connect(self._add_names)
         self.model().rowsAboutToBeRemoved.connect(self._forget_names)
-        self.model().layoutChanged.connect(self._longest.clear)
-        self.model().modelReset.connect(self._longest.clear)
+        self.model().layoutChanged.connect(self._longest_items.clear)
+        self.model().modelReset.connect(self._longest_items.clear)
         # Limits the number of hidden rows that are measured for the column width.
         header.setResizeContentsPrecision(MAX_SINGLE_ITEMS)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -149,13 +149,13 @@ class FeatureTree(QTreeWidget):
         super().showEvent(event)
         self._fit_timer.start()
 
-    def show_sets(self, has_sets: bool) -> None:
+    def show_set_column(self, has_sets: bool) -> None:
         """Show the set column if there are sets and the names leave enough width."""
         if has_sets != self._has_sets:
             self._has_sets = has_sets
-            self._fit_sets()
+            self._fit_set_column()
 
-    def _fit_sets(self) -> None:
+    def _fit_set_column(self) -> None:
         """Fit the set column to the width that the names and orientations leave."""
         header = self.header()
         available_width = self.viewport().width() - header.sectionSize(ORIENTATION)
@@ -173,9 +173,9 @@ class FeatureTree(QTreeWidget):
         """Return the width of the longest name, also of rows out of sight, which Qt ignores."""
         width = self.sizeHintForColumn(NAME)
         for row in range(self.topLevelItemCount()):
-            if row not in self._longest:
+            if row not in self._longest_items:
                 self._measure_names(row)
-            if (item := self._longest.get(row)) is not None:
+            if (item := self._longest_items.get(row)) is not None:
                 hint = self.sizeHintForIndex(self.indexFromItem(item)).width()
                 width = max(width, 2 * self.indentation() + hint)
         return width
@@ -186,33 +186,33 @@ class FeatureTree(QTreeWidget):
         children = [] if group is None else map(group.child, range(group.childCount()))
         items = [item for item in children if item is not None]
         if items:
-            self._longest[row] = max(items, key=_name_length)
+            self._longest_items[row] = max(items, key=_name_length)
 
     def _add_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
         """Compare new or changed names of a group with its longest name."""
         if not parent.isValid():
-            self._longest.clear()
+            self._longest_items.clear()
             return
-        longest, group = self._longest.get(parent.row()), self.itemFromIndex(parent)
-        if longest is None or group is None:
+        longest_item, group = self._longest_items.get(parent.row()), self.itemFromIndex(parent)
+        if longest_item is None or group is None:
             return
         for row in range(first_row, last_row + 1):
             item = group.child(row)
-            if item is longest:
+            if item is longest_item:
                 # It may have become shorter.
-                del self._longest[parent.row()]
+                del self._longest_items[parent.row()]
                 return
-            if item is not None and _name_length(item) > _name_length(longest):
-                self._longest[parent.row()] = longest = item
+            if item is not None and _name_length(item) > _name_length(longest_item):
+                self._longest_items[parent.row()] = longest_item = item
 
     def _forget_names(self, parent: QModelIndex, first_row: int, last_row: int) -> None:
         """Forget the longest name of a group if its item is about to be removed."""
         if not parent.isValid():
-            self._longest.clear()
+            self._longest_items.clear()
             return
-        longest = self._longest.get(parent.row())
-        if longest and first_row <= self.indexFromItem(longest).row() <= last_row:
-            del self._longest[parent.row()]
+        longest_item = self._longest_items.get(parent.row())
+        if longest_item and first_row <= self.indexFromItem(longest_item).row() <= last_row:
+            del self._longest_items[parent.row()]
 
     def edit(  # type: ignore[override]
         self,
@@ -322,32 +322,32 @@ class FeatureTree(QTreeWidget):
             return
         event.setDropAction(Qt.DropAction.CopyAction)
         event.accept()
-        self.features_dropped.emit(str(group.data(NAME, ID)))
+        self.features_dropped.emit(str(group.data(NAME, ID_ROLE)))
 
     def _group_at(self, position: QPoint) -> QTreeWidgetItem | None:
         item = self.itemAt(position)
         group = item.parent() or item if item is not None else None
-        if group is not None and self._is_target(str(group.data(NAME, ID))):
+        if group is not None and self._is_target(str(group.data(NAME, ID_ROLE))):
             return group
         return None
 
     def _highlight(self, group: QTreeWidgetItem | None) -> None:
         """Highlight the group that receives the dropped features, or none."""
-        if group is self._target:
+        if group is self._target_group:
             return
         with QSignalBlocker(self):
             for item, brush in (
-                (self._target, QBrush()),
+                (self._target_group, QBrush()),
                 (group, self.palette().brush(QPalette.ColorRole.Highlight)),
             ):
                 if item is not None:
                     for column in range(self.columnCount()):
                         item.setBackground(column, brush)
-        self._target = group
+        self._target_group = group
 
 
 def _record_id(item: QTreeWidgetItem) -> str:
-    return item.id if isinstance(item, FeatureItem) else str(item.data(NAME, ID))
+    return item.id if isinstance(item, FeatureItem) else str(item.data(NAME, ID_ROLE))
 
 
 def _name_length(item: QTreeWidgetItem) -> int:
@@ -364,12 +364,12 @@ def sort_children(parent: QTreeWidgetItem, items: list[QTreeWidgetItem]) -> None
     for item in items:
         low, high = 0, parent.childCount()
         while low < high:
-            centre = (low + high) // 2
-            other_item = parent.child(centre)
+            middle = (low + high) // 2
+            other_item = parent.child(middle)
             if other_item is not None and item < other_item:
-                high = centre
+                high = middle
             else:
-                low = centre + 1
+                low = middle + 1
         parent.insertChild(low, item)
 
 

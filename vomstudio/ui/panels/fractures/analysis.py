@@ -12,7 +12,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import format_exact_plane
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vomstudio.products.section.section_lines import Curtain
 
 
-_MARGIN = 0.01
+_MARGIN_FRACTION = 0.01
 """Margin around the traces as a fraction of their longer side."""
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
 GRID = "grid"
@@ -71,7 +71,7 @@ class GridCells:
 
 
 @dataclass(frozen=True, eq=False)
-class FractureQuestion:
+class FractureRequest:
     """Input of the fracture analysis.
 
     Attributes
@@ -103,7 +103,7 @@ class FractureQuestion:
 
 
 @dataclass(frozen=True, eq=False)
-class FractureAnswer:
+class FractureResult:
     """Result of the fracture analysis.
 
     Attributes
@@ -112,19 +112,19 @@ class FractureAnswer:
         Traces in face coordinates.
     plane : TracePlane
         Plane of the face.
-    mapped : MappedNetwork or None
+    network : MappedNetwork or None
         Mapped traces, or None if nothing can be counted (see `reason`). The map is drawn in any
         case.
     """
 
-    question: FractureQuestion
+    request: FractureRequest
     face: Curtain
     plane: TracePlane
     lines: list[FloatArray]
     region: SamplingRegion
     drawing: Drawing
     mark: DrawingMark | None
-    mapped: MappedNetwork | None
+    network: MappedNetwork | None
     reason: Finding | None = None
 
 
@@ -166,24 +166,24 @@ def region_mark(region_kind: str, numbers: tuple[float, ...]) -> DrawingMark | N
     return DrawingMark(points, closed=region_kind == WINDOW)
 
 
-def answer(question: FractureQuestion) -> FractureAnswer:
+def analyse_fractures(request: FractureRequest) -> FractureResult:
     """Run the analysis of `vomstudio fractures` in a worker thread."""
     from vomstudio.geology.fractures.network import SamplingRegion
     from vomstudio.geology.fractures.trace_plane import TracePlane
-    from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
-    from vomstudio.products.section.trace_map import curtain_of_traces, map_to_face
+    from vomstudio.products.fractures.mapping import FractureMapRequest, map_fractures
+    from vomstudio.products.section.trace_map import curtain_from_traces, map_to_face
 
-    q = question
+    q = request
     plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
-    face = curtain_of_traces([trace.points for trace in q.traces], plane)
+    face = curtain_from_traces([trace.points for trace in q.traces], plane)
     lines = map_to_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
-    trace_plane = TracePlane.through(face.plane, [trace.points for trace in q.traces])
+    trace_plane = TracePlane.from_attitude(face.plane, [trace.points for trace in q.traces])
     cells = _project_cells(q.cells, face)
-    drawing = _drawing(q, face, lines, cells)
+    drawing = _create_drawing(q, face, lines, cells)
     numbers = q.region_numbers
     if q.region_kind == WINDOW and not numbers:
-        numbers = _window_around(np.concatenate(lines), q.options.snap_m)
+        numbers = _default_window(np.concatenate(lines), q.options.snap_m)
     mark = region_mark(q.region_kind, numbers)
     region = SamplingRegion()
     reason = check_region_numbers(q.region_kind, numbers)
@@ -195,47 +195,47 @@ def answer(question: FractureQuestion) -> FractureAnswer:
         region = _merge_cells(cells) if len(cells) else _build_region(q.region_kind, numbers, mark)
         try:
             mapped_fractures = map_fractures(
-                FractureOrder(None, replace(q.options, plane=format_exact_plane(face.plane))),
-                lines=_shapes([trace.points for trace in q.traces]),
+                FractureMapRequest(None, replace(q.options, plane=format_exact_plane(face.plane))),
+                lines=_line_strings([trace.points for trace in q.traces]),
                 crs=q.crs,
                 sampling_region=region,
                 sets=[trace.set for trace in q.traces],
             )
             if not q.is_north_known:
                 mapped_fractures = replace(mapped_fractures, y_axis="y")
-            return FractureAnswer(
-                question=q,
+            return FractureResult(
+                request=q,
                 face=face,
                 plane=trace_plane,
                 lines=lines,
                 region=region,
                 drawing=drawing,
                 mark=mark,
-                mapped=mapped_fractures,
+                network=mapped_fractures,
             )
         except VomError as error:
-            reason = cause_of(error)
-    return FractureAnswer(
-        question=q,
+            reason = cause_finding(error)
+    return FractureResult(
+        request=q,
         face=face,
         plane=trace_plane,
         lines=lines,
         region=region,
         drawing=drawing,
         mark=mark,
-        mapped=None,
+        network=None,
         reason=reason,
     )
 
 
-def _window_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
+def _default_window(points: FloatArray, snap_m: float) -> tuple[float, ...]:
     """Return the corners of a window around points (n, 2) in face coordinates.
 
     A margin separates the trace ends from the edge, where they would count as censored.
     """
-    lower, upper_corner = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * float((upper_corner - lower).max()) + 2.0 * snap_m
-    return (*(lower - margin).tolist(), *(upper_corner + margin).tolist())
+    lower_corner, upper_corner = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN_FRACTION * float((upper_corner - lower_corner).max()) + 2.0 * snap_m
+    return (*(lower_corner - margin).tolist(), *(upper_corner + margin).tolist())
 
 
 def _project_cells(cells: GridCells | None, face: Curtain) -> FloatArray:
@@ -255,8 +255,8 @@ def _merge_cells(cells: FloatArray) -> SamplingRegion:
     from vomstudio.geology.fractures.network import SamplingRegion
 
     # Rounding of shared corners would otherwise leave gaps between cells.
-    size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
-    return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
+    cell_size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
+    return SamplingRegion(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * cell_size))
 
 
 def _build_region(
@@ -276,10 +276,10 @@ def _build_region(
     if region_kind == WINDOW:
         area, warnings = resolve_crossings(shapely.Polygon(mark.points))
         return SamplingRegion(area, warnings=tuple(warnings))
-    return SamplingRegion(scanlines=_shapes([mark.points]))
+    return SamplingRegion(scanlines=_line_strings([mark.points]))
 
 
-def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
+def _line_strings(lines: Sequence[FloatArray]) -> ObjectArray:
     import shapely
 
     shapes = np.empty(len(lines), object)
@@ -287,8 +287,8 @@ def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
     return shapes
 
 
-def _drawing(
-    q: FractureQuestion, face: Curtain, lines: Sequence[FloatArray], cells: FloatArray
+def _create_drawing(
+    q: FractureRequest, face: Curtain, lines: Sequence[FloatArray], cells: FloatArray
 ) -> Drawing:
     from vomstudio.products.ortho.vector_drawing import Drawing, DrawingShape
     from vomstudio.products.section.writing import end_names
@@ -297,7 +297,9 @@ def _drawing(
     low, high = points.min(axis=0), points.max(axis=0)
     margin = max(0.05 * float((high - low).max()), 1e-3)
     unit = "m" if q.is_metric else tr("units")
-    up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
+    up_title = (
+        tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
+    )
     shapes = (
         *(DrawingShape("cells", cell, _CELL_COLOR, is_closed=True) for cell in cells),
         *(
@@ -309,7 +311,7 @@ def _drawing(
         shapes,
         np.stack([low - margin, high + margin]),
         end_names(face, q.is_north_known),
-        (tr("along the face ({unit})", unit=unit), up),
+        (tr("along the face ({unit})", unit=unit), up_title),
         is_metric=q.is_metric,
     )
 
@@ -328,5 +330,7 @@ def write_figure(mapped_network: MappedNetwork, path: Path) -> None:
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 
-    with atomic_write(path, True) as temporary:
-        write_fractures(temporary, mapped_network, format=path.suffix.lower().removeprefix("."))
+    with atomic_write(path, True) as temporary_path:
+        write_fractures(
+            temporary_path, mapped_network, format=path.suffix.lower().removeprefix(".")
+        )

@@ -30,20 +30,20 @@ from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.records import (
     FaceGrid,
     FeatureType,
     Model,
-    Picked,
+    PickedFeature,
     Record,
-    Typed,
+    TypedFeature,
     get_feature,
 )
-from vomstudio.project.registration_errors import model_of
+from vomstudio.project.registration_errors import get_model
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_line
-from vomstudio.ui.base.controls import allow, button_row, icon_button, narrow_form
+from vomstudio.ui.base.controls import button_row, icon_button, narrow_form, set_enabled
 from vomstudio.ui.base.numbers import parse_numbers
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -53,10 +53,10 @@ from vomstudio.ui.panels.fractures.analysis import (
     GRID,
     SCANLINE,
     WINDOW,
-    FractureAnswer,
-    FractureQuestion,
+    FractureRequest,
+    FractureResult,
     MappedTrace,
-    answer,
+    analyse_fractures,
     check_region_numbers,
     draw_figure,
     region_mark,
@@ -71,7 +71,7 @@ from vomstudio.ui.widgets.copied_command import (
     format_numbers,
 )
 from vomstudio.ui.widgets.drawing_view import DrawingView
-from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.figure_file import choose_figure_file
 from vomstudio.ui.widgets.form_with_picture import FormWithPicture
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
@@ -81,12 +81,12 @@ from vomstudio.ui.widgets.scaled_picture import ScaledPicture
 _NO_COLOR = "#404040"
 
 
-class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
+class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
     """Panel that counts traces along a line, or in a circle, window or grid cells."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "fracture", "fractures.md", tr("Counting…"))
-        self._drawn_result: FractureAnswer | None = None
+        self._drawn_result: FractureResult | None = None
         self.group_box = GroupBox(studio, tr("All traces"))
         self.group_box.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("best-fit plane"), view)
@@ -140,7 +140,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         studio = self._studio
         self.group_box.activated.connect(self._schedule_refresh)
         self.plane.changed.connect(self._schedule_refresh)
-        self.region_box.currentIndexChanged.connect(self._follow_region)
+        self.region_box.currentIndexChanged.connect(self._apply_region_kind)
         self.region_field.textChanged.connect(self._schedule_refresh)
         self.options.changed.connect(self._schedule_refresh)
         self.take.clicked.connect(lambda _=False: self._use_selection())
@@ -154,13 +154,13 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )
         studio.edited.connect(self._follow_edit)
         studio.selection_changed.connect(self._follow_selection)
-        self._follow_region()
+        self._apply_region_kind()
 
     # --- sampling region ---------------------------------------------------------------------
     def _region_kind(self) -> str:
         return self.region_box.kind()
 
-    def _follow_region(self, *_: object) -> None:
+    def _apply_region_kind(self, *_: object) -> None:
         region_kind = self._region_kind()
         self.region_field.clear()
         reason = None
@@ -168,7 +168,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             reason = Finding("action.all-traces-counted")
         elif region_kind == GRID:
             reason = Finding("action.cells-are-window")
-        allow(self.region_field, reason)
+        set_enabled(self.region_field, reason)
         self.region_field.setPlaceholderText(
             {
                 EVERYTHING: "",
@@ -181,7 +181,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         can_mark = region_kind not in (EVERYTHING, GRID)
         self.map.enable_marking(can_mark)
         self.map.setToolTip("" if not can_mark else tr("Drag to mark the area to count."))
-        self._refresh_take()
+        self._refresh_take_button()
         self._schedule_refresh()
 
     def _region_numbers(self, ends: FloatArray) -> tuple[float, ...]:
@@ -198,10 +198,10 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _selected_line(self) -> FloatArray | None:
         """Return the points (n, 3) of the selected line in the World frame, or None."""
-        line = current_line(self._studio, Picked)
+        line = current_line(self._studio, PickedFeature)
         return None if line is None else self._studio.measured([line.id])[line.id].points
 
-    def _refresh_take(self) -> None:
+    def _refresh_take_button(self) -> None:
         region_kind, line = self._region_kind(), self._selected_line()
         min_points = 3 if region_kind == WINDOW else 2
         reason = None
@@ -209,7 +209,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             reason = Finding("action.no-window")
         elif line is None or len(line) < min_points or self.result is None:
             reason = Finding("action.no-area" if region_kind == WINDOW else "action.no-line")
-        allow(self.take, reason)
+        set_enabled(self.take, reason)
 
     def _use_selection(self) -> None:
         line = self._selected_line()
@@ -228,29 +228,31 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
     def _follow_selection(self) -> None:
         if self.group_box.choice() == SELECTED:
             self._schedule_refresh()
-        self._refresh_take()
+        self._refresh_take_button()
 
     # --- input -------------------------------------------------------------------------------
     def _list_choices(self) -> None:
         self.group_box.list_groups()
         self.region_box.list_grids()
 
-    def _compute_answer(self, question: FractureQuestion) -> FractureAnswer:
-        return answer(question)
+    def _compute_result(self, request: FractureRequest) -> FractureResult:
+        return analyse_fractures(request)
 
     def _traces(self) -> list[MappedTrace]:
         studio, records = self._studio, self._studio.records
-        features = [f for f in self.group_box.features() if isinstance(f, Picked) and _is_line(f)]
+        features = [
+            f for f in self.group_box.features() if isinstance(f, PickedFeature) and _is_line(f)
+        ]
         measurements = studio.measured(f.id for f in features)
         traces = []
         for f in features:
-            layer = kind_of(f).layer
+            layer = get_kind(f).layer
             shape = None if layer is None else layer.shape(Subject(f, measurements[f.id], records))
-            type_ = records.get(f.type_id) if isinstance(f, Typed) else None
-            if shape is None or not isinstance(f, Typed):
+            feature_type = records.get(f.type_id) if isinstance(f, TypedFeature) else None
+            if shape is None or not isinstance(f, TypedFeature):
                 continue
-            type_name = type_.name if isinstance(type_, FeatureType) else ""
-            color = type_.color if isinstance(type_, FeatureType) else _NO_COLOR
+            type_name = feature_type.name if isinstance(feature_type, FeatureType) else ""
+            color = feature_type.color if isinstance(feature_type, FeatureType) else _NO_COLOR
             traces.append(
                 MappedTrace(
                     id=f.id, name=f.name, set=f.set_name or type_name, color=color, points=shape
@@ -258,7 +260,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             )
         return traces
 
-    def _create_question(self) -> FractureQuestion:
+    def _create_request(self) -> FractureRequest:
         traces = self._traces()
         if not traces:
             is_selection = self.group_box.choice() == SELECTED
@@ -272,9 +274,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         if (reason := check_region_numbers(self._region_kind(), numbers)) is not None:
             raise InputError(reason)
         models = [
-            model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
+            get_model(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
-        return FractureQuestion(
+        return FractureRequest(
             traces=traces,
             plane=plane,
             region_kind=self._region_kind(),
@@ -283,13 +285,13 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             is_metric=all(m is None or m.frame.has_metres for m in models),
             is_north_known=all(m is None or m.frame.has_north for m in models),
             cells=self.region_box.cells(),
-            crs=_crs_of(models),
+            crs=_common_crs(models),
         )
 
     # --- result ------------------------------------------------------------------------------
-    def _result_text(self, result: FractureAnswer) -> str:
+    def _result_text(self, result: FractureResult) -> str:
         notes = [str(result.reason)]
-        if result.mapped is not None:
+        if result.network is not None:
             plane = result.face.plane
             assert plane is not None
             from vomstudio.geology.notation import format_plane
@@ -316,11 +318,11 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 text,
                 *(
                     str(warning)
-                    for warning in result.mapped.found.warnings
+                    for warning in result.network.found.warnings
                     # The first line already reports the plane.
                     if warning.code != "lines.not-planar"
                 ),
-                *map(str, result.mapped.found.notes),
+                *map(str, result.network.found.notes),
                 *self.group_box.exclusion_messages(),
                 *_cells_text(result),
             ]
@@ -330,18 +332,18 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         result = self.result
         self.map.show_drawing(None if result is None else result.drawing)
         self.map.show_mark(None if result is None else result.mark)
-        self.figures.setHtml(_html(result))
+        self.figures.setHtml(_result_html(result))
         self._draw_figure()
-        self._refresh_take()
+        self._refresh_take_button()
 
     def _refresh(self) -> None:
         reason = None
         if self._requests.is_waiting:
             reason = Finding("action.busy")
-        elif self.result is None or self.result.mapped is None:
+        elif self.result is None or self.result.network is None:
             reason = Finding("action.no-result")
-        allow(self.figure, reason)
-        self.copy.allow(reason)
+        set_enabled(self.figure, reason)
+        self.copy.set_enabled(reason)
 
     def _draw_figure(self) -> None:
         """Draw the figure if its tab is open."""
@@ -349,39 +351,39 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         if self.tabs.currentWidget() is not self.picture or result is self._drawn_result:
             return
         self._drawn_result = result
-        network = None if result is None else result.mapped
+        network = None if result is None else result.network
         if result is None or network is None:
             self.picture.show_image(QImage())
         else:
             self._background.run(partial(draw_figure, network), partial(self._show_figure, result))
 
-    def _show_figure(self, result: FractureAnswer, png: bytes) -> None:
+    def _show_figure(self, result: FractureResult, png: bytes) -> None:
         if result is self._drawn_result:
             self.picture.show_image(QImage.fromData(png))
 
     # --- export ------------------------------------------------------------------------------
     def _ask_for_figure(self) -> None:
-        path = ask_for_figure_file(self, self._studio, tr("Figure of the fractures"), "fractures")
+        path = choose_figure_file(self, self._studio, tr("Figure of the fractures"), "fractures")
         if path is not None:
             self.write_figure(path)
 
     def write_figure(self, path: Path) -> None:
         result = self.result
-        network = None if result is None else result.mapped
+        network = None if result is None else result.network
         if network is not None:
             self._write(write_figure, network, path)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces and copy the command to the clipboard."""
         result = self.result
-        if result is None or result.mapped is None:
+        if result is None or result.network is None:
             return
         from vomstudio.products.section.trace_map import write_map
 
-        traces = result.question.traces
+        traces = result.request.traces
 
         def write(path: Path) -> None:
-            q = result.question
+            q = result.request
             write_map(
                 path,
                 [t.points for t in traces],
@@ -396,8 +398,8 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         copy_with_file(self, self._studio, "traces.gpkg", write, partial(fractures_command, result))
 
 
-def _cells_text(result: FractureAnswer) -> list[str]:
-    cells = result.question.cells
+def _cells_text(result: FractureResult) -> list[str]:
+    cells = result.request.cells
     if cells is None:
         return []
     return [
@@ -410,14 +412,14 @@ def _cells_text(result: FractureAnswer) -> list[str]:
     ]
 
 
-def fractures_command(result: FractureAnswer, traces: Path) -> CommandArguments:
+def fractures_command(result: FractureResult, traces: Path) -> CommandArguments:
     """Return the command that reproduces the result from a GeoPackage of the traces.
 
     The sampling region is stored in files next to the GeoPackage.
     """
-    from vomstudio.products.section.trace_map import map_files, map_to_outcrop
+    from vomstudio.products.section.trace_map import map_outputs, map_to_outcrop
 
-    q, region = result.question, result.region
+    q, region = result.request, result.region
     plane = result.plane
     circle = None
     if region.circle is not None:
@@ -425,14 +427,14 @@ def fractures_command(result: FractureAnswer, traces: Path) -> CommandArguments:
         (centre,) = map_to_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
         circle = format_numbers((*centre, radius))
-    files = map_files(traces, region)
+    files = map_outputs(traces, region)
     area, scanline = (str(files[name]) if name in files else None for name in ("area", "scanline"))
     attitude = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"
     options = replace(q.options, plane=attitude, circle=circle, area=area, scanline=scanline)
     return ["fractures", traces, *option_words(options)]
 
 
-def _crs_of(models: Iterable[Model | None]) -> str | None:
+def _common_crs(models: Iterable[Model | None]) -> str | None:
     """Return the common CRS of the models, or None for a local frame."""
     frames = {None if m is None else (m.frame.crs, m.frame.unit_m) for m in models}
     frame = frames.pop() if len(frames) == 1 else None
@@ -440,12 +442,12 @@ def _crs_of(models: Iterable[Model | None]) -> str | None:
 
 
 def _is_line(feature: Record) -> bool:
-    layer = kind_of(feature).layer if isinstance(feature, Typed) else None
+    layer = get_kind(feature).layer if isinstance(feature, TypedFeature) else None
     return layer is not None and layer.geometry == "line"
 
 
-def _html(result: FractureAnswer | None) -> str:
-    network = None if result is None else result.mapped
+def _result_html(result: FractureResult | None) -> str:
+    network = None if result is None else result.network
     if network is None:
         return ""
     from vomstudio.products.fractures.summary import figure_rows

@@ -52,13 +52,13 @@ class RegionBox(ComboBox):
         titles = {key: tr("Coverage: {grid}", grid=name) for key, name in grids.items()}
         if shown_titles == titles:
             return
-        previous = self.currentData()
+        previous_key = self.currentData()
         was_blocked = self.blockSignals(True)
         while self.count() > self._fixed_count:
             self.removeItem(self.count() - 1)
         for key, title in titles.items():
             self.addItem(title, key)
-        index = self.findData(previous)
+        index = self.findData(previous_key)
         self.setCurrentIndex(index if index >= 0 else 1)
         self.blockSignals(was_blocked)
         if index < 0:

@@ -36,14 +36,14 @@ def draw_features(
 def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Drawn]:
     """Return the drawing of a feature over a photo, or an empty list if it is not visible."""
     views = photos.views
-    pairs = False
+    is_paired = False
     if len(drawing.line) > 1:
-        pixels, is_visible = views.course(view, drawing.line, _STEP_PX)
+        pixels, is_visible = views.project_line(view, drawing.line, _STEP_PX)
     elif drawing.area is not None:
         edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MAX_EDGES)]
         world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
         pixels, is_visible = views.pixels(view, world), views.shows(view, world)
-        pairs = True
+        is_paired = True
     else:
         return []
     if not is_visible.any():
@@ -51,7 +51,7 @@ def _draw_feature(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> li
     anchor = None
     if views.shows(view, drawing.anchor[None])[0]:
         anchor = views.pixels(view, drawing.anchor[None])[0]
-    elif not pairs:
+    elif not is_paired:
         rows = np.flatnonzero(is_visible)
         anchor = pixels[rows[len(rows) // 2]]
-    return [Drawn(drawing.id, pixels, is_visible, drawing.color, drawing.label, anchor, pairs)]
+    return [Drawn(drawing.id, pixels, is_visible, drawing.color, drawing.label, anchor, is_paired)]

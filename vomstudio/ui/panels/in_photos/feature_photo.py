@@ -17,13 +17,13 @@ from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.photos import ModelPhotos
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.ui.base.photo_images import PATIENCE_S, PhotoImages, PhotoPyramid
+from vomstudio.ui.base.photo_images import MAX_WAIT_S, PhotoImages, PhotoPyramid
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.in_photos.drawn_features import draw_features
 from vomstudio.ui.widgets.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 
-_PLACE, _FEATURES = "place", "features"
+_SIGHTINGS_KEY, _FEATURES_KEY = "place", "features"
 
 
 class FeaturePhoto(QObject):
@@ -64,7 +64,7 @@ class FeaturePhoto(QObject):
         self.canvas.pointed.connect(self._handle_pointer)
         self.images.picture_loaded.connect(self._show_picture)
         studio.preview.connect(self._show_preview)
-        studio.active_tool_changed.connect(self._tool_changed)
+        studio.active_tool_changed.connect(self._handle_tool_change)
 
     def watch(self, viewport: Viewport) -> None:
         """Draw the features of this viewport, and show its cursor position in the photo."""
@@ -76,7 +76,7 @@ class FeaturePhoto(QObject):
         """Stop background work and ignore its results."""
         self.set_photos(None)
         self.images.close()
-        self._background.stop(wait_s=PATIENCE_S)
+        self._background.stop(wait_s=MAX_WAIT_S)
 
     # --- photo -------------------------------------------------------------------------------
     @property
@@ -105,33 +105,35 @@ class FeaturePhoto(QObject):
             self._background.run_request(
                 lambda _: views.sightings(target),
                 partial(self.sightings_ready.emit, token),
-                key=_PLACE,
+                key=_SIGHTINGS_KEY,
                 is_first=True,
             )
 
-    def show(self, view: int, includes_zoom: bool = True) -> None:
-        """Show the photo with this number, and zoom to the target if `includes_zoom` is True."""
+    def show(self, view: int, zoom_to_target: bool = True) -> None:
+        """Show the photo with this number, and zoom to the target if `zoom_to_target` is True."""
         photos = self.photos
         if photos is None:
             return
         self.view = view
         lens = photos.views.views[view].intrinsics
         self.canvas.set_photo(lens.width, lens.height)
-        self.canvas.projection = partial(self._look_through, photos, view)
+        self.canvas.projection = partial(self._project_points, photos, view)
         self.canvas.direction = photos.views.direction(view)
         self.canvas.message = ""
         path = photos.path(view)
         if path is None:
             name = photos.views.views[view].name
-            missing = tr("{photo} was not found. Locate the photos.", photo=name)
-            self.canvas.message = missing if photos.files else Finding("photo.none-found").message
+            missing_message = tr("{photo} was not found. Locate the photos.", photo=name)
+            self.canvas.message = (
+                missing_message if photos.files else Finding("photo.none-found").message
+            )
         else:
             picture = self.images.picture(path)
             if picture is not None:
                 self.canvas.set_picture(picture)
             else:
                 self.canvas.message = tr("Reading {photo}…", photo=path.name)
-        if includes_zoom:
+        if zoom_to_target:
             self.look_at_target()
 
     def show_message(self, message: str) -> None:
@@ -154,19 +156,19 @@ class FeaturePhoto(QObject):
                 Finding("photo.not-shown", photo=Path(key).name, reason=picture).message
             )
 
-    def look_at_target(self, is_lost_only: bool = False) -> None:
-        """Zoom to the target; with `is_lost_only`, only if the target is not in view."""
+    def look_at_target(self, skip_if_visible: bool = False) -> None:
+        """Zoom to the target; with `skip_if_visible`, only if the target is not in view."""
         if self.photos is None or self.view is None or not len(self.target):
             return
         pixels = self.photos.views.pixels(self.view, self.target)
         pixels = pixels[self.photos.views.views[self.view].contains(pixels)]
         if len(pixels) and not (
-            is_lost_only and self.canvas.contains_pixels(np.median(pixels, axis=0))
+            skip_if_visible and self.canvas.contains_pixels(np.median(pixels, axis=0))
         ):
             self.canvas.look_at(pixels)
 
     # --- drawing -----------------------------------------------------------------------------
-    def _look_through(
+    def _project_points(
         self, photos: ModelPhotos, view: int, points: FloatArray
     ) -> tuple[FloatArray, BoolArray]:
         views = photos.views
@@ -191,7 +193,7 @@ class FeaturePhoto(QObject):
         self._background.run_request(
             lambda request: draw_features(request, photos, view, drawings),
             partial(self._show_overlays, view),
-            key=_FEATURES,
+            key=_FEATURES_KEY,
         )
 
     def _show_overlays(self, view: int, overlays: list[Drawn]) -> None:
@@ -223,11 +225,11 @@ class FeaturePhoto(QObject):
         self.canvas.set_cross(pixel)
 
     # --- gestures ----------------------------------------------------------------------------
-    def _tool_changed(self, name: str) -> None:
+    def _handle_tool_change(self, name: str) -> None:
         tool = self._studio.tools.get(name)
         self.canvas.is_left_button_painting = tool is not None and tool.paints
-        arrow, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
-        self.canvas.setCursor(arrow if tool is None else cross_cursor)
+        arrow_cursor, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
+        self.canvas.setCursor(arrow_cursor if tool is None else cross_cursor)
 
     def _handle_pointer(self, pointer: PhotoPointer) -> None:
         photos = self.photos
@@ -249,7 +251,7 @@ class FeaturePhoto(QObject):
             hit=hit,
             handle=pointer.handle,
             more=pointer.is_continued,
-            in_photo=True,
+            is_in_photo=True,
             photo=self.name or "",
             alt=pointer.alt,
         )

@@ -23,7 +23,7 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.photos import ModelPhotos, PhotoLinks
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.ui.base.controls import ElidedLabel
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import extent_points
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.in_photos.feature_photo import FeaturePhoto, world_point
@@ -62,12 +62,12 @@ class InPhotosPanel(QWidget):
         actions: dict[str, QAction],
     ) -> None:
         super().__init__()
-        explain(self, "photos.md#the-model-seen-in-its-photos")
+        set_help_topic(self, "photos.md#the-model-seen-in-its-photos")
         self._studio, self._links, self._actions = studio, links, actions
         self._viewport: Viewport | None = None
         self.feature_photo, self.list, self.canvas = feature_photo, sightings, feature_photo.canvas
         self._target_text = ""
-        self._place: FloatArray | None = None
+        self._clicked_point: FloatArray | None = None
         self._sightings: list[Sighting] = []
         self._is_following = True
         self._is_user_choice = False
@@ -77,22 +77,22 @@ class InPhotosPanel(QWidget):
         self.summary.setObjectName("in_photos_words")
         self.list.photo_selected.connect(self._show_selected_photo)
         self.list.list_changed.connect(self.list_changed)
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(self.list)
-        split.addWidget(self.canvas)
-        split.setStretchFactor(1, 1)
-        split.setSizes([225, 600])
-        split.setChildrenCollapsible(False)
+        splitter = QSplitter(Qt.Orientation.Horizontal)
+        splitter.addWidget(self.list)
+        splitter.addWidget(self.canvas)
+        splitter.setStretchFactor(1, 1)
+        splitter.setSizes([225, 600])
+        splitter.setChildrenCollapsible(False)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.setSpacing(4)
         layout.addLayout(self._make_header())
-        layout.addWidget(split, 1)
+        layout.addWidget(splitter, 1)
         self._timer = QTimer(self, singleShot=True, interval=40)
         self._timer.timeout.connect(self.refresh)
         feature_photo.sightings_ready.connect(self._show_sightings)
         feature_photo.clicked.connect(self._navigate)
-        links.changed.connect(self._links_changed)
+        links.changed.connect(self._handle_links_change)
         studio.selection_changed.connect(self._follow_selection)
         for signal in (
             studio.edited,
@@ -141,7 +141,7 @@ class InPhotosPanel(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802
         super().showEvent(event)
-        self._links.want()
+        self._links.request_photos()
         self._schedule_refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:  # noqa: N802
@@ -154,12 +154,12 @@ class InPhotosPanel(QWidget):
 
     def _clear(self) -> None:
         self.feature_photo.set_photos(None)
-        self._place = None
+        self._clicked_point = None
         self._sightings = []
         self.list.clear()
         self._schedule_refresh()
 
-    def _links_changed(self, _: str) -> None:
+    def _handle_links_change(self, _: str) -> None:
         photos = self.feature_photo.photos
         if photos is not None and self._links.of(photos.model_id) is None:
             self.feature_photo.set_photos(None)
@@ -167,14 +167,14 @@ class InPhotosPanel(QWidget):
 
     def _follow_selection(self, ids: tuple[str, ...]) -> None:
         if ids:
-            self._place = None
+            self._clicked_point = None
         # A selection made in the photo does not change the photo.
         self._is_following = not (self._is_user_choice or self.canvas.hasFocus())
         self._schedule_refresh()
 
-    def show_place(self, point: FloatArray | None) -> None:
+    def show_point(self, point: FloatArray | None) -> None:
         """Show the photos in which a point (3,) in the World frame is visible."""
-        self._place, self._is_following = point, True
+        self._clicked_point, self._is_following = point, True
         self._schedule_refresh()
 
     # --- target ------------------------------------------------------------------------------
@@ -201,7 +201,7 @@ class InPhotosPanel(QWidget):
         self.feature_photo.set_photos(photos)
         self._sightings = []
         if photos is not None and previous_photo is not None and photos.views.has(previous_photo):
-            self._show_photo(photos.views.row(previous_photo), includes_zoom=False)
+            self._show_photo(photos.views.row(previous_photo), zoom_to_target=False)
 
     def _choose_model(self) -> ModelPhotos | None:
         """Return the photos of the selected feature's model, otherwise those of the first model.
@@ -233,20 +233,20 @@ class InPhotosPanel(QWidget):
                 return _subsample(transform.apply(model.to_world, vertices)), tr(
                     "Unfinished feature"
                 )
-        selection = [
+        selected_features = [
             r
             for i in self._studio.selection.ids
             if isinstance(r := self._studio.records.get(i), Feature)
         ]
-        if selection:
-            measurements = self._studio.measured(r.id for r in selection).values()
+        if selected_features:
+            measurements = self._studio.measured(r.id for r in selected_features).values()
             points = [p for m in measurements if len(p := extent_points(m))]
             if points:
-                count_text = tr_n("{count} feature", "{count} features", len(selection))
-                name = selection[0].name if len(selection) == 1 else count_text
+                count_text = tr_n("{count} feature", "{count} features", len(selected_features))
+                name = selected_features[0].name if len(selected_features) == 1 else count_text
                 return _subsample(np.concatenate(points)), name
-        if self._place is not None:
-            return self._place[None], tr("Clicked position")
+        if self._clicked_point is not None:
+            return self._clicked_point[None], tr("Clicked position")
         return np.zeros((0, 3)), ""
 
     # --- results -----------------------------------------------------------------------------
@@ -285,21 +285,21 @@ class InPhotosPanel(QWidget):
 
     def _choose_photo(self) -> None:
         """Show the best photo for a new target; keep the current photo if it shows the target."""
-        follow, self._is_following = self._is_following, False
+        is_following, self._is_following = self._is_following, False
         self._is_user_choice = False
         photos, view = self.feature_photo.photos, self.feature_photo.view
         if not self._sightings:
             if view is None and photos is not None and photos.views.views:
                 self._show_photo(0)
             return
-        current = [s for s in self._sightings if s.view == view]
+        current_sightings = [s for s in self._sightings if s.view == view]
         best_sighting = self._sightings[0]
-        if not current or (
-            follow and self._studio.open_tool is None and best_sighting.view != view
+        if not current_sightings or (
+            is_following and self._studio.open_tool is None and best_sighting.view != view
         ):
             self._show_photo(best_sighting.view)
         else:
-            self.feature_photo.look_at_target(is_lost_only=True)
+            self.feature_photo.look_at_target(skip_if_visible=True)
         self.list.select_photo(self.photo)
 
     def _show_selected_photo(self, name: str) -> None:
@@ -308,14 +308,14 @@ class InPhotosPanel(QWidget):
             self._show_photo(photos.views.row(name))
             self._update_summary()
 
-    def _show_photo(self, view: int, includes_zoom: bool = True) -> None:
-        self.feature_photo.show(view, includes_zoom)
+    def _show_photo(self, view: int, zoom_to_target: bool = True) -> None:
+        self.feature_photo.show(view, zoom_to_target)
         self._draw()
         self.list.select_photo(self.photo)
 
     def _draw(self) -> None:
         # The selection replaces the clicked position.
-        self.feature_photo.draw(None if self._studio.selection.ids else self._place)
+        self.feature_photo.draw(None if self._studio.selection.ids else self._clicked_point)
 
     # --- clicks ------------------------------------------------------------------------------
     def _follow_click(self, event: PointerEvent) -> None:
@@ -328,7 +328,7 @@ class InPhotosPanel(QWidget):
             and self._studio.tool_name == "navigate"
             and not self._studio.selection.ids
         ):
-            self.show_place(None if event.hit is None else world_point(self._studio, event.hit))
+            self.show_point(None if event.hit is None else world_point(self._studio, event.hit))
 
     def _navigate(self, pointer: PhotoPointer, hit: Hit | None) -> None:
         """Select the feature at a click made without a tool, or move the pivot of the viewport."""
@@ -341,7 +341,7 @@ class InPhotosPanel(QWidget):
             self._studio.selection.set([] if feature_id is None else [feature_id])
         world = None if hit is None else world_point(self._studio, hit)
         if feature_id is None and world is not None:
-            self._place, self._is_following = world, False
+            self._clicked_point, self._is_following = world, False
             self._schedule_refresh()
             if self._viewport is not None:
                 self._viewport.moves.set_pivot(world)
@@ -355,12 +355,13 @@ class InPhotosPanel(QWidget):
 
     def _update_summary(self) -> None:
         name = self.photo
-        current = [s for s in self._sightings if s.view == self.feature_photo.view]
+        current_sightings = [s for s in self._sightings if s.view == self.feature_photo.view]
         text = self._list_text
         if name is not None:
             photo = name.rpartition("/")[2]
-            if current and len(self.feature_photo.target):
-                photo += f": {sighting_text(current[0], self._is_metric()).replace(chr(10), ', ')}"
+            if current_sightings and len(self.feature_photo.target):
+                sighting = sighting_text(current_sightings[0], self._is_metric())
+                photo += f": {sighting.replace(chr(10), ', ')}"
             elif len(self.feature_photo.target):
                 photo = tr("not visible in {photo}", photo=photo)
             text += f"   ·   {photo}"

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.core.words import tr
 from vomstudio.ui.base.controls import escape_markup
-from vomstudio.ui.base.photo_images import THUMBNAIL, PhotoImages
+from vomstudio.ui.base.photo_images import THUMBNAIL_SIZE, PhotoImages
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
@@ -38,7 +38,7 @@ class SightingList(QListWidget):
         self._rows: list[tuple[str, str]] = []
         self._paths: dict[str, str] = {}
         self.setObjectName("photos_that_show_it")
-        self.setIconSize(THUMBNAIL)
+        self.setIconSize(THUMBNAIL_SIZE)
         self.setUniformItemSizes(True)
         self.setTextElideMode(Qt.TextElideMode.ElideRight)
         self.setViewMode(QListView.ViewMode.ListMode)
@@ -52,14 +52,16 @@ class SightingList(QListWidget):
         """Names of the photos in the list."""
         return [self.item(i).data(Qt.ItemDataRole.UserRole) for i in range(self.count())]
 
-    def show_rows(self, rows: list[tuple[str, str]], path_of: Callable[[str], Path | None]) -> None:
-        """Show photos given by name and text; `path_of` returns the file of a photo, or None."""
-        paths = {str(path): name for name, _ in rows if (path := path_of(name)) is not None}
+    def show_rows(
+        self, rows: list[tuple[str, str]], find_path: Callable[[str], Path | None]
+    ) -> None:
+        """Show photos given by name and text; `find_path` returns the file of a photo, or None."""
+        paths = {str(path): name for name, _ in rows if (path := find_path(name)) is not None}
         if rows == self._rows and paths == self._paths and self.count() == len(rows):
             return
         self._rows, self._paths = rows, paths
         files = {name: path for path, name in paths.items()}
-        blank_pixmap = QPixmap(THUMBNAIL)
+        blank_pixmap = QPixmap(THUMBNAIL_SIZE)
         blank_pixmap.fill(Qt.GlobalColor.transparent)
         with QSignalBlocker(self):
             self.clear()
@@ -68,7 +70,7 @@ class SightingList(QListWidget):
                     QIcon(blank_pixmap), f"{name.rpartition('/')[2]}\n{text}".strip()
                 )
                 item.setData(Qt.ItemDataRole.UserRole, name)
-                item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
+                item.setSizeHint(QSize(0, THUMBNAIL_SIZE.height() + 6))
                 item.setToolTip(escape_markup(self._tip(name, text)))
                 self.addItem(item)
                 file = files.get(name)

@@ -12,39 +12,39 @@ from vomstudio.core.options import option_words
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.products.section.line_log import LogAnswer, RockDescription, unique_names
+from vomstudio.products.section.line_log import LogResult, RockDescription, unique_names
 from vomstudio.ui.widgets.copied_command import CommandArguments, format_numbers
 
 
-def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
+def draw_figure(result: LogResult, dpi: float = 130.0) -> bytes:
     """Draw the figure as PNG in a worker thread."""
     file = io.BytesIO()
     _write_figure(result, file, "png", dpi)
     return file.getvalue()
 
 
-def write(result: LogAnswer, path: Path) -> None:
+def write(result: LogResult, path: Path) -> None:
     """Write the table or figure in the format of the file extension.
 
     An existing file is replaced. Runs in a worker thread.
     """
-    from vomstudio.project.tables.log_table import about_log, write_log
+    from vomstudio.project.tables.log_table import describe_log_inputs, write_log
 
     suffix = path.suffix.lower().removeprefix(".")
     if suffix == "csv":
-        description = about_log(result.bed, result.bed95_deg)
+        description = describe_log_inputs(result.bed, result.bed95_deg)
         is_metric = result.question.is_metric
         write_log(path, result.log, description=description, is_metric=is_metric, force=True)
     else:
-        with atomic_write(path, True) as temporary:
-            _write_figure(result, temporary, suffix, 300.0)
+        with atomic_write(path, True) as temporary_path:
+            _write_figure(result, temporary_path, suffix, 300.0)
 
 
-def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
+def _write_figure(result: LogResult, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
     from vomstudio.products.section.bed_log_figure import write_log_figure
-    from vomstudio.project.tables.log_table import about_log
+    from vomstudio.project.tables.log_table import describe_log_inputs
 
-    description = about_log(result.bed, result.bed95_deg)
+    description = describe_log_inputs(result.bed, result.bed95_deg)
     write_log_figure(
         target,
         result.log,
@@ -55,7 +55,7 @@ def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dp
     )
 
 
-def write_boundaries(result: LogAnswer, path: Path) -> None:
+def write_boundaries(result: LogResult, path: Path) -> None:
     """Write the table of boundaries that the command reads, replacing an existing file.
 
     Raises TargetError.
@@ -80,7 +80,7 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def log_command(result: LogAnswer, table: Path) -> CommandArguments:
+def log_command(result: LogResult, table: Path) -> CommandArguments:
     """Return the command that reproduces the log and its figure from a table of boundaries."""
     options = LogOptions(
         sigma_m=result.sigma_m or None,

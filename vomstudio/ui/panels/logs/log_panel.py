@@ -20,25 +20,25 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.products.section.line_log import (
     POINTS,
-    LogAnswer,
-    LogQuestion,
+    LogRequest,
+    LogResult,
     RockDescription,
-    answer,
-    rock_descriptions_along,
+    compute_log,
+    read_rock_descriptions,
 )
 from vomstudio.project.bed_descriptions import describe_bed
 from vomstudio.project.kinds.dimension import Dimension
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.project.records import Feature, Logged, get, get_feature
-from vomstudio.project.registration_errors import model_of
+from vomstudio.project.records import Feature, LoggedFeature, get, get_feature
+from vomstudio.project.registration_errors import get_model
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.command_targets import current_line, why_no_model
+from vomstudio.ui.base.command_targets import current_line, missing_model_finding
 from vomstudio.ui.base.controls import (
     ElidedLabel,
-    allow,
     button_row,
     icon_button,
     narrow_form,
+    set_enabled,
 )
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -56,7 +56,7 @@ from vomstudio.ui.widgets.scaled_picture import ScaledPicture
 _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
 
-class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
+class BedLogPanel(AnalysisPanel[LogRequest, LogResult]):
     """Panel for the bed thickness log along a line.
 
     Attributes
@@ -68,7 +68,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "log", "window.md#log", tr("Computing…"))
         self.line_id = ""
-        self._drawn_result: LogAnswer | None = None
+        self._drawn_result: LogResult | None = None
         self._line = DrawnLine(self, studio)
         self.line = ElidedLabel()
         self.line.setObjectName("log_line")
@@ -93,21 +93,21 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.picture = ScaledPicture()
         self._arrange_widgets()
         self._connect_signals()
-        self._show_answer(None, "")
+        self._set_result(None, "")
 
     def _arrange_widgets(self) -> None:
-        line = QHBoxLayout()
-        line.setSpacing(3)
-        for part in (self.line, self.take, self.pick):
-            line.addWidget(part, 1 if part is self.line else 0)
-        traces_label, traces = self.line_options.place_row("reach_m")
-        traces.insertWidget(0, self.group, 2)
+        line_row = QHBoxLayout()
+        line_row.setSpacing(3)
+        for widget in (self.line, self.take, self.pick):
+            line_row.addWidget(widget, 1 if widget is self.line else 0)
+        traces_label, traces_row = self.line_options.place_row("reach_m")
+        traces_row.insertWidget(0, self.group, 2)
         form = narrow_form()
-        form.addRow(tr("Line"), line)
+        form.addRow(tr("Line"), line_row)
         self.line_options.add_rows(form)
-        form.addRow(traces_label, traces)
+        form.addRow(traces_label, traces_row)
         form.addRow(tr("Bed"), self.bed)
-        overturned = self.options.place("overturned")
+        overturned_field = self.options.place("overturned")
         self.options.add_rows(form)
         results = QSplitter()
         results.setChildrenCollapsible(False)
@@ -118,7 +118,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         results.setStretchFactor(1, 1)
         self.picture.setMinimumWidth(120)
         buttons = button_row(self.write, self.copy)
-        FormWithPicture.fill(self, form, overturned, buttons, self.message, picture=results)
+        FormWithPicture.fill(self, form, overturned_field, buttons, self.message, picture=results)
 
     def _show_axes(self, axes: Axes) -> None:
         self.table.show_unit(length_unit(axes))
@@ -126,23 +126,25 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             fields.show_unit(length_unit(axes))
 
     def _connect_signals(self) -> None:
-        studio, soon = self._studio, self._schedule_refresh
-        self.take.clicked.connect(lambda _=False: self._take_feature(current_line(studio, Logged)))
+        studio, refresh = self._studio, self._schedule_refresh
+        self.take.clicked.connect(
+            lambda _=False: self._use_feature(current_line(studio, LoggedFeature))
+        )
         self.pick.clicked.connect(lambda _=False: self._pick_line())
-        self.group.activated.connect(soon)
-        self.line_options.changed.connect(soon)
-        self.options.changed.connect(soon)
-        self.bed.changed.connect(soon)
+        self.group.activated.connect(refresh)
+        self.line_options.changed.connect(refresh)
+        self.options.changed.connect(refresh)
+        self.bed.changed.connect(refresh)
         self.table.description_edited.connect(self._store_description)
         title = tr("Write the log")
         self.write.clicked.connect(lambda _=False: self._ask_for_file(title, "log.csv", _FORMATS))
         studio.edited.connect(self._follow_edit)
-        studio.settings_changed.connect(soon)
+        studio.settings_changed.connect(refresh)
         studio.selection_changed.connect(self._follow_selection)
-        self._line.finished.connect(self._take_picked_line)
+        self._line.finished.connect(self._use_picked_line)
 
     # --- line --------------------------------------------------------------------------------
-    def _take_feature(self, feature: Feature | None) -> None:
+    def _use_feature(self, feature: Feature | None) -> None:
         if feature is not None:
             self.line_id = feature.id
             self._schedule_refresh()
@@ -151,9 +153,9 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self._line.begin()
         self.message.setText(tr("Click one point on each boundary, then press Enter."))
 
-    def _take_picked_line(self, line: Dimension) -> None:
+    def _use_picked_line(self, line: Dimension) -> None:
         self.line_options.show_value("of", POINTS)
-        self._take_feature(line)
+        self._use_feature(line)
 
     def _follow_selection(self) -> None:
         if self.group.choice() == SELECTED:
@@ -166,7 +168,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         line = get_feature(self._studio.records, self.line_id)
         if (
             line is not None
-            and rock_descriptions_along(line).get(key, RockDescription()) != description
+            and read_rock_descriptions(line).get(key, RockDescription()) != description
         ):
             self._studio.attempt(
                 describe_bed, line.id, key, description.lithology, description.notes
@@ -178,10 +180,10 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         if self.line_id and self.line_id not in self._studio.records:
             self.line_id = ""
 
-    def _compute_answer(self, question: LogQuestion) -> LogAnswer:
-        return answer(question)
+    def _compute_result(self, request: LogRequest) -> LogResult:
+        return compute_log(request)
 
-    def _create_question(self) -> LogQuestion:
+    def _create_request(self) -> LogRequest:
         studio = self._studio
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
@@ -193,8 +195,8 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         if bed is not None and bed.plane is None:
             raise InputError(bed.problem or Finding("field.no-plane"))
         options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
-        model = model_of(studio.records, line)
-        return LogQuestion(
+        model = get_model(studio.records, line)
+        return LogRequest(
             line.id,
             measurements[line.id],
             str(self.line_options.value("of")),
@@ -203,13 +205,13 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
             None if bed is None else bed.plane,
             options,
             self.line_options.value("reach_m"),
-            rock_descriptions_along(line),
+            read_rock_descriptions(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
         )
 
     # --- result ------------------------------------------------------------------------------
-    def _result_text(self, result: LogAnswer) -> str:
+    def _result_text(self, result: LogResult) -> str:
         from vomstudio.products.section.decimals import format_with_error
 
         q, total = result.question, result.log.total_m
@@ -243,30 +245,30 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         else:
             self._background.run(partial(draw_figure, result), partial(self._show_figure, result))
 
-    def _show_figure(self, result: LogAnswer, png: bytes) -> None:
+    def _show_figure(self, result: LogResult, png: bytes) -> None:
         if result is self._drawn_result:
             self.picture.show_image(QImage.fromData(png))
 
     def _refresh(self) -> None:
         studio = self._studio
-        is_line_selected = current_line(studio, Logged) is not None
-        allow(self.take, None if is_line_selected else Finding("action.no-line"))
+        is_line_selected = current_line(studio, LoggedFeature) is not None
+        set_enabled(self.take, None if is_line_selected else Finding("action.no-line"))
         line = get_feature(studio.records, self.line_id) if studio.has_project else None
         self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
-        allow(self.pick, why_no_model(studio))
+        set_enabled(self.pick, missing_model_finding(studio))
         reason = Finding("action.points-are-boundaries")
         is_unused = self.line_options.value("of") == POINTS
-        allow(self.line_options.fields["reach_m"], reason if is_unused else None)
+        set_enabled(self.line_options.fields["reach_m"], reason if is_unused else None)
         problem = None
         if self._requests.is_waiting:
             problem = Finding("action.busy")
         elif self.result is None:
             problem = Finding("action.no-result")
-        allow(self.write, problem)
-        self.copy.allow(problem)
+        set_enabled(self.write, problem)
+        self.copy.set_enabled(problem)
 
     # --- export ------------------------------------------------------------------------------
-    def write_to(self, path: Path) -> None:
+    def write_result(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)
 

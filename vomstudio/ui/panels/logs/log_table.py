@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.words import tr
 from vomstudio.geology.beds import lithologies
 from vomstudio.products.section.decimals import format_with_error
-from vomstudio.products.section.line_log import LogAnswer, RockDescription
+from vomstudio.products.section.line_log import LogResult, RockDescription
 from vomstudio.ui.base.controls import ComboBox
 
 Index = QModelIndex | QPersistentModelIndex
@@ -90,7 +90,7 @@ class BedLogTable(QTableWidget):
         assert header_item is not None
         header_item.setText(tr("Thickness ({unit})", unit=unit))
 
-    def show_log(self, result: LogAnswer | None) -> None:
+    def show_log(self, result: LogResult | None) -> None:
         """Show a log; cells are updated in place, so that an open editor stays open."""
         beds = [] if result is None else list(result.log.intervals)
         keys = [] if result is None else list(result.base_keys)
@@ -108,11 +108,11 @@ class BedLogTable(QTableWidget):
                 bed.notes,
             )
             for column, text in enumerate(texts):
-                self._put(row, column, text)
+                self._set_cell(row, column, text)
         self.blockSignals(was_blocked)
         self._widen_notes()
 
-    def _put(self, row: int, column: int, text: str) -> None:
+    def _set_cell(self, row: int, column: int, text: str) -> None:
         item = self.item(row, column)
         if item is None:
             item = QTableWidgetItem()

@@ -94,7 +94,7 @@ class DrawnNet:
         self._labels = _canvas_image(self._canvas, self.ratio)
         if self._paper_color is not None:
             is_drawn |= np.asarray(self._canvas.buffer_rgba())[..., 3] > 0
-            self._paper = self._cut_paper(is_drawn, self._paper_color)
+            self._paper = self._paper_image(is_drawn, self._paper_color)
 
     @classmethod
     def draw(cls, request: NetRequest) -> DrawnNet:
@@ -106,19 +106,19 @@ class DrawnNet:
             figure.set_facecolor("none")
         return cls(artists, request.ratio, canvas, request.paper)
 
-    def _cut_paper(self, is_drawn: BoolArray, color: str) -> QImage:
+    def _paper_image(self, is_drawn: BoolArray, color: str) -> QImage:
         """Return paper behind the net and, with a margin, behind all that is drawn beside it."""
         height, width = is_drawn.shape
         x_px, y_px = self.artists.centre_px
         rows, columns = np.ogrid[:height, :width]
         radius_px = self.artists.radius_px + _RIM_PX * self.ratio
         is_net = (columns - x_px) ** 2 + (height - rows - y_px) ** 2 < radius_px**2
-        is_paper = is_net | (_box_sums(is_drawn, round(_PAPER_MARGIN_PX * self.ratio)) > 0)
+        is_on_paper = is_net | (_box_sums(is_drawn, round(_PAPER_MARGIN_PX * self.ratio)) > 0)
         *rgb, alpha = to_rgba(color)
         pixels = np.empty((height, width, 4), np.uint8)
         pixels[..., :3] = np.round(255.0 * np.array(rgb))
         # The mean of nine pixels makes the edge smooth.
-        pixels[..., 3] = np.round(255.0 * alpha * _box_sums(is_paper, 1) / 9.0)
+        pixels[..., 3] = np.round(255.0 * alpha * _box_sums(is_on_paper, 1) / 9.0)
         return _image_of(pixels, self.ratio)
 
     @cached_property
@@ -172,8 +172,8 @@ class DrawnRoses:
 
 def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
     dpi = DPI * request.ratio
-    inches = tuple(round(side * request.ratio) / dpi for side in request.size)
-    figure = Figure(figsize=(inches[0], inches[1]), dpi=dpi)
+    size_inches = tuple(round(side * request.ratio) / dpi for side in request.size)
+    figure = Figure(figsize=(size_inches[0], size_inches[1]), dpi=dpi)
     return figure, FigureCanvasAgg(figure)
 
 
@@ -181,9 +181,9 @@ def _canvas_image(canvas: Any, ratio: float) -> QImage:
     return _image_of(np.asarray(canvas.buffer_rgba()), ratio)
 
 
-def _box_sums(is_set: BoolArray, reach: int) -> NDArray[np.int64]:
+def _box_sums(mask: BoolArray, reach: int) -> NDArray[np.int64]:
     """Return, for each pixel, how many pixels are set in the square around it."""
-    sums, side = is_set.astype(np.int64), 2 * reach + 1
+    sums, side = mask.astype(np.int64), 2 * reach + 1
     for axis in (0, 1):
         margins = [(0, 0), (0, 0)]
         margins[axis] = (reach + 1, reach)

@@ -74,8 +74,8 @@ class ContourButton(QToolButton):
         self.sigmas = {}
         for sigma in _SIGMAS:
             number = f"{sigma:g}"
-            usual_title = tr("{sigma} σ (default)", sigma=number)
-            action = self.smoothness.addAction(usual_title if sigma == SIGMA else f"{number} σ")
+            default_title = tr("{sigma} σ (default)", sigma=number)
+            action = self.smoothness.addAction(default_title if sigma == SIGMA else f"{number} σ")
             action.setCheckable(True)
             sigmas.addAction(action)
             action.triggered.connect(lambda _=False, s=sigma: self._store_sigma(s))
@@ -128,7 +128,9 @@ class ContourButton(QToolButton):
             action.setCheckable(True)
             action.setChecked(name == self._view_settings.contoured_type)
             group.addAction(action)
-            action.triggered.connect(lambda _=False, n=name: self._view_settings.contour_type(n))
+            action.triggered.connect(
+                lambda _=False, n=name: self._view_settings.select_contoured_type(n)
+            )
         self.subject.setEnabled(self.method is not None and not self.each_set_action.isChecked())
 
     def _show_settings(self) -> None:

@@ -12,10 +12,10 @@ from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import RotationErrors
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
 from vomstudio.project.kind import NetAppearance
-from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds import KINDS, get_kind
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.record_map import RecordMap
-from vomstudio.project.records import FeatureType, Typed
+from vomstudio.project.records import FeatureType, TypedFeature
 from vomstudio.project.repeated_features import is_repeat
 from vomstudio.rendering.qt.legend_painting import ColorEntry
 
@@ -26,26 +26,30 @@ UNASSIGNED_COLOR = "#8c8c8c"
 _SYMBOLS = (*MARKERS, ">", "p", "h")
 
 
-def group_by_appearance(features: Sequence[Typed]) -> list[tuple[NetAppearance, list[Typed]]]:
+def group_by_appearance(
+    features: Sequence[TypedFeature],
+) -> list[tuple[NetAppearance, list[TypedFeature]]]:
     """Group features by the appearance of their kind on the net, in the order of the kinds."""
-    features_by_class: dict[type[Typed], list[Typed]] = {}
+    features_by_class: dict[type[TypedFeature], list[TypedFeature]] = {}
     for feature in features:
         features_by_class.setdefault(type(feature), []).append(feature)
-    result: dict[NetAppearance, list[Typed]] = {}
+    result: dict[NetAppearance, list[TypedFeature]] = {}
     for feature_kind in KINDS:
         if feature_kind.net is not None and feature_kind.record in features_by_class:
             result.setdefault(feature_kind.net, []).extend(features_by_class[feature_kind.record])
     return list(result.items())
 
 
-def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
+def net_features(records: RecordMap) -> tuple[list[TypedFeature], list[TypedFeature]]:
     """Return the features that the net shows, and the repeated picks that it omits."""
-    features = records.of(Typed)
-    has_net = {type(f): kind_of(f).net is not None for f in {type(f): f for f in features}.values()}
-    originals: list[Typed] = []
-    repeats: list[Typed] = []
+    features = records.of(TypedFeature)
+    has_net_by_class = {
+        type(f): get_kind(f).net is not None for f in {type(f): f for f in features}.values()
+    }
+    originals: list[TypedFeature] = []
+    repeats: list[TypedFeature] = []
     for feature in features:
-        if has_net[type(feature)]:
+        if has_net_by_class[type(feature)]:
             (repeats if is_repeat(feature, records) else originals).append(feature)
     return originals, repeats
 
@@ -53,7 +57,7 @@ def net_features(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
 def build_sets(
     feature_type: FeatureType,
     name: str,
-    features: Sequence[Typed],
+    features: Sequence[TypedFeature],
     measurements: Mapping[str, Measurement],
     marker: str,
     rotations: tuple[Mapping[str, int], RotationErrors],
@@ -71,12 +75,12 @@ def build_sets(
         elif (line := measurement.line) is not None:
             lines.append((feature.id, line))
     result = []
-    rows, model_turns = rotations
+    rows, model_rotations = rotations
     if planes:
         azimuth = np.array([p.dip_direction_deg for _, p in planes], dtype=float)
         angle = np.array([p.dip_deg for _, p in planes], dtype=float)
         ids = tuple(id_ for id_, _ in planes)
-        set_rotation_errors = model_turns.of([rows[id_] for id_ in ids])
+        set_rotation_errors = model_rotations.of([rows[id_] for id_ in ids])
         result.append(
             NetSet(
                 name=name,
@@ -95,8 +99,8 @@ def build_sets(
         azimuth = np.array([line.trend_deg for _, line in lines], dtype=float)
         angle = np.array([line.plunge_deg for _, line in lines], dtype=float)
         ids = tuple(id_ for id_, _ in lines)
-        set_rotation_errors = model_turns.of([rows[id_] for id_ in ids])
-        slips = _slips([measurements[id_] for id_ in ids])
+        set_rotation_errors = model_rotations.of([rows[id_] for id_ in ids])
+        slips = _slip_vectors([measurements[id_] for id_ in ids])
         result.append(
             NetSet(
                 name=name,
@@ -144,7 +148,7 @@ def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
     return result
 
 
-def _slips(measurements: Sequence[Measurement]) -> FloatArray | None:
+def _slip_vectors(measurements: Sequence[Measurement]) -> FloatArray | None:
     """Return the slip vectors (n, 3) of the hanging wall, or None if all are unknown.
 
     Unknown vectors are NaN.
@@ -193,7 +197,7 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
 
     Planes that belong to no group are grey.
     """
-    place_by_id = {
+    position_by_id = {
         id_: (k, row)
         for k, s in enumerate(sets)
         if s.kind == "plane"
@@ -201,10 +205,10 @@ def proposed_sets(sets: Sequence[NetSet], groups: Groups) -> list[NetSet]:
     }
     result = []
     for number, (name, ids) in enumerate(groups):
-        members = [id_ for id_ in ids if id_ in place_by_id]
+        members = [id_ for id_ in ids if id_ in position_by_id]
         if not members:
             continue
-        positions = [place_by_id[id_] for id_ in members]
+        positions = [position_by_id[id_] for id_ in members]
         title = tr("{set} (proposed)", set=name) if name else tr("no set")
         result.append(
             NetSet(

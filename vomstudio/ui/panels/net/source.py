@@ -17,22 +17,22 @@ from vomstudio.geology.roses import LINE_ANGLES
 from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import (
     AnyEllipse,
+    LiveFeature,
     NetBand,
     NetCircle,
     NetContents,
     NetEllipse,
     NetLineEllipse,
-    NetLive,
     NetSet,
 )
-from vomstudio.products.net.net_options import MAX_PLANES, Turning
-from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
+from vomstudio.products.net.net_options import MAX_PLANES, NetRotation
+from vomstudio.products.net.rose_contents import RoseContents, roses_from_sets
 from vomstudio.project.fold_planes import FoldPlanes
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import FeatureType, Typed, get_feature
-from vomstudio.project.registration_errors import models_of, rotation_errors_of
-from vomstudio.project.straight_traces import band_of_measured
+from vomstudio.project.records import FeatureType, TypedFeature, get_feature
+from vomstudio.project.registration_errors import get_models, get_rotation_errors
+from vomstudio.project.straight_traces import measured_band
 from vomstudio.studio.fold_choice import is_bed
 from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes
 from vomstudio.ui.base.feature_colors import UNKNOWN_COLOR, feature_class, set_colors
@@ -106,9 +106,9 @@ class NetSource:
             if visible_types.get(f.type_id, True) and studio.visible(f.id)
         ]
         measurements = studio.measured(f.id for f in features)
-        model_turns = rotation_errors_of(models_of(studio.records, features))
-        turns_by_feature = {f.id: row for row, f in enumerate(features)}, model_turns
-        groups: dict[str, dict[str, list[Typed]]] = {}
+        model_rotations = get_rotation_errors(get_models(studio.records, features))
+        feature_rotations = {f.id: row for row, f in enumerate(features)}, model_rotations
+        groups: dict[str, dict[str, list[TypedFeature]]] = {}
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         colors = studio.session.records.cached(set_colors)
@@ -129,7 +129,7 @@ class NetSource:
                         features=members,
                         measurements=measurements,
                         marker=marker,
-                        rotations=turns_by_feature,
+                        rotations=feature_rotations,
                         variant=variant,
                     )
         sets = distinct_symbols(sets)
@@ -222,7 +222,9 @@ class NetSource:
         records = self._studio.records
         for id_ in ids:
             feature = get_feature(records, id_)
-            feature_type = records.get(feature.type_id) if isinstance(feature, Typed) else None
+            feature_type = (
+                records.get(feature.type_id) if isinstance(feature, TypedFeature) else None
+            )
             if isinstance(feature_type, FeatureType):
                 types[feature_type.id] = feature_type
         # Tables contain type names in lower case.
@@ -242,7 +244,7 @@ class NetSource:
             ids = [id_ for s in sets for id_ in s.ids]
             measurements = self._studio.measured(ids)
             weights = {id_: _length(measurements[id_]) for id_ in ids}
-        net_contents = roses_of_sets(
+        net_contents = roses_from_sets(
             sets,
             view_settings.view,
             bin_deg=view_settings.bin_deg,
@@ -268,7 +270,7 @@ class NetSource:
             if feature is None:
                 continue
             feature_type = records.get(getattr(feature, "type_id", ""))
-            appearance = kind_of(feature).net
+            appearance = get_kind(feature).net
             suffix = "" if appearance is None else appearance.suffix
             groups.setdefault(
                 f"{feature_type.name if feature_type else s.name}{suffix}", []
@@ -312,16 +314,16 @@ class NetSource:
         return tuple(turning.rotate_ellipse(e) if turning.has_rotation else e for e in ellipses)
 
     # --- open feature ------------------------------------------------------------------------
-    def live(self) -> NetLive | None:
+    def live(self) -> LiveFeature | None:
         """Return the open feature of a tool, or None if it does not yet define a plane or line."""
         measurement = getattr(self._studio.open_tool, "measurement", None)
         if not isinstance(measurement, Measurement):
             return None
         if measurement.plane is None and measurement.line is None:
             return None
-        feature = NetLive(measurement.plane, measurement.line, error_ellipse(measurement))
+        feature = LiveFeature(measurement.plane, measurement.line, error_ellipse(measurement))
         turning = self._view_settings.turning
-        return _rotate_live(feature, turning) if turning.has_rotation else feature
+        return _rotate_live_net(feature, turning) if turning.has_rotation else feature
 
     # --- lines on planes ---------------------------------------------------------------------
     def slip_planes(self, sets: Iterable[NetSet]) -> tuple[NetCircle, ...]:
@@ -349,7 +351,7 @@ def error_ellipse(measurement: Measurement) -> AnyEllipse | None:
     """
     if measurement.line is not None:
         return _line_ellipse(measurement)
-    if (band := band_of_measured(measurement)) is not None:
+    if (band := measured_band(measurement)) is not None:
         return NetBand(band.outline())
     fit, total = measurement.fit, measurement.total95_deg
     if fit is None or total is None or fit.error_rake_deg is None:
@@ -377,7 +379,7 @@ def _line_ellipse(measurement: Measurement) -> NetLineEllipse | None:
     return NetLineEllipse(line, major_deg, minor_deg, axis)
 
 
-def _rotate_live(live_net: NetLive, turning: Turning) -> NetLive:
+def _rotate_live_net(live_net: LiveFeature, turning: NetRotation) -> LiveFeature:
     plane, line = live_net.plane, live_net.line
     if plane is not None:
         direction, dip, _ = normals_to_planes(turning.vectors(plane.normal()))
@@ -400,6 +402,6 @@ def add_fold_axis(net: NetContents, planes: FoldPlanes | None) -> NetContents:
     if planes is None or len(planes) < MIN_FOLD_PLANES:
         return net
     try:
-        return replace(net, fold=planes.axis(), fold_not_good=planes.not_good)
+        return replace(net, fold=planes.axis(), fold_not_good_count=planes.not_good)
     except VomError:
         return net

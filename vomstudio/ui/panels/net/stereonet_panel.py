@@ -39,13 +39,13 @@ from vomstudio.products.net.set_statistics import add_statistics
 from vomstudio.products.net.style import NetStyle
 from vomstudio.project.edit import Edit
 from vomstudio.project.fold_planes import FoldPlanes
-from vomstudio.project.records import Typed, get_feature
-from vomstudio.project.registration_errors import model_of
+from vomstudio.project.records import TypedFeature, get_feature
+from vomstudio.project.registration_errors import get_model
 from vomstudio.studio.surfaces.proposed_planes import ProposedPlanes, is_proposal
 from vomstudio.studio.tools.interaction_types import is_click
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import ElidedLabel
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import orientation_text
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
@@ -98,7 +98,7 @@ class StereonetPanel(QWidget):
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
-        explain(self, "numbers.md#the-net")
+        set_help_topic(self, "numbers.md#the-net")
         self._studio = studio
         self.view_settings = NetViewSettings(studio)
         self._source = NetSource(studio, self.view_settings)
@@ -109,7 +109,7 @@ class StereonetPanel(QWidget):
         self.canvas.mouse_pressed.connect(self._start_path)
         self.canvas.mouse_moved.connect(self._follow_mouse)
         self.canvas.mouse_released.connect(self._finish_path)
-        self.canvas.mouse_left.connect(self._name_selection)
+        self.canvas.mouse_left.connect(self._describe_selection)
         self.canvas.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.canvas.customContextMenuRequested.connect(self._request_menu)
         self.canvas.painted.connect(self._redraw_if_stale)
@@ -179,7 +179,7 @@ class StereonetPanel(QWidget):
         studio.sets_proposed.connect(self._show_proposed_sets)
         studio.planes_proposed.connect(self._show_proposed_planes)
         studio.selection_changed.connect(lambda _: self._follow_selection())
-        studio.tool_changed_signal.connect(self._show_live)
+        studio.tool_changed_signal.connect(self._update_live_net)
         self.view_settings.changed.connect(self._schedule_redraw)
         studio.fold.changed.connect(self._schedule_redraw)
         # An empty net also shows the note about north, and no edit of a feature updates that note.
@@ -318,7 +318,7 @@ class StereonetPanel(QWidget):
             contouring=self._contouring(sets),
             selected=frozenset(studio.selection.ids),
             ellipses=source.current_ellipses(),
-            circles_typed=circles,
+            user_circles=circles,
             marks=marks,
             errors=source.error_ellipses(sets) if "errors" in overlays else (),
             live=live_drawings,
@@ -333,7 +333,7 @@ class StereonetPanel(QWidget):
             north=has_north,
         )
         if "slip planes" in overlays:
-            net = replace(net, circles_typed=(*net.circles_typed, *source.slip_planes(sets)))
+            net = replace(net, user_circles=(*net.user_circles, *source.slip_planes(sets)))
         net = add_statistics(net, overlays)
         planes = sum(len(s) for s in sets if s.kind == "plane")
         if "intersections" in overlays and 2 <= planes <= MAX_PLANES:
@@ -364,7 +364,7 @@ class StereonetPanel(QWidget):
         if project_axes(self._studio).north:
             return True
         records = self._studio.records
-        models = [model_of(records, get_feature(records, id_)) for s in sets for id_ in s.ids]
+        models = [get_model(records, get_feature(records, id_)) for s in sets for id_ in s.ids]
         return bool(models) and all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
@@ -394,10 +394,10 @@ class StereonetPanel(QWidget):
             ),
         )
 
-    def print_contents(self) -> NetContents | RoseContents:
+    def printable_contents(self) -> NetContents | RoseContents:
         """Return the contents of a printed figure, which has a title and no selection."""
         project, frame = self._studio.project, self._studio.frame_name()
-        title = "" if project.untitled else project.name
+        title = "" if project.is_untitled else project.name
         notes = (frame,) if frame else ()
         if self.view_settings.view != "net":
             roses = self.rose_contents()
@@ -471,7 +471,7 @@ class StereonetPanel(QWidget):
     def _show_drawn_net(self, request: NetRequest, net: DrawnNet) -> None:
         if request.contents.selected != self._source.selected_ids():
             self._emphasise_selection(net)
-        net.artists.show_live(self._source.live())
+        net.artists.show_live_feature(self._source.live())
         self._show_net(net)
 
     def _emphasise_selection(self, net: DrawnNet) -> None:
@@ -487,21 +487,21 @@ class StereonetPanel(QWidget):
             self.canvas.show_message(tr("No visible lines with this angle."))
         else:
             self.canvas.show_message(tr("No visible planes with this angle."))
-        self._name_selection()
+        self._describe_selection()
 
-    def _show_live(self) -> None:
+    def _update_live_net(self) -> None:
         """Update the open feature of the current tool on the net."""
         if self._net is None or not self.is_up_to_date or self._is_stale:
             return
         live_net = self._source.live()
         if live_net is not None or self._net.artists.contents.live is not None:
-            self._net.artists.show_live(live_net)
+            self._net.artists.show_live_feature(live_net)
             self.canvas.show_net(self._net)
 
     def _show_net(self, net: DrawnNet) -> None:
         self._net, self._roses = net, None
         self.canvas.show_net(net)
-        self._name_selection()
+        self._describe_selection()
 
     def _follow_selection(self) -> None:
         if self._studio.fold.is_selected:
@@ -516,7 +516,7 @@ class StereonetPanel(QWidget):
         if self._net is not None and self.is_up_to_date:
             self._emphasise_selection(self._net)
             self.canvas.show_net(self._net)
-        self._name_selection()
+        self._describe_selection()
 
     # --- mouse -------------------------------------------------------------------------------
     def _start_path(self, event: QMouseEvent, x: float, y: float) -> None:
@@ -531,7 +531,7 @@ class StereonetPanel(QWidget):
             return
         line = self.artists.line_at(x, y) if self.artists else None
         if line is None:
-            self._name_selection()
+            self._describe_selection()
         else:
             self._corner_label.set_text(format_line(line, 0))
             self._place_corner_label()
@@ -558,7 +558,7 @@ class StereonetPanel(QWidget):
         if self.artists is None:
             return
         if is_lasso:
-            inside_ids = self.artists.features_within(path)
+            inside_ids = self.artists.features_in_polygon(path)
             if any(map(is_proposal, inside_ids)):
                 self._studio.proposals_picked.emit(inside_ids, is_adding)
             # In the order of the records, so that the current feature does not depend on hashing.
@@ -581,7 +581,7 @@ class StereonetPanel(QWidget):
         if feature_id is not None:
             self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(position))
 
-    def _name_selection(self) -> None:
+    def _describe_selection(self) -> None:
         """Show the selected feature in the corner label; the status line counts several."""
         ids = self._studio.selection.ids
         net_contents = self.artists.contents if self.artists else None
@@ -591,7 +591,7 @@ class StereonetPanel(QWidget):
         selected_ids = [i for i in ids if i in shown_ids]
         record = self._studio.records.get(selected_ids[0]) if len(selected_ids) == 1 else None
         text, icon = "", QIcon()
-        if isinstance(record, Typed):
+        if isinstance(record, TypedFeature):
             measurement = self._studio.measured([record.id])[record.id]
             attitude = orientation_text(measurement, self._studio.settings.notation)
             text = ("{}  {}" if self._is_brief else "{}\n{}").format(record.name, attitude)

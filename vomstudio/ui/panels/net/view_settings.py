@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.geology.roses import HISTOGRAM_ANGLES, ROSE_ANGLES
 from vomstudio.products.net.contents import NetCircle, NetMark
 from vomstudio.products.net.figure_options import MAX_LEVELS
-from vomstudio.products.net.net_options import Turning
+from vomstudio.products.net.net_options import NetRotation
 from vomstudio.ui.base.studio import Studio
 
 OVERLAYS = ("girdles", "maxima", "errors", "averages", "intersections", "slip planes")
@@ -50,11 +50,11 @@ class NetViewSettings(QObject):
         self.texts: dict[str, str] = {}
         self.circles: tuple[NetCircle, ...] = ()
         self.marks: tuple[NetMark, ...] = ()
-        self.turning = Turning()
+        self.turning = NetRotation()
         self.hidden_sets: frozenset[str] = frozenset()
         self.contoured_type: str | None = ""
 
-    def contour_type(self, name: str | None) -> None:
+    def select_contoured_type(self, name: str | None) -> None:
         """Select the feature type that is contoured."""
         self.contoured_type = name
         self.changed.emit()
@@ -74,7 +74,7 @@ class NetViewSettings(QObject):
         texts: dict[str, str],
         circles: tuple[NetCircle, ...],
         marks: tuple[NetMark, ...],
-        turning: Turning,
+        turning: NetRotation,
     ) -> None:
         """Store the typed circles, marks and rotation."""
         self.texts, self.circles, self.marks, self.turning = texts, circles, marks, turning

@@ -26,7 +26,7 @@ from PySide6.QtGui import (
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.photogrammetry.georeferencing.mark_prediction import CHECK, CONTROL, TIE, Pixel
 from vomstudio.rendering.qt import painting
-from vomstudio.ui.widgets.photo_canvas import HANDLE_PIXELS, PhotoCanvas
+from vomstudio.ui.widgets.photo_canvas import HANDLE_PICK_DISTANCE_PIXELS, PhotoCanvas
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
@@ -147,7 +147,7 @@ class MarkCanvas(PhotoCanvas):
         self._corners = list(corners)
         self.update()
 
-    def look_closely(self, pixel: Pixel) -> None:
+    def zoom_to_pixel(self, pixel: Pixel) -> None:
         """Centre the view on a pixel at a scale of at least one to one."""
         self.fit()
         scale = max(1.0, 2.5 * self._scale)
@@ -155,7 +155,7 @@ class MarkCanvas(PhotoCanvas):
         self._is_fitted, self._scale = False, scale
         self._centre(centre)
 
-    def one_to_one(self) -> None:
+    def zoom_to_full_resolution(self) -> None:
         """Zoom until one pixel of the photo covers one pixel of the screen."""
         self.zoom(1.0 / (self._scale * self.devicePixelRatioF()), self._cursor)
 
@@ -171,9 +171,9 @@ class MarkCanvas(PhotoCanvas):
             return None
         distances = np.hypot(*(self.to_widget(pixels) - [position.x(), position.y()]).T)
         distances = np.where(np.isfinite(distances), distances, np.inf)
-        return int(distances.argmin()) if distances.min() <= HANDLE_PIXELS else None
+        return int(distances.argmin()) if distances.min() <= HANDLE_PICK_DISTANCE_PIXELS else None
 
-    def pixel_of_drag(self, position: Pixel) -> Pixel:
+    def dragged_pixel(self, position: Pixel) -> Pixel:
         """Return the position of a dragged mark for a cursor position.
 
         The offset between mark and cursor is constant; with Shift the mark moves more slowly.
@@ -330,7 +330,7 @@ class MarkCanvas(PhotoCanvas):
             return
         position = self.pixel_at(cursor)
         if self._grab is not None and self._handle is not None:
-            position = self.pixel_of_drag(position)
+            position = self.dragged_pixel(position)
         zoom = min(max(self._scale * _LOUPE_ZOOM, _MIN_LOUPE_SCALE), _MAX_LOUPE_SCALE)
         gap = _LOUPE_RADIUS_PX + 34.0
         fits_right = cursor.x() + gap + _LOUPE_RADIUS_PX < self.width()
@@ -339,11 +339,11 @@ class MarkCanvas(PhotoCanvas):
             cursor.x() + (gap if fits_right else -gap), cursor.y() + (-gap if fits_above else gap)
         )
         t = self._turn
-        to_loupe = QTransform(t.m11(), t.m12(), t.m21(), t.m22(), 0, 0) * QTransform.fromScale(
-            zoom, zoom
-        )
-        target = to_loupe.map(QPointF(*position))
-        to_loupe = to_loupe * QTransform.fromTranslate(
+        loupe_transform = QTransform(
+            t.m11(), t.m12(), t.m21(), t.m22(), 0, 0
+        ) * QTransform.fromScale(zoom, zoom)
+        target = loupe_transform.map(QPointF(*position))
+        loupe_transform = loupe_transform * QTransform.fromTranslate(
             midpoint.x() - target.x(), midpoint.y() - target.y()
         )
         circle = QPainterPath()
@@ -351,7 +351,7 @@ class MarkCanvas(PhotoCanvas):
         painter.save()
         painter.setClipPath(circle)
         painter.fillPath(circle, QColor(38, 40, 43))
-        painter.setTransform(to_loupe, True)
+        painter.setTransform(loupe_transform, True)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, zoom < 16.0)
         # Scaling the whole photo would take a second.
         half_width = _LOUPE_RADIUS_PX / zoom + 2.0
@@ -360,13 +360,15 @@ class MarkCanvas(PhotoCanvas):
             position[0] - half_width, position[1] - half_width, 2 * half_width, 2 * half_width
         ) & QRectF(0, 0, w, h)
         level = picture.levels[0]
-        kx, ky = level.width() / w, level.height() / h
-        source = QRectF(part.x() * kx, part.y() * ky, part.width() * kx, part.height() * ky)
+        scale_x, scale_y = level.width() / w, level.height() / h
+        source = QRectF(
+            part.x() * scale_x, part.y() * scale_y, part.width() * scale_x, part.height() * scale_y
+        )
         painter.drawImage(part, level, source)
         painter.setTransform(QTransform())
         for mark in self._marks:
             if not mark.is_predicted:
-                centre = to_loupe.map(QPointF(*mark.pixel))
+                centre = loupe_transform.map(QPointF(*mark.pixel))
                 painter.setPen(QPen(QColor(COLORS[mark.role]), 1.4))
                 for offset in (QPointF(7, 0), QPointF(0, 7)):
                     painter.drawLine(centre - offset, centre + offset)
@@ -396,19 +398,19 @@ def _tint_mask(
     """
     mask_height, mask_width = mask.shape
     screen_x, screen_y = np.arange(width) + 0.5, np.arange(height) + 0.5
-    kx, ky = mask_width / size[0], mask_height / size[1]
+    scale_x, scale_y = mask_width / size[0], mask_height / size[1]
     is_upright = abs(m.m11()) > abs(m.m12())
     if is_upright:
-        x, y = (screen_x - m.dx()) / m.m11() * kx, (screen_y - m.dy()) / m.m22() * ky
+        x, y = (screen_x - m.dx()) / m.m11() * scale_x, (screen_y - m.dy()) / m.m22() * scale_y
     else:
-        x, y = (screen_y - m.dy()) / m.m12() * kx, (screen_x - m.dx()) / m.m21() * ky
-    inside_x, inside_y = (x >= 0) & (x < mask_width), (y >= 0) & (y < mask_height)
+        x, y = (screen_y - m.dy()) / m.m12() * scale_x, (screen_x - m.dx()) / m.m21() * scale_y
+    is_inside_x, is_inside_y = (x >= 0) & (x < mask_width), (y >= 0) & (y < mask_height)
     column = np.clip(x, 0, mask_width - 1).astype(np.intp)
     row = np.clip(y, 0, mask_height - 1).astype(np.intp)
     if is_upright:
-        is_hidden = ~mask[row[:, None], column] & inside_y[:, None] & inside_x
+        is_hidden = ~mask[row[:, None], column] & is_inside_y[:, None] & is_inside_x
     else:
-        is_hidden = ~mask[row, column[:, None]] & inside_x[:, None] & inside_y
+        is_hidden = ~mask[row, column[:, None]] & is_inside_x[:, None] & is_inside_y
     if not is_hidden.any():
         return None
     red, green, blue, alpha = _MASK_RGBA

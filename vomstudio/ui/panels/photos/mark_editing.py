@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
+from vomstudio.photogrammetry.georeferencing.mark_prediction import MAX_GOOD_RESIDUAL_PX
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.panels.photos.mark_canvas import MARK, MarkCanvas, ShownMark
 from vomstudio.ui.panels.photos.opened_photo import OpenedPhoto
@@ -58,7 +58,9 @@ class MarkEditing(QObject):
             prediction = self._marks.prediction(label)
             residual, worst_mark = prediction.residuals_px.get(photo), prediction.worst
             is_inaccurate = (
-                worst_mark is not None and worst_mark[0] == photo and worst_mark[1] > BAD_PX
+                worst_mark is not None
+                and worst_mark[0] == photo
+                and worst_mark[1] > MAX_GOOD_RESIDUAL_PX
             )
             role = marking.role(label)
             symbols.append(
@@ -105,18 +107,18 @@ class MarkEditing(QObject):
         self.look_at_point(is_forced=True)
 
     # --- points ------------------------------------------------------------------------------
-    def why_no_point(self) -> Finding | None:
+    def point_selection_problem(self) -> Finding | None:
         """Return a finding if no point is selected, otherwise None."""
         return None if self._points.label else Finding("action.no-point")
 
-    def why_no_mark(self) -> Finding | None:
+    def mark_problem(self) -> Finding | None:
         """Return a finding if the selected point is not marked in this photo, otherwise None."""
-        if (reason := self.why_no_point()) is not None:
+        if (reason := self.point_selection_problem()) is not None:
             return reason
         is_marked = self._photo.name in self._marks.marking.of(self._points.label)
         return None if is_marked else Finding("action.no-mark")
 
-    def new_point(self) -> None:
+    def add_point(self) -> None:
         """Add a tie point with an unused label, select it and activate the mark tool."""
         label = self._marks.marking.free_label()
         new_marking = self._marks.marking.begun_with(label)
@@ -132,7 +134,7 @@ class MarkEditing(QObject):
         self._marks.change(tr("Remove {label}", label=label), new_marking)
         self._points.select_point("")
 
-    def import_table(self, folder: Path, parent: QWidget, *, is_marks: bool) -> None:
+    def import_table(self, folder: Path, parent: QWidget, *, is_mark_table: bool) -> None:
         """Import control points or marks from a file that the user selects.
 
         Parameters
@@ -140,17 +142,17 @@ class MarkEditing(QObject):
         folder : Path
             Initial folder of the file dialog.
         parent : QWidget
-        is_marks : bool
+        is_mark_table : bool
             Whether to import marks instead of control points.
         """
-        title = tr("Import image marks") if is_marks else tr("Import control points")
+        title = tr("Import image marks") if is_mark_table else tr("Import control points")
         name, _ = QFileDialog.getOpenFileName(
             parent, title, str(folder), file_filters.ground_control()
         )
         if not name:
             return
         try:
-            if is_marks:
+            if is_mark_table:
                 count, warning = self._marks.import_marks(Path(name))
                 notice = Finding("marks.imported", count=count)
             else:
@@ -172,11 +174,11 @@ class MarkEditing(QObject):
         new_marking = self._marks.marking.unmarked(label, photo)
         self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
-    def _place_mark(self, x: float, y: float, join: str | None = None) -> None:
+    def _place_mark(self, x: float, y: float, merge_key: str | None = None) -> None:
         """Mark the selected point, or a new tie point if no point is selected."""
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
-        key = None if join is None else (join, label, photo)
+        key = None if merge_key is None else (merge_key, label, photo)
         new_marking = marking.marked(label, photo, (x, y))
         self._photo.set_viewed_point(label)
         self._marks.change(tr("Mark {label}", label=label), new_marking, key)

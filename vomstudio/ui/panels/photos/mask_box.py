@@ -21,7 +21,7 @@ from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, Slider
 from vomstudio.ui.panels.photos.mark_canvas import MarkCanvas
 
-_STEPS = 100
+_SLIDER_STEPS = 100
 _MIN_RADIUS_PX, _MAX_RADIUS_PX = 2.0, 600.0
 
 
@@ -59,9 +59,9 @@ class MaskBox(QGroupBox):
         self.hide_button.toggled.connect(self._set_masking)
         self.brush_size = Slider()
         self.brush_size.setObjectName("brush_size")
-        self.brush_size.setRange(0, _STEPS)
+        self.brush_size.setRange(0, _SLIDER_STEPS)
         self.brush_size.setToolTip(tr("Brush radius in photo pixels ([ and ], or Ctrl+wheel)."))
-        self.brush_size.valueChanged.connect(self._size_changed)
+        self.brush_size.valueChanged.connect(self._change_brush_size)
         self._size_label = Label()
         self._size_label.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
         self._size_label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -101,12 +101,14 @@ class MaskBox(QGroupBox):
             slider_position = log(self._canvas.radius / _MIN_RADIUS_PX) / log(
                 _MAX_RADIUS_PX / _MIN_RADIUS_PX
             )
-            self.brush_size.setValue(round(_STEPS * slider_position))
+            self.brush_size.setValue(round(_SLIDER_STEPS * slider_position))
         self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 
-    def _size_changed(self, step: int) -> None:
-        self._canvas.radius = _MIN_RADIUS_PX * (_MAX_RADIUS_PX / _MIN_RADIUS_PX) ** (step / _STEPS)
+    def _change_brush_size(self, step: int) -> None:
+        self._canvas.radius = _MIN_RADIUS_PX * (_MAX_RADIUS_PX / _MIN_RADIUS_PX) ** (
+            step / _SLIDER_STEPS
+        )
         self._size_label.setText(tr("{radius:.0f} px", radius=self._canvas.radius))
         self._canvas.update()
 

@@ -75,7 +75,7 @@ class OpenedPhoto(QObject):
     def zoom_to_point(self, label: str, pixel: Pixel) -> None:
         """Zoom to the pixel where a point is marked or predicted."""
         self._viewed_label = label
-        self._canvas.look_closely(pixel)
+        self._canvas.zoom_to_pixel(pixel)
 
     def set_viewed_point(self, label: str) -> None:
         """Record that the point is already in view."""

@@ -21,8 +21,8 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.imports.sidecar_import import stored_path
 from vomstudio.project.photo_edits import (
     PointState,
+    get_masks,
     marks_of,
-    masks_of,
     photo_sets,
     points_of,
     set_masks,
@@ -32,7 +32,7 @@ from vomstudio.project.records import Asset, ImageMark, MarkedPoint, Mask, Photo
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
-_JOIN_DELAY_S = 1.5
+_MAX_MERGE_DELAY_S = 1.5
 _RECORD_TYPES = (PhotoSet, MarkedPoint, ImageMark, Mask)
 
 
@@ -128,7 +128,7 @@ class PhotoDocument(QObject):
         photo_set = self.photo_set
         if photo_set is None:
             return {}
-        return {name: m.file for name, m in masks_of(self._studio.records, photo_set.id).items()}
+        return {name: m.file for name, m in get_masks(self._studio.records, photo_set.id).items()}
 
     def mask_path(self, photo: str) -> Path | None:
         """Return the path of a photo's mask. Raises InputError if it is missing."""
@@ -175,7 +175,7 @@ class PhotoDocument(QObject):
 
     # --- edits -------------------------------------------------------------------------------
     def set_marking(
-        self, title: str, marking: ControlMarks, join: object = None, crs: str | None = None
+        self, title: str, marking: ControlMarks, merge_key: object = None, crs: str | None = None
     ) -> bool:
         """Set points and marks as one edit.
 
@@ -184,8 +184,8 @@ class PhotoDocument(QObject):
         title : str
             Title of the edit.
         marking : Marking
-        join : object, optional
-            Consecutive edits with equal `join` are merged into one.
+        merge_key : object, optional
+            Consecutive edits with equal `merge_key` are merged into one.
         crs : str, optional
             CRS of the control points.
 
@@ -199,7 +199,7 @@ class PhotoDocument(QObject):
         def build_edit(records: Mapping[str, Record], set_id: str) -> Edit:
             return set_points(records, set_id, points, marks, title, crs=crs)
 
-        return self._apply(build_edit, join)
+        return self._apply(build_edit, merge_key)
 
     def store_mask(self, png: bytes) -> Asset:
         """Store a mask and return its file. Thread-safe. Raises TargetError."""
@@ -208,14 +208,16 @@ class PhotoDocument(QObject):
     def set_masks(self, title: str, masks: Mapping[str, Asset | None]) -> bool:
         return self._apply(lambda records, set_id: set_masks(records, set_id, masks, title), None)
 
-    def _apply(self, build_edit: Callable[[Mapping[str, Record], str], Edit], join: object) -> bool:
+    def _apply(
+        self, build_edit: Callable[[Mapping[str, Record], str], Edit], merge_key: object
+    ) -> bool:
         photo_set = self.photo_set
         if photo_set is None:
             return False
-        last_selection, current_time = self._last_edit, time.monotonic()
+        last_edit, current_time = self._last_edit, time.monotonic()
         joins = None
-        if last_selection is not None and join is not None and last_selection[0] == join:
-            joins = last_selection[1] if current_time - last_selection[2] < _JOIN_DELAY_S else None
+        if last_edit is not None and merge_key is not None and last_edit[0] == merge_key:
+            joins = last_edit[1] if current_time - last_edit[2] < _MAX_MERGE_DELAY_S else None
         try:
             edit = build_edit(self._studio.records, photo_set.id)
             if not edit.after:
@@ -224,7 +226,7 @@ class PhotoDocument(QObject):
         except VomError as error:
             self._studio.fail(error)
             return False
-        self._last_edit = None if join is None else (join, number, current_time)
+        self._last_edit = None if merge_key is None else (merge_key, number, current_time)
         return True
 
     # --- history -----------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.backup import back_up
 from vomstudio.core.files.containment import make_folder
 from vomstudio.core.files.disk_errors import write_error
-from vomstudio.core.files.regular import is_regular, open_regular
+from vomstudio.core.files.regular import is_regular_file, open_regular_file
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import load_mask, mask_path, store_mask
@@ -169,7 +169,7 @@ class PhotoExports(QObject):
     def table(self, name: str) -> Path | None:
         """Return the file of a table, beside the photos or else in the project, or None."""
         paths = (folder / name for folder in self._folders)
-        return next((path for path in paths if is_regular(path)), None)
+        return next((path for path in paths if is_regular_file(path)), None)
 
     def _points_changed(self) -> None:
         if not self._rows or not self._document.is_imported:
@@ -346,7 +346,7 @@ def _hash_file(path: Path | None) -> str:
     try:
         if path is None:
             return ""
-        with open_regular(path) as file:
+        with open_regular_file(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (InputError, OSError):
         return ""

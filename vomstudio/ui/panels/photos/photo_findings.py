@@ -11,10 +11,10 @@ from vomstudio.ui.base.texts import format_sentence
 if TYPE_CHECKING:
     from vomstudio.project.records import Model
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.studio.jobs.survey_tasks import ControlFacts
+    from vomstudio.studio.jobs.survey_tasks import ControlSummary
 
 
-def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:
+def control_findings(facts: ControlSummary | None, note: Finding | None) -> list[Finding]:
     """Return the findings about the control points.
 
     Parameters
@@ -45,13 +45,13 @@ def placement_findings(model: Model, resolution: float | None) -> list[Finding]:
     resolution : float or None
         Resolution in units of the model file, or None if unknown.
     """
-    from vomstudio.registration.summary import placement_facts, summary_of
+    from vomstudio.registration.summary import placement_facts, summarize_registration
 
     facts = placement_facts(model, resolution)
     text = "; ".join(f"{name}: {value}" for name, value in facts)
     placement = Finding("model.placed", model=model.name, facts=text)
     registration = model.registration
-    warnings = () if registration is None else summary_of(registration).warnings
+    warnings = () if registration is None else summarize_registration(registration).warnings
     return [placement, *warnings]
 
 

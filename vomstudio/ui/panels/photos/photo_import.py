@@ -37,19 +37,19 @@ class PhotoImport:
 
     Attributes
     ----------
-    named_control : Path or None
+    user_control : Path or None
         File selected in the settings from which the control points of the project were imported.
         This file is never written.
     """
 
     def __init__(self, studio: Studio, document: PhotoDocument, exports: PhotoExports) -> None:
         self._studio, self._document, self._exports = studio, document, exports
-        self.named_control: Path | None = None
+        self.user_control: Path | None = None
 
     def begin(
         self,
         rows: Sequence[PhotoRow],
-        named_tables: tuple[Path | None, Path | None],
+        user_tables: tuple[Path | None, Path | None],
         callback: Callable[[Failed | None], None],
         *,
         is_repeat: bool = False,
@@ -59,7 +59,7 @@ class PhotoImport:
         Parameters
         ----------
         rows : sequence of PhotoRow
-        named_tables : (Path or None, Path or None)
+        user_tables : (Path or None, Path or None)
             Files of control points and marks, used for photos that have no such files beside them.
         callback : callable
             Called with None, or with the failure.
@@ -82,7 +82,7 @@ class PhotoImport:
         control, marks = sidecar_tables(project.folder, folder)
         control_source = None
         if control is None and marks is None:
-            control, marks = _add_default_marks(named_tables)
+            control, marks = _add_default_marks(user_tables)
             control_source = control
         from vomstudio.studio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 
@@ -97,7 +97,7 @@ class PhotoImport:
         def done(sidecars: SidecarData) -> None:
             if self._studio.project is project and self._document.folder == folder:
                 self._store(folder, sidecars, rows, has_tables=(control, marks) != (None, None))
-                self.named_control = control_source
+                self.user_control = control_source
                 self._show_records(rows, sidecars=sidecars)
                 callback(None)
 
@@ -132,7 +132,7 @@ class PhotoImport:
     ) -> None:
         """Show the records of the folder and begin to export them."""
         self._document.set_folder(self._document.folder)
-        self._exports.begin(rows, is_external=self.named_control is not None, sidecars=sidecars)
+        self._exports.begin(rows, is_external=self.user_control is not None, sidecars=sidecars)
         names = self._exports.foreign_files
         if self._document.is_imported and names:
             finding = Finding("photo.files-changed", files=abbreviate_names(names))

@@ -8,10 +8,10 @@ from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.core.words import tr, tr_n
-from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
+from vomstudio.photogrammetry.georeferencing.mark_prediction import MAX_GOOD_RESIDUAL_PX
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import escape_markup
-from vomstudio.ui.base.photo_images import THUMBNAIL
+from vomstudio.ui.base.photo_images import THUMBNAIL_SIZE
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
@@ -33,7 +33,7 @@ class PhotoList(QListWidget):
         self._marks = marks
         self._label = ""
         self.setObjectName("photo_list")
-        self.setIconSize(THUMBNAIL)
+        self.setIconSize(THUMBNAIL_SIZE)
         self.setUniformItemSizes(True)
         self.setTextElideMode(Qt.TextElideMode.ElideRight)
         self.setViewMode(QListView.ViewMode.ListMode)
@@ -41,12 +41,12 @@ class PhotoList(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._items: dict[str, QListWidgetItem] = {}
         for name, row in self._rows.items():
-            item = QListWidgetItem(theme.picture_icon(row.thumbnail, THUMBNAIL), name)
-            item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
+            item = QListWidgetItem(theme.picture_icon(row.thumbnail, THUMBNAIL_SIZE), name)
+            item.setSizeHint(QSize(0, THUMBNAIL_SIZE.height() + 6))
             item.setData(Qt.ItemDataRole.UserRole, name)
             self._items[name] = item
             self.addItem(item)
-        self.currentItemChanged.connect(self._emit_opened)
+        self.currentItemChanged.connect(self._emit_photo_opened)
         marks.changed.connect(self.refresh)
         self.refresh()
 
@@ -111,7 +111,9 @@ class PhotoList(QListWidget):
                     parts.append(f"{residual:.2f} px")
                 worst_mark = prediction.worst
                 is_inaccurate = (
-                    worst_mark is not None and worst_mark[0] == name and worst_mark[1] > BAD_PX
+                    worst_mark is not None
+                    and worst_mark[0] == name
+                    and worst_mark[1] > MAX_GOOD_RESIDUAL_PX
                 )
             elif name in prediction.expected:
                 parts.append(tr("{label} predicted", label=label))
@@ -136,6 +138,6 @@ class PhotoList(QListWidget):
         if count := self.count():
             self.setCurrentRow((max(self.currentRow(), 0) + offset) % count)
 
-    def _emit_opened(self, item: QListWidgetItem | None) -> None:
+    def _emit_photo_opened(self, item: QListWidgetItem | None) -> None:
         if item is not None:
             self.opened.emit(item.data(Qt.ItemDataRole.UserRole))

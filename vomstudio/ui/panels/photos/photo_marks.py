@@ -12,7 +12,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.io.control.control_files import read_control, read_crs, read_marks
 from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     NO_PREDICTION,
     ControlMarks,
@@ -84,10 +84,10 @@ class PhotoMarks(QObject):
         marking = self.marking
         pixels = tuple(marking.of(label).items())
         # A point with fewer than two marks is predicted from the other points.
-        other_points = marking if marking.point(label) is not None else None
+        known_marking = marking if marking.point(label) is not None else None
         entry = self._predictions.get(label)
-        if entry is None or entry[0] != (pixels, other_points):
-            entry = (pixels, other_points), self._cameras.predict(marking, label)
+        if entry is None or entry[0] != (pixels, known_marking):
+            entry = (pixels, known_marking), self._cameras.predict(marking, label)
             self._predictions[label] = entry
         return entry[1]
 
@@ -111,13 +111,18 @@ class PhotoMarks(QObject):
 
     # --- edits -------------------------------------------------------------------------------
     def change(
-        self, title: str, marking: ControlMarks, join: object = None, *, is_ongoing: bool = False
+        self,
+        title: str,
+        marking: ControlMarks,
+        merge_key: object = None,
+        *,
+        is_ongoing: bool = False,
     ) -> None:
         """Apply a new state of the points as one edit, or only display it if `is_ongoing`."""
         if is_ongoing:
             self.marking = marking
             self._notify()
-        elif not self._document.set_marking(title, marking, join):
+        elif not self._document.set_marking(title, marking, merge_key):
             # Writing has failed, so the state of the records is shown again.
             self._reload()
 
@@ -126,7 +131,7 @@ class PhotoMarks(QObject):
 
         Returns the number of points. Raises InputError.
         """
-        points, crs = read_control(path), crs_of(path)
+        points, crs = read_control(path), read_crs(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
                 Finding("control.other-crs", crs=crs, project_crs=self.crs),

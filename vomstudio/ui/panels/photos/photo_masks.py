@@ -27,22 +27,22 @@ class _MaskCache:
     """Cache of recent masks by file, so that undo does not read from the disk."""
 
     def __init__(self) -> None:
-        self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
+        self._packed_masks: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
 
     def store(self, file: Asset, is_used: BoolArray) -> None:
         """Store the values (height, width) of a mask file."""
-        self._packed.pop(file.path, None)
-        self._packed[file.path] = np.packbits(is_used), (is_used.shape[0], is_used.shape[1])
-        for path in list(self._packed)[:-_MAX_STATES]:
-            del self._packed[path]
+        self._packed_masks.pop(file.path, None)
+        self._packed_masks[file.path] = np.packbits(is_used), (is_used.shape[0], is_used.shape[1])
+        for path in list(self._packed_masks)[:-_MAX_STATES]:
+            del self._packed_masks[path]
 
     def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
         """Return a copy (height, width) of a mask, or None if it must be read from its file."""
         if file is None:
             return np.ones(size, np.bool_)
-        if file.path not in self._packed:
+        if file.path not in self._packed_masks:
             return None
-        packed, shape = self._packed[file.path]
+        packed, shape = self._packed_masks[file.path]
         flags = np.unpackbits(packed, count=shape[0] * shape[1]).view(np.bool_).reshape(shape)
         return flags if shape == size else None
 
@@ -170,7 +170,7 @@ class PhotoMasks(QObject):
             title = tr("Mask") if shape.is_masking else tr("Unmask")
             self._store(title, shape.photo)
 
-    def draw_once(self, name: str, area: PixelArea, is_masking: bool) -> None:
+    def draw_single_shape(self, name: str, area: PixelArea, is_masking: bool) -> None:
         self.begin(name, is_masking)
         self.draw(area)
         self.end()
@@ -210,7 +210,7 @@ class PhotoMasks(QObject):
             self._pending_names = frozenset()
 
     # --- repetition --------------------------------------------------------------------------
-    def why_not_repeat(self) -> Finding | None:
+    def repeat_problem(self) -> Finding | None:
         """Return why the last shape cannot be drawn in other photos, or None if it can."""
         shape = self.last_shape
         if shape is None or not shape.areas:
@@ -230,7 +230,7 @@ class PhotoMasks(QObject):
     def repeat(self) -> None:
         """Draw the last shape in all other photos of the same size."""
         shape = self.last_shape
-        if self.why_not_repeat() is not None or shape is None:
+        if self.repeat_problem() is not None or shape is None:
             return
 
         other_photos = self._same_size_photos(shape.photo)

@@ -37,12 +37,12 @@ from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
 from vomstudio.ui.panels.photos.photo_masks import PhotoMasks
 from vomstudio.ui.panels.photos.photo_page_commands import (
     TOOLS,
-    look_commands,
     mask_commands,
     own_window_command,
     point_commands,
     set_shortcuts,
     undo_commands,
+    view_commands,
 )
 from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.panels.photos.photo_tools import PhotoTools
@@ -120,7 +120,7 @@ class PhotoPage(QWidget):
     def _make_actions(self) -> None:
         self.actions_table = Actions(self)
         for command in (
-            *look_commands(self.list, self.canvas, self.tools),
+            *view_commands(self.list, self.canvas, self.tools),
             *undo_commands(self.masks, self.tools, self.document, self.undo),
             *mask_commands(self.masks, self.mask_box, self.canvas, self.opened_photo),
             *point_commands(self._editing, self.folder, self),
@@ -220,7 +220,7 @@ class PhotoPage(QWidget):
         self.points.point_selected.connect(self._select_point)
         self._editing.message.connect(self.show_message)
         self.tools.corners_changed.connect(self._refresh)
-        self.tools.tool_changed.connect(self._tool_changed)
+        self.tools.tool_changed.connect(self._handle_tool_change)
         self.canvas.pointed.connect(self._show_position)
         self.survey.history_changed.connect(self._refresh)
         self.survey.edited.connect(self._follow_edit)
@@ -303,7 +303,7 @@ class PhotoPage(QWidget):
             self._read_cameras()
 
     # --- tools and keys ----------------------------------------------------------------------
-    def _tool_changed(self) -> None:
+    def _handle_tool_change(self) -> None:
         self._refresh()
         self._set_status(self._current_hint())
 

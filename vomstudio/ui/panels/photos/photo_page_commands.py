@@ -101,12 +101,12 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
     return replace(base, run=run, why_not=why_not)
 
 
-def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
+def own_window_command(page: QWidget, toggle_window: Callable[[], object]) -> Command:
     """Return the command that moves the page to a separate window, or back."""
     return Command(
         "own_window",
         tr("Separate window"),
-        change_place,
+        toggle_window,
         "open-in-new",
         (),
         tr("Show the photo in its own window, or put it back."),
@@ -114,13 +114,13 @@ def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Com
     )
 
 
-def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
+def view_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
     """Return the commands that change the photo, the view or the tool."""
 
     def activate(name: str) -> Callable[[], None]:
         return lambda: tools.set_tool(name)
 
-    def is_tool(name: str) -> Callable[[], bool]:
+    def is_active_tool(name: str) -> Callable[[], bool]:
         return lambda: canvas.tool == name
 
     return [
@@ -134,7 +134,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "V",
             tr("Pan and zoom."),
             is_viewport_key=True,
-            is_checked=is_tool(LOOK),
+            is_checked=is_active_tool(LOOK),
         ),
         Command(
             "mark",
@@ -144,7 +144,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "M",
             tr("Mark control points, check points and tie points."),
             is_viewport_key=True,
-            is_checked=is_tool(MARK),
+            is_checked=is_active_tool(MARK),
         ),
         Command(
             "polygon",
@@ -154,7 +154,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "P",
             tr("Mask or unmask a polygon."),
             is_viewport_key=True,
-            is_checked=is_tool(POLYGON),
+            is_checked=is_active_tool(POLYGON),
         ),
         Command(
             "brush",
@@ -164,7 +164,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
             "B",
             tr("Mask or unmask with a brush."),
             is_viewport_key=True,
-            is_checked=is_tool(BRUSH),
+            is_checked=is_active_tool(BRUSH),
         ),
         Command(
             "fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", is_viewport_key=True
@@ -172,7 +172,7 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
         Command(
             "one_to_one",
             "1 : 1",
-            canvas.one_to_one,
+            canvas.zoom_to_full_resolution,
             "magnify-plus-outline",
             "1",
             tr("Show one photo pixel as one screen pixel."),
@@ -224,7 +224,7 @@ def mask_commands(
 ) -> list[Command]:
     """Return the commands that change the brush or the whole mask."""
 
-    def why_no_mask() -> Finding | None:
+    def mask_refusal() -> Finding | None:
         if masks.busy_reason or masks.used(photo.name) is not None:
             return masks.busy_reason
         return Finding("mask.pending")
@@ -232,7 +232,7 @@ def mask_commands(
     def clear() -> None:
         used_pixels = masks.used(photo.name)
         if used_pixels is not None:
-            masks.draw_once(
+            masks.draw_single_shape(
                 photo.name, whole_area(used_pixels.shape[1], used_pixels.shape[0]), is_masking=False
             )
 
@@ -263,7 +263,7 @@ def mask_commands(
             "image-multiple-outline",
             (),
             tr("Copy the last shape to all photos of this size."),
-            masks.why_not_repeat,
+            masks.repeat_problem,
         ),
         Command(
             "invert_mask",
@@ -272,7 +272,7 @@ def mask_commands(
             "invert-colors",
             (),
             tr("Invert the mask of the photo."),
-            why_no_mask,
+            mask_refusal,
         ),
         Command(
             "clear_mask",
@@ -281,31 +281,31 @@ def mask_commands(
             "image-outline",
             (),
             tr("Unmask the whole photo."),
-            why_no_mask,
+            mask_refusal,
         ),
     ]
 
 
-def point_commands(editing_mark: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
+def point_commands(mark_editor: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
     """Return the commands for points and marks.
 
     Parameters
     ----------
-    editing_mark : MarkEditing
+    mark_editor : MarkEditing
     folder : Path
         Initial folder of the file dialogs.
     parent : QWidget
         Parent of the dialogs.
     """
 
-    def import_table(is_marks: bool) -> Callable[[], None]:
-        return lambda: editing_mark.import_table(folder, parent, is_marks=is_marks)
+    def import_table(is_mark_table: bool) -> Callable[[], None]:
+        return lambda: mark_editor.import_table(folder, parent, is_mark_table=is_mark_table)
 
     return [
         Command(
             "new_point",
             tr("New point"),
-            editing_mark.new_point,
+            mark_editor.add_point,
             "plus",
             "N",
             tr("Add a tie point; with coordinates it becomes a control point."),
@@ -314,11 +314,11 @@ def point_commands(editing_mark: MarkEditing, folder: Path, parent: QWidget) -> 
         Command(
             "remove_point",
             tr("Remove point"),
-            editing_mark.remove_point,
+            mark_editor.remove_point,
             "delete-outline",
             (),
             tr("Remove the point with all its marks."),
-            editing_mark.why_no_point,
+            mark_editor.point_selection_problem,
         ),
         Command(
             "import_points",
@@ -339,11 +339,11 @@ def point_commands(editing_mark: MarkEditing, folder: Path, parent: QWidget) -> 
         Command(
             "remove_mark",
             tr("Remove mark"),
-            editing_mark.remove_mark,
+            mark_editor.remove_mark,
             "close",
             "Del",
             tr("Remove the mark of the point in this photo."),
-            editing_mark.why_no_mark,
+            mark_editor.mark_problem,
             is_viewport_key=True,
         ),
     ]

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from vomstudio.studio.jobs.photo_tasks import PhotoListing
     from vomstudio.studio.jobs.reconstruct_options import Quality
     from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.studio.jobs.survey_tasks import ControlFacts, ReconstructionForecast
+    from vomstudio.studio.jobs.survey_tasks import ControlSummary, ReconstructionForecast
 
 # Longer than the time after which a worker is killed.
 _STOP_TIMEOUT_S = 10.0
@@ -67,7 +67,7 @@ class PhotoSurvey(QObject):
         Emitted when tables of points or marks have been written.
     edited : Signal
         Emitted with each edit of the project.
-    model_made : Signal
+    model_created : Signal
         Emitted when the model of a finished reconstruction has been added to the project.
     """
 
@@ -77,7 +77,7 @@ class PhotoSurvey(QObject):
     marks_changed = Signal()
     edited = Signal(object)
     history_changed = Signal()
-    model_made = Signal()
+    model_created = Signal()
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ class PhotoSurvey(QObject):
         self.problem = ""
         self.frame: Frame | None = None
         """Frame of the positions of the rows; None for positions by GPS."""
-        self.control_note: Finding | None = None
+        self.control_finding: Finding | None = None
         self.result: Reconstruction | None = None
         self._list_job: RunningJob | None = None
         self._check_job: RunningJob | None = None
@@ -142,7 +142,7 @@ class PhotoSurvey(QObject):
         """Running reconstruction job, or None if no reconstruction is running."""
         return self._reconstruction_job
 
-    def why_not_reconstruct(self) -> Finding | None:
+    def reconstruction_problem(self) -> Finding | None:
         """Return why no reconstruction can be started, or None if one can be started."""
         if self._reconstruction_job is not None:
             return Finding("action.reconstruction-running")
@@ -163,7 +163,7 @@ class PhotoSurvey(QObject):
         return None
 
     @property
-    def control_facts(self) -> ControlFacts | None:
+    def control_facts(self) -> ControlSummary | None:
         """Facts about the control points; None without points or before they are checked."""
         return None if self.forecast is None else self.forecast.control
 
@@ -208,7 +208,7 @@ class PhotoSurvey(QObject):
 
         self._stop_reading()
         self.exports.end()
-        self.folder, self.sidecar_import.named_control = folder, None
+        self.folder, self.sidecar_import.user_control = folder, None
         self.document.set_folder(folder)
         self.settings = settings or self._add_tables(self.settings.adapt_to_photos(folder))
         self.forecast = None
@@ -274,9 +274,9 @@ class PhotoSurvey(QObject):
         out = self.output_folder()
         if (
             out is not None
-            and (later_report := reconstruction_folders.read_survey_report(out)) is not None
+            and (newer_report := reconstruction_folders.read_survey_report(out)) is not None
         ):
-            self._apply_report(later_report)
+            self._apply_report(newer_report)
         self._show_cameras()
         self.rows_changed.emit()
 
@@ -300,7 +300,7 @@ class PhotoSurvey(QObject):
             if settings.has_sidecar_control and facts is not None and facts.problem:
                 # The user did not select these files, so they must not prevent a reconstruction.
                 self.settings = settings.drop_control()
-                self.control_note = Finding(
+                self.control_finding = Finding(
                     "control.not-used",
                     table=Path(str(settings.control)).name,
                     reason=facts.problem,
@@ -317,7 +317,7 @@ class PhotoSurvey(QObject):
                     self._studio.warn(event.to_error())
                 self.changed.emit()
 
-        self.control_note = None
+        self.control_finding = None
         job = self._studio.jobs.submit(
             *forecast_request(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
@@ -334,7 +334,7 @@ class PhotoSurvey(QObject):
             return
         if self.settings.has_sidecar_control or self.settings.control in (
             None,
-            self.sidecar_import.named_control,
+            self.sidecar_import.user_control,
         ):
             self.settings = self._add_tables(self.settings)
         self.update_forecast()
@@ -342,7 +342,7 @@ class PhotoSurvey(QObject):
 
     def control_findings(self) -> list[Finding]:
         """Return the findings about the control points."""
-        return control_findings(self.control_facts, self.control_note)
+        return control_findings(self.control_facts, self.control_finding)
 
     def placed_models(self) -> list[Model]:
         """Return the models reconstructed in the current quality that have scale or north."""
@@ -427,8 +427,8 @@ class PhotoSurvey(QObject):
                 self._check()
             self.changed.emit()
 
-        named_tables = self.settings.control, self.settings.marks
-        is_running = self.sidecar_import.begin(self.rows, named_tables, done, is_repeat=is_repeat)
+        user_tables = self.settings.control, self.settings.marks
+        is_running = self.sidecar_import.begin(self.rows, user_tables, done, is_repeat=is_repeat)
         if is_running is not None:
             self._list_job = is_running
             self.changed.emit()
@@ -459,7 +459,7 @@ class PhotoSurvey(QObject):
         from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
 
         out, folder = self.output_folder(), self.folder
-        if self.why_not_reconstruct() is not None or out is None or folder is None:
+        if self.reconstruction_problem() is not None or out is None or folder is None:
             return
         request = self.settings.build_request(folder, out)
         if (facts := self.control_facts) is not None and facts.crs:
@@ -494,7 +494,7 @@ class PhotoSurvey(QObject):
             self._studio.open_model(
                 target / Path(result.mesh).name,
                 name,
-                finished_callback=lambda _: self.model_made.emit(),
+                finished_callback=lambda _: self.model_created.emit(),
             )
 
         def failed(event: Failed) -> None:
@@ -516,7 +516,7 @@ class PhotoSurvey(QObject):
         )
         self.changed.emit()
 
-    def stop_to_move(self) -> None:
+    def stop_before_move(self) -> None:
         """Stop running jobs before the project folder moves; they continue in the new folder."""
         if self._reconstruction_job is not None:
             self._is_restart_pending = True
@@ -541,7 +541,7 @@ class PhotoSurvey(QObject):
         self._stop_reading()
         self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], (), None
-        self.verdict, self.problem, self.control_note = "", "", None
+        self.verdict, self.problem, self.control_finding = "", "", None
         self.forecast, self.frame, self.exclusions = None, None, []
         self.settings = ReconstructionSettings()
         self.document.set_folder(None)

@@ -78,7 +78,7 @@ class PhotoTools(QObject):
         if tool == MARK:
             self._handle_mark(event)
         elif tool == POLYGON:
-            self._polygon(event)
+            self._handle_polygon(event)
         elif tool == BRUSH:
             self._brush(event)
 
@@ -96,7 +96,7 @@ class PhotoTools(QObject):
             self._dragged_label = marks[handle].label
             self.mark_picked.emit(self._dragged_label)
         elif event.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END) and self._dragged_label:
-            x, y = self._canvas.pixel_of_drag((event.x, event.y))
+            x, y = self._canvas.dragged_pixel((event.x, event.y))
             x, y = min(max(x, 0.0), self.size[0]), min(max(y, 0.0), self.size[1])
             is_ongoing = event.kind is Pointer.DRAG_MOVE
             if not event.is_continued:
@@ -108,7 +108,7 @@ class PhotoTools(QObject):
         return 0 <= event.x <= self.size[0] and 0 <= event.y <= self.size[1]
 
     # --- polygon -----------------------------------------------------------------------------
-    def _polygon(self, event: PhotoPointer) -> None:
+    def _handle_polygon(self, event: PhotoPointer) -> None:
         position = (event.x, event.y)
         if event.button is not Button.LEFT:
             return
@@ -131,7 +131,7 @@ class PhotoTools(QObject):
         """Mask or unmask the area of the polygon if it has at least three vertices."""
         if len(self._corners) > 2 and self._masks.used(self.photo) is not None:
             area = polygon_area(self._corners, *self.size)
-            self._masks.draw_once(self.photo, area, self.is_masking)
+            self._masks.draw_single_shape(self.photo, area, self.is_masking)
             self._set_corners([])
 
     def remove_last_corner(self) -> None:

@@ -26,8 +26,8 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, allow, escape_markup
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, ElidedLabel, Label, escape_markup, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos import reconstruction_folders
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
@@ -88,7 +88,7 @@ class PhotosPanel(QWidget):
 
     def __init__(self, survey: PhotoSurvey, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "photos.md#the-survey-check")
+        set_help_topic(self, "photos.md#the-survey-check")
         self._survey, self._actions = survey, actions
         self.quality = ComboBox()
         self.quality.setObjectName("quality")
@@ -275,7 +275,7 @@ class PhotosPanel(QWidget):
         self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
-        allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
+        set_enabled(self.quality, None if job is None else Finding("action.reconstruction-running"))
         self._texts.refit()
         self._verdict.setText(self._summary_text())
         self._show_failure()

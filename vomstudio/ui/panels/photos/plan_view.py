@@ -10,14 +10,14 @@ from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.core.words import tr
 from vomstudio.geometry.frames import Frame
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.ui.base.controls import escape_markup
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
 _GPS_FRAME = Frame("local")
 """Frame of positions by GPS, which are in metres with north up."""
-_GOOD, _FLAGGED, _SELECTED = "#0072b2", "#e69f00", "#d55e00"
+_GOOD_COLOR, _FLAGGED_COLOR, _SELECTED_COLOR = "#0072b2", "#e69f00", "#d55e00"
 
 
 class PlanView(QWidget):
@@ -97,12 +97,12 @@ class PlanView(QWidget):
         length = round_length(70 / scale)
         y = self.height() - 9.0
         painter.drawLine(QPointF(8, y), QPointF(8 + length * scale, y))
-        painter.drawText(QPointF(12 + length * scale, y + 4), bar_text(length))
+        painter.drawText(QPointF(12 + length * scale, y + 4), scale_bar_text(length))
 
     def _draw(self, painter: QPainter, row: PhotoRow, position: QPointF) -> None:
-        color = QColor(_FLAGGED if row.findings else _GOOD)
+        color = QColor(_FLAGGED_COLOR if row.findings else _GOOD_COLOR)
         if row.name in self._selection:
-            color = QColor(_SELECTED)
+            color = QColor(_SELECTED_COLOR)
         painter.setPen(QPen(color, 2.0))
         painter.setBrush(color)
         if row.looks is not None:

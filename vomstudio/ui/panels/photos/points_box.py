@@ -29,9 +29,14 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.coordinate_limits import check_coordinates
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
-from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
+from vomstudio.photogrammetry.georeferencing.mark_prediction import (
+    CHECK,
+    CONTROL,
+    MAX_GOOD_RESIDUAL_PX,
+    TIE,
+)
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow, escape_markup
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, escape_markup, set_enabled
 from vomstudio.ui.base.texts import format_sentence
 from vomstudio.ui.panels.photos.mark_canvas import COLORS
 from vomstudio.ui.panels.photos.photo_marks import PhotoMarks
@@ -217,7 +222,7 @@ class PointsBox(QGroupBox):
             if column >= 2:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             residual_item = item
-        is_inaccurate = worst_mark is not None and worst_mark[1] > BAD_PX
+        is_inaccurate = worst_mark is not None and worst_mark[1] > MAX_GOOD_RESIDUAL_PX
         residual_item.setIcon(
             theme.icon("alert-outline") if is_inaccurate else theme.verdict_icon(None)
         )
@@ -238,7 +243,7 @@ class PointsBox(QGroupBox):
 
     def _fill_form(self) -> None:
         marking = self._marks.marking
-        allow(self.form, None if self.label else Finding("action.no-point"))
+        set_enabled(self.form, None if self.label else Finding("action.no-point"))
         point = marking.point(self.label)
         if not self.name.hasFocus() or not self.name.isModified():
             self.name.setText(self.label)
@@ -257,7 +262,7 @@ class PointsBox(QGroupBox):
         for spin, number in zip((self.mark_x, self.mark_y), pixel or (0.0, 0.0), strict=True):
             with QSignalBlocker(spin):
                 spin.setValue(number)
-            allow(spin, None if pixel is not None else Finding("action.no-mark"))
+            set_enabled(spin, None if pixel is not None else Finding("action.no-mark"))
 
     # --- selection and editing ---------------------------------------------------------------
     def select_point(self, label: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from vomstudio.core.errors import InputError, TargetError, VomError, WorkerError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.containment import check_generated_path, make_folder
-from vomstudio.core.files.regular import is_folder, is_regular, read_json, read_small
+from vomstudio.core.files.regular import is_folder, is_regular_file, read_json, read_small_file
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.reconstruction_file import RESULT
@@ -34,7 +34,7 @@ from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSet
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
-_FAILURE = "work/failure.txt"
+_FAILURE_FILE = "work/failure.txt"
 # Minimum horizontal length of a unit direction; steeper directions have no arrow on the map.
 _MIN_ARROW_LENGTH = 0.2
 
@@ -50,7 +50,7 @@ def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
         suffix = "" if number == 1 else f"-{number}"
         out = folder / f"{photos.name}{suffix}-{quality}"
         request = read_request(out / REQUEST)
-        if request is None or _same_photos(request[0], photos):
+        if request is None or _is_same_folder(request[0], photos):
             return out
     raise AssertionError("counting ends never")
 
@@ -68,10 +68,12 @@ def store_failure(out: Path, reason: str) -> None:
     """
     with contextlib.suppress(OSError, TargetError):
         if reason:
-            make_folder((out / _FAILURE).parent)
-            write_bytes(check_generated_path(out / _FAILURE), reason.encode("utf-8"), force=True)
+            make_folder((out / _FAILURE_FILE).parent)
+            write_bytes(
+                check_generated_path(out / _FAILURE_FILE), reason.encode("utf-8"), force=True
+            )
         else:
-            (out / _FAILURE).unlink(missing_ok=True)
+            (out / _FAILURE_FILE).unlink(missing_ok=True)
 
 
 def report_failure(studio: Studio, out: Path, event: Failed) -> None:
@@ -83,7 +85,7 @@ def report_failure(studio: Studio, out: Path, event: Failed) -> None:
 def read_failure(out: Path) -> str:
     """Return why the last run failed, as a sentence that is empty if it did not fail."""
     try:
-        return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
+        return read_small_file(out / _FAILURE_FILE).decode("utf-8", "replace").strip()
     except (InputError, OSError):
         return ""
 
@@ -93,12 +95,12 @@ def find_alignment(out: Path, photos: Path) -> Path | None:
     if (out / FILE_NAME).exists():
         return out
     cameras = out.parent.glob(f"*/{FILE_NAME}")
-    folders = [camera.parent for camera in cameras if is_regular(camera)]
+    folders = [camera.parent for camera in cameras if is_regular_file(camera)]
     requests = {camera: read_request(camera / REQUEST) for camera in folders}
     matches = [
         camera
         for camera, request in requests.items()
-        if request is not None and _same_photos(request[0], photos)
+        if request is not None and _is_same_folder(request[0], photos)
     ]
     return max(matches, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
@@ -109,7 +111,7 @@ def find_newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     Returns None if the project has no reconstruction or the photos are missing.
     """
     paths = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
-    requests = [path for path in paths if is_regular(path)]
+    requests = [path for path in paths if is_regular_file(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
         if (result := read_request(request)) is not None:
             folder, settings = result
@@ -182,7 +184,7 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | No
     return frame
 
 
-def _same_photos(stored_folder: Path, folder: Path) -> bool:
+def _is_same_folder(stored_folder: Path, folder: Path) -> bool:
     """Return whether a reconstruction was made from these photos.
 
     If the stored folder is missing, the photos are assumed to have been moved.

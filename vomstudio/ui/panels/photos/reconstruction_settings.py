@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.core.errors import UsageError
-from vomstudio.core.files.regular import is_regular, read_json
+from vomstudio.core.files.regular import is_regular_file, read_json
 from vomstudio.io.control.control_files import find_control
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
@@ -100,7 +100,9 @@ def read_request(request: Path) -> tuple[Path, ReconstructionSettings] | None:
         )
         control, marks = (values.get(name) and Path(values[name]) for name in ("control", "marks"))
         settings = ReconstructionSettings(options).replace_control(
-            control if control and is_regular(control) else None, marks or None, is_sidecar=False
+            control if control and is_regular_file(control) else None,
+            marks or None,
+            is_sidecar=False,
         )
         return Path(values["photos"]), settings
     except (OSError, ValueError, KeyError, TypeError, AttributeError, UsageError):

@@ -50,21 +50,21 @@ class RegionChoice:
             return None
         return values
 
-    def why_no_proposal(self) -> Finding | None:
+    def proposal_problem(self) -> Finding | None:
         """Return why no region can be proposed, or None if one can be proposed."""
         if self.proposal() is None:
             return Finding("reconstruct.not-yet", results=tr("tie points"))
         return None
 
-    def why_no_box(self) -> Finding | None:
+    def clip_box_problem(self) -> Finding | None:
         """Return why the clipping box cannot be used, or None if it can be used."""
-        if self._studio.display.clip_shown is None:
+        if self._studio.display.effective_clip is None:
             return Finding("action.no-clipping-box")
         return None
 
     def clipped_region(self) -> tuple[float, ...] | None:
         """Return the clipping box as a region, or None if it is off."""
-        box = self._studio.display.clip_shown
+        box = self._studio.display.effective_clip
         if box is None:
             return None
         corners = transform.apply(transform.invert(self._to_world()), box.corners())
@@ -82,9 +82,9 @@ class RegionChoice:
             Minimum and maximum corner in the frame of the reconstruction.
         """
         ends = np.reshape(region, (2, 3))
-        corners = ClipBox.around(ends).corners()
+        corners = ClipBox.from_points(ends).corners()
         self._studio.display.set_clip(
-            ClipBox.around(transform.apply(self._to_world(), corners)), True
+            ClipBox.from_points(transform.apply(self._to_world(), corners)), True
         )
 
     def _to_world(self) -> FloatArray:

@@ -8,11 +8,11 @@ from pathlib import Path
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs.job import Job
 from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoListing, PhotosRequest
-from vomstudio.studio.jobs.survey_tasks import FORESEE, ForecastRequest, ReconstructionForecast
+from vomstudio.studio.jobs.survey_tasks import FORECAST, ForecastRequest, ReconstructionForecast
 from vomstudio.ui.panels.photos.photo_row import PhotoRow
 from vomstudio.ui.panels.photos.reconstruction_settings import ReconstructionSettings
 
-Masks = dict[str, Path]
+MaskPaths = dict[str, Path]
 
 
 def list_request(
@@ -23,7 +23,7 @@ def list_request(
 
 
 def check_request(
-    folder: Path, cache: Path, masks: Masks | None
+    folder: Path, cache: Path, masks: MaskPaths | None
 ) -> tuple[Job[PhotosRequest, SurveyReport], PhotosRequest]:
     return CHECK_PHOTOS, PhotosRequest(folder, cache, masks)
 
@@ -32,7 +32,7 @@ def forecast_request(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
 ) -> tuple[Job[ForecastRequest, ReconstructionForecast], ForecastRequest]:
     """Return the job and request that forecast a reconstruction with these settings."""
-    return FORESEE, ForecastRequest(
+    return FORECAST, ForecastRequest(
         photos=folder,
         sizes=tuple((row.width, row.height) for row in rows),
         quality=settings.options.quality,

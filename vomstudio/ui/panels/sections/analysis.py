@@ -68,7 +68,7 @@ class SectionAnswer:
 def answer(question: SectionQuestion) -> SectionAnswer:
     """Compute the section of `vomstudio section` in a worker thread."""
     from vomstudio.geometry.model_transform import transform_model
-    from vomstudio.products.ortho.interpretation import items_of
+    from vomstudio.products.ortho.interpretation import items_from_records
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
@@ -79,7 +79,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     features = q.records is not None and any(
         isinstance(record, Feature) for record in q.records.values()
     )
-    items = items_of(q.records, Measurements()) if features and q.records else ()
+    items = items_from_records(q.records, Measurements()) if features and q.records else ()
     has_domains = q.features.along == DOMAINS and bool(items)
     directions = (
         assign_domain_axes(items, "domains") if has_domains else ProjectionDirections(q.direction)
@@ -88,7 +88,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     projected_features, n_skipped = writing.project_items(
         items, q.curtain, directions, q.features.within_m
     )
-    figures = writing.figures_of(cut, q.curtain, projected_features, n_skipped, directions)
+    figures = writing.section_figures(cut, q.curtain, projected_features, n_skipped, directions)
     drawing = writing.section_drawing(
         cut,
         q.curtain,
@@ -145,10 +145,10 @@ def build_curtain(
         Vertices of the section line.
     """
     from vomstudio.geology.orientation import Plane
-    from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
+    from vomstudio.products.section.section_lines import curtain_from_line, curtain_from_plane
 
     if line is not None:
-        return curtain_of_line(line)
+        return curtain_from_line(line)
     assert isinstance(plane, Plane)
     assert passing_point is not None
-    return curtain_of_plane(plane, passing_point)
+    return curtain_from_plane(plane, passing_point)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane
@@ -35,8 +35,8 @@ from vomstudio.ui.base.command_targets import (
     remember_target,
     results_folder,
 )
-from vomstudio.ui.base.controls import allow, button_row, file_field, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import button_row, file_field, narrow_form, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
@@ -66,7 +66,7 @@ class ElevationPanel(QWidget):
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__()
-        explain(self, "window.md#elevation-model")
+        set_help_topic(self, "window.md#elevation-model")
         self._studio = studio
         self._background = QtBackground(self)
         self._job: RunningJob | None = None
@@ -127,7 +127,9 @@ class ElevationPanel(QWidget):
     def _follow_model(self, *_: object) -> None:
         model = self.model.selected_model()
         is_cloud = model is not None and self._is_cloud(model)
-        allow(self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only"))
+        set_enabled(
+            self.grid.fields["limit_m"], None if is_cloud else Finding("action.clouds-only")
+        )
         if not self.target.isModified() and model is not None:
             folder = results_folder(self._studio)
             self.target.setText(str(folder / f"{Path(model.name).stem}_dem.tif"))
@@ -151,7 +153,7 @@ class ElevationPanel(QWidget):
         try:
             self.plane.plane()
         except VomError as error:
-            return cause_of(error)
+            return cause_finding(error)
         if not self.target.text().strip().lower().endswith((".tif", ".tiff")):
             return Finding("export.not-tif")
         return None
@@ -160,8 +162,8 @@ class ElevationPanel(QWidget):
         reason = self.why_not()
         is_busy = self._job is not None
         self.start.setText(tr("Stop") if is_busy else tr("Create"))
-        allow(self.start, None if is_busy else reason)
-        self.copy.allow(reason)
+        set_enabled(self.start, None if is_busy else reason)
+        self.copy.set_enabled(reason)
         if not is_busy and self.result is None:
             self.message.setText("" if reason is None else tr("Not now: {reason}", reason=reason))
 

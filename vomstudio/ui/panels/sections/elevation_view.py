@@ -7,12 +7,12 @@ from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.core.words import tr
-from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.geometry.units import round_length, scale_bar_text
 from vomstudio.products.elevation.picture import ElevationPicture
 
-_BAR_WIDTH = 12
-_GAP = 6
-_HALO = QColor(255, 255, 255, 200)
+_BAR_WIDTH_PX = 12
+_GAP_PX = 6
+_HALO_COLOR = QColor(255, 255, 255, 200)
 
 
 class ElevationView(QWidget):
@@ -48,7 +48,9 @@ class ElevationView(QWidget):
 
     def _image_rect(self) -> QRectF:
         """Return the largest rectangle for the image that leaves space for the colour bar."""
-        label_width = self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH + 3 * _GAP
+        label_width = (
+            self.fontMetrics().horizontalAdvance("−00000.00 m") + _BAR_WIDTH_PX + 3 * _GAP_PX
+        )
         area = QRectF(0, 0, max(self.width() - label_width, 1), max(self.height(), 1))
         size = self._image.size().toSizeF()
         size.scale(area.size(), Qt.AspectRatioMode.KeepAspectRatio)
@@ -76,14 +78,14 @@ class ElevationView(QWidget):
 
     def _draw_scale(self, painter: QPainter, rect: QRectF) -> None:
         assert self.picture is not None
-        per_pixel = self.picture.step * self.picture.rgba.shape[1] / max(rect.width(), 1.0)
-        length = round_length(0.25 * rect.width() * per_pixel)
-        text = bar_text(length, is_metric=self._is_metric)
-        width = length / per_pixel
+        units_per_pixel = self.picture.step * self.picture.rgba.shape[1] / max(rect.width(), 1.0)
+        length = round_length(0.25 * rect.width() * units_per_pixel)
+        text = scale_bar_text(length, is_metric=self._is_metric)
+        width = length / units_per_pixel
         height = painter.fontMetrics().height()
         box_width = max(width, painter.fontMetrics().horizontalAdvance(text)) + 10
-        box = QRectF(rect.left() + _GAP, rect.bottom() - height - 14, box_width, height + 10)
-        painter.fillRect(box, _HALO)
+        box = QRectF(rect.left() + _GAP_PX, rect.bottom() - height - 14, box_width, height + 10)
+        painter.fillRect(box, _HALO_COLOR)
         painter.setPen(QPen(QColor("#141414"), 2.0))
         y = box.bottom() - 4
         painter.drawLine(
@@ -94,9 +96,14 @@ class ElevationView(QWidget):
     def _draw_colors(self, painter: QPainter, rect: QRectF) -> None:
         picture = self.picture
         assert picture is not None
-        x = self.width() - self.fontMetrics().horizontalAdvance("−00000.00 m") - _BAR_WIDTH - _GAP
+        x = (
+            self.width()
+            - self.fontMetrics().horizontalAdvance("−00000.00 m")
+            - _BAR_WIDTH_PX
+            - _GAP_PX
+        )
         height = min(float(self.height() - 24), 180.0)
-        bar = QRectF(x, (self.height() - height) / 2, _BAR_WIDTH, height)
+        bar = QRectF(x, (self.height() - height) / 2, _BAR_WIDTH_PX, height)
         count = len(picture.table)
         for k in range(count):
             color = QColor(*(int(v) for v in picture.table[count - 1 - k]))
@@ -110,7 +117,7 @@ class ElevationView(QWidget):
         for fraction in (0.0, 0.5, 1.0):
             value = picture.low + fraction * (picture.high - picture.low)
             y = bar.bottom() - fraction * height
-            row = QRectF(bar.right() + _GAP, y - centre, self.width() - bar.right(), 2 * centre)
+            row = QRectF(bar.right() + _GAP_PX, y - centre, self.width() - bar.right(), 2 * centre)
             painter.drawText(row, int(Qt.AlignmentFlag.AlignVCenter), f"{value:.2f} {unit}")
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802

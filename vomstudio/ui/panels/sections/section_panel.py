@@ -25,7 +25,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.section_lines import Curtain
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.project.domains import domain_names
-from vomstudio.project.records import Feature, Model, Picked
+from vomstudio.project.records import Feature, Model, PickedFeature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import (
     current_feature,
@@ -34,11 +34,11 @@ from vomstudio.ui.base.command_targets import (
 )
 from vomstudio.ui.base.controls import (
     ComboBox,
-    allow,
     button_row,
     create_row,
     icon_button,
     narrow_form,
+    set_enabled,
 )
 from vomstudio.ui.base.numbers import parse_numbers
 from vomstudio.ui.base.studio import Studio
@@ -97,11 +97,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
         self.through.setPlaceholderText(tr("centre of the model"))
-        self.take_through = icon_button(
+        self.use_point_button = icon_button(
             "cursor-default-click-outline", tr("Use the selected feature")
         )
-        self.take_line = QPushButton(tr("Use selected"))
-        self.take_line.setToolTip(
+        self.use_line_button = QPushButton(tr("Use selected"))
+        self.use_line_button.setToolTip(
             tr("Draw a vertical section along the selected trace or polyline.")
         )
         self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
@@ -128,9 +128,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Along"), self.path_kind)
         form.addRow(tr("Plane"), self.plane)
-        self._through_row = create_row(self.through, self.take_through)
+        self._through_row = create_row(self.through, self.use_point_button)
         form.addRow(tr("Through"), self._through_row)
-        self._line_row = create_row(self.take_line, self.draw_line)
+        self._line_row = create_row(self.use_line_button, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow("", self.section_options.place("flip"))
         form.addRow(tr("Project"), self.direction)
@@ -163,13 +163,13 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.domain_axes.toggled,
         ):
             signal.connect(soon)
-        self.plane.take_button.clicked.connect(lambda _=False: self._take_through())
-        self.take_through.clicked.connect(lambda _=False: self._take_through())
-        self.take_line.clicked.connect(
-            lambda _=False: self._take_line(current_line(studio, Picked))
+        self.plane.take_button.clicked.connect(lambda _=False: self._use_feature_centre())
+        self.use_point_button.clicked.connect(lambda _=False: self._use_feature_centre())
+        self.use_line_button.clicked.connect(
+            lambda _=False: self._use_line(current_line(studio, PickedFeature))
         )
         self.draw_line.clicked.connect(lambda _=False: self._draw_line())
-        self._drawn_line.finished.connect(self._take_line)
+        self._drawn_line.finished.connect(self._use_line)
         title = tr("Write the section")
         self.write.clicked.connect(
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
@@ -190,7 +190,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self._refresh()
 
     # --- line and point -------------------------------------------------------------------------
-    def _take_line(self, feature: Feature | None) -> None:
+    def _use_line(self, feature: Feature | None) -> None:
         if feature is None:
             return
         self.line = self._studio.measured([feature.id])[feature.id].points
@@ -202,7 +202,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self._drawn_line.begin()
         self.message.setText(tr("Click along the outcrop, then press Enter."))
 
-    def _take_through(self) -> None:
+    def _use_feature_centre(self) -> None:
         feature = current_feature(self._studio)
         if feature is None:
             return
@@ -236,10 +236,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _list_choices(self) -> None:
         self.model.list_models()
 
-    def _compute_answer(self, question: SectionQuestion) -> SectionAnswer:
+    def _compute_result(self, question: SectionQuestion) -> SectionAnswer:
         return answer(question)
 
-    def _create_question(self) -> SectionQuestion:
+    def _create_request(self) -> SectionQuestion:
         studio, model = self._studio, self.model.selected_model()
         if model is None:
             raise InputError(Finding("action.no-model"))
@@ -342,24 +342,28 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         has_domains = self._studio.has_project and bool(domain_names(self._studio.session.records))
         self._form_rows.setRowVisible(self.domain_axes, has_domains)
         uses_domain_axes = has_domains and self.domain_axes.isChecked()
-        allow(self.direction, Finding("action.direction-by-domain") if uses_domain_axes else None)
+        set_enabled(
+            self.direction, Finding("action.direction-by-domain") if uses_domain_axes else None
+        )
         reason = None
         if self._requests.is_waiting:
             reason = Finding("action.busy")
         elif self.result is None:
             reason = Finding("action.no-result")
-        allow(self.write, reason)
-        self.copy.allow(reason)
-        line, feature = current_line(self._studio, Picked), current_feature(self._studio)
-        allow(self.take_line, None if line is not None else Finding("action.no-line"))
-        allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
+        set_enabled(self.write, reason)
+        self.copy.set_enabled(reason)
+        line, feature = current_line(self._studio, PickedFeature), current_feature(self._studio)
+        set_enabled(self.use_line_button, None if line is not None else Finding("action.no-line"))
+        set_enabled(
+            self.use_point_button, None if feature is not None else Finding("action.no-feature")
+        )
         model = self.model.selected_model() if self._studio.has_project else None
         is_cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.section_options.fields["slab_m"]
-        allow(slab, None if is_cloud else Finding("action.clouds-only"))
+        set_enabled(slab, None if is_cloud else Finding("action.clouds-only"))
 
     # --- export ---------------------------------------------------------------------------------
-    def write_to(self, path: Path) -> None:
+    def write_result(self, path: Path) -> None:
         if self.result is not None:
             self._write(write, self.result, path)
 
@@ -368,12 +372,12 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         result = self.result
         if result is None:
             return
-        if result.question.curtain.plane is not None and self.cut_line is None:
+        if result.question.curtain.plane is not None and self.profile_line is None:
             command = self.command(None)
             if command is not None:
                 copy_command(self._studio, command)
             return
-        line = self.cut_line
+        line = self.profile_line
         assert line is not None
 
         def write_line(path: Path) -> None:
@@ -385,7 +389,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         )
 
     @property
-    def cut_line(self) -> FloatArray | None:
+    def profile_line(self) -> FloatArray | None:
         """Line of the section, or None for a section along a plane."""
         return self.line if self.path_kind.currentData() == "line" else None
 

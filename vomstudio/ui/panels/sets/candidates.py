@@ -12,9 +12,9 @@ import numpy as np
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.sets.set_options import SetOptions
-from vomstudio.project.kinds import kind_of
-from vomstudio.project.records import FeatureType, Model, Typed
-from vomstudio.project.registration_errors import model_of, models_of, rotation_errors_of
+from vomstudio.project.kinds import get_kind
+from vomstudio.project.records import FeatureType, Model, TypedFeature
+from vomstudio.project.registration_errors import get_model, get_models, get_rotation_errors
 from vomstudio.project.repeated_features import first_picks
 from vomstudio.ui.base.studio import Studio
 
@@ -113,24 +113,24 @@ class ProposalResult:
         }
 
 
-def assignable_features(studio: Studio, choice: Choice) -> list[Typed]:
+def assignable_features(studio: Studio, choice: Choice) -> list[TypedFeature]:
     """Return the features of a group whose kind can have a plane and a set."""
     group, type_id = choice
     if group == "selection":
         records = [studio.records.get(i) for i in studio.selection.ids]
-        features = [f for f in records if isinstance(f, Typed)]
+        features = [f for f in records if isinstance(f, TypedFeature)]
     else:
-        features = list(studio.session.of(Typed))
+        features = list(studio.session.of(TypedFeature))
     if group == "type":
         features = [f for f in features if f.type_id == type_id]
     elif group == "picked":
-        features = [f for f in features if kind_of(f).evidence == "picked"]
+        features = [f for f in features if get_kind(f).evidence == "picked"]
     features = first_picks(features, studio.records)
-    return [f for f in features if "plane" in kind_of(f).orientations and _has_set(f)]
+    return [f for f in features if "plane" in get_kind(f).orientations and _has_set(f)]
 
 
-def _has_set(feature: Typed) -> bool:
-    return any(a.field == "set_name" for a in kind_of(feature).attributes)
+def _has_set(feature: TypedFeature) -> bool:
+    return any(a.field == "set_name" for a in get_kind(feature).attributes)
 
 
 def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool) -> Candidates:
@@ -165,17 +165,19 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         code = "sets.replaced" if include_assigned else "sets.left-out"
         warnings.append(Finding(code, count=len(assigned_planes)))
     titles = {type_.id: type_.name for type_ in studio.session.of(FeatureType)}
-    positions, findings = _positions_of(studio, selected_planes)
+    positions, findings = _locate_features(studio, selected_planes)
     warnings += findings
     selected_ids = {f.id for f in selected_planes}
     reserved_names = {
-        f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in selected_ids
+        f.set_name
+        for f in studio.session.of(TypedFeature)
+        if f.set_name and f.id not in selected_ids
     }
     poles = -np.array(
         [p.normal() for f in selected_planes if (p := measurements[f.id].plane) is not None]
     )
     ids = tuple(f.id for f in selected_planes)
-    rotations = rotation_errors_of(models_of(studio.records, selected_planes))
+    rotations = get_rotation_errors(get_models(studio.records, selected_planes))
     return Candidates(
         ids=ids,
         types=tuple(titles.get(f.type_id, "") for f in selected_planes),
@@ -188,7 +190,9 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
     )
 
 
-def _positions_of(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
+def _locate_features(
+    studio: Studio, features: Sequence[TypedFeature]
+) -> tuple[FloatArray, list[Finding]]:
     """Return the mid-points of features, and warnings about missing positions.
 
     Returns
@@ -199,7 +203,7 @@ def _positions_of(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray
         Warnings.
     """
     places = np.full((len(features), 3), np.nan)
-    frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
+    frames = {m.id: m.frame for f in features if (m := get_model(studio.records, f)) is not None}
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
     if len(frames) > 1 and any(frame.kind != "crs" for frame in frames.values()):
         return places, [Finding("sets.no-common-frame")]

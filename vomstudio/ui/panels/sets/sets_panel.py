@@ -20,24 +20,24 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.records import FeatureType, Typed
+from vomstudio.project.records import FeatureType, TypedFeature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import (
     MAX_FORM_WIDTH_PX,
     ComboBox,
-    allow,
     limit_width,
     narrow_form,
+    set_enabled,
 )
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import length, number
-from vomstudio.ui.base.qt_background import NewestResult
+from vomstudio.ui.base.qt_background import LatestRequestRunner
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.sets.candidates import (
     Choice,
@@ -69,11 +69,13 @@ class SetsPanel(QWidget):
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
-        explain(self, "conventions.md#proposed-sets")
+        set_help_topic(self, "conventions.md#proposed-sets")
         self._studio = studio
         self.result: ProposalResult | None = None
         self._options = SetOptions()
-        self._newest = NewestResult(self, self._show_result, self._show_error, self._show_progress)
+        self._newest = LatestRequestRunner(
+            self, self._show_result, self._show_error, self._show_progress
+        )
         self._make_fields()
         self._make_table()
         self._arrange_widgets()
@@ -174,7 +176,7 @@ class SetsPanel(QWidget):
         groups: list[tuple[str, Choice]] = [(tr("Selection"), _SELECTED)]
         if assignable_features(self._studio, ("picked", "")):
             groups.append((tr("All picked planes"), ("picked", "")))
-        used_types = {f.type_id for f in self._studio.session.of(Typed)}
+        used_types = {f.type_id for f in self._studio.session.of(TypedFeature)}
         for type_ in self._studio.session.of(FeatureType):
             if type_.id in used_types and assignable_features(self._studio, ("type", type_.id)):
                 groups.append((type_.name, ("type", type_.id)))
@@ -214,7 +216,7 @@ class SetsPanel(QWidget):
                 self._studio, self._choice(), include_assigned=self.assigned_box.isChecked()
             )
         except VomError as error:
-            self.drop(cause_of(error))
+            self.drop(cause_finding(error))
             return
         overrides = {"exactly": None} if self.seeds.text().strip() else {}
         self._options = self.options.options(**overrides)
@@ -231,7 +233,7 @@ class SetsPanel(QWidget):
         self._show_preview()
 
     def _show_error(self, error: VomError) -> None:
-        self.drop(cause_of(error))
+        self.drop(cause_finding(error))
 
     def drop(self, reason: Finding | None = None) -> None:
         """Discard the proposal, and show the reason if one is given."""
@@ -285,7 +287,7 @@ class SetsPanel(QWidget):
         rows = []
         for set_, name, cone in zip(result.sets, result.names, result.cones_deg, strict=True):
             plane = Plane(set_.dip_direction_deg, set_.dip_deg)
-            mean = format_attitude(plane, cone, notation, omits_hand_rule=True)
+            mean = format_attitude(plane, cone, notation, omit_hand_rule=True)
             numbers = number(set_.kappa), length(set_.spacing_m)
             rows.append([name, f"{set_.n:,}", mean, *numbers])
         rows.append([tr("no set"), f"{result.unassigned:,}", "", "", ""])
@@ -312,9 +314,9 @@ class SetsPanel(QWidget):
         self.table.setVisible(result is not None)
         can_accept = result is not None and bool(result.sets) and not self._newest.is_waiting
         no_proposal = Finding("sets.no-proposal")
-        allow(self.accept, None if can_accept else no_proposal)
-        allow(self.reject, None if result is not None else no_proposal)
-        self.copy.allow(None if result is not None else no_proposal)
+        set_enabled(self.accept, None if can_accept else no_proposal)
+        set_enabled(self.reject, None if result is not None else no_proposal)
+        self.copy.set_enabled(None if result is not None else no_proposal)
         self._show_count()
 
     def _copy_command(self) -> None:

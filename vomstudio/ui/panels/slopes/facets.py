@@ -25,7 +25,7 @@ from vomstudio.project.records import Feature, Model, Record
 from vomstudio.studio.tools.interaction_types import Preview
 from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.widgets.copied_command import CommandArguments
 from vomstudio.ui.widgets.number_table import Column, NumberTable
@@ -79,7 +79,7 @@ class FacetsAnswer:
     analysis: FacetSlopes
 
 
-def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
+def analyze_facets(question: FacetsQuestion) -> FacetsAnswer:
     """Run the analysis of `vomstudio slope --facets` in a worker thread."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.products.surface.slope_facets import find_overhangs
@@ -92,7 +92,7 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     for row in q.rows:
         measurement = q.proposals.measured[row]
         if measurement.plane is not None:
-            area = measurement.area_m2 or q.proposals.exposed_area_of(row)
+            area = measurement.area_m2 or q.proposals.get_exposed_area(row)
             faces.append(FacetFace(str(row), measurement.plane, area, overhangs.get(str(row))))
     table = feature_table(q.records, q.features, q.measured)
     analysis = facet_slopes(table, faces, q.options)
@@ -119,13 +119,13 @@ def facets_command(result: FacetsAnswer, planes: Path) -> CommandArguments:
 class FacetSlopesView(QWidget):
     """Table of the facets as slopes, and the failure mode by which the outcrop is coloured.
 
-    The signal `painted` is emitted with the selected mode, `unpainted` requests the previous
+    The signal `painted` is emitted with the selected mode, `reset_requested` requests the previous
     colours, and `facet_selected` is emitted with the index of the facet in the selected row.
     """
 
     painted = Signal(str)
     facet_selected = Signal(int)
-    unpainted = Signal()
+    reset_requested = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -138,7 +138,7 @@ class FacetSlopesView(QWidget):
         self.mode.activated.connect(lambda _: self.painted.emit(self.current_mode))
         self.reset_button = QPushButton(theme.icon("image-outline"), "")
         self.reset_button.setToolTip(tr("Restore the previous colours of the outcrop."))
-        self.reset_button.clicked.connect(lambda _=False: self.unpainted.emit())
+        self.reset_button.clicked.connect(lambda _=False: self.reset_requested.emit())
         self.table = NumberTable(
             (
                 Column("#", lambda v: f"{v}", tr("Number; 1 is the largest facet.")),
@@ -180,13 +180,13 @@ class FacetSlopesView(QWidget):
         rows = []
         for facet in () if result is None else result.analysis.facets:
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
-            attitude = format_plane(plane, notation, 0, omits_hand_rule=True)
+            attitude = format_plane(plane, notation, 0, omit_hand_rule=True)
             shares = [getattr(facet, name).share for name, _, _ in _MODES]
             note = tr("It overhangs and is treated as a vertical face.") if facet.overhangs else ""
             rows.append(((int(facet.id) + 1, attitude, *shares, facet.area_m2), note))
         self.table.fill(rows)
         for widget in (self.mode, self.reset_button):
-            allow(widget, None if rows else Finding("action.no-result"))
+            set_enabled(widget, None if rows else Finding("action.no-result"))
 
 
 def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:

@@ -26,7 +26,7 @@ from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.ui.base.controls import MAX_FORM_WIDTH_PX, Label
 
 if TYPE_CHECKING:
-    from vomstudio.geology.table_slopes import CriticalPlane, Mode
+    from vomstudio.geology.table_slopes import CriticalPlane, FailureMode
     from vomstudio.ui.panels.slopes.analysis import SlopeAnswer
 
 _MODES = (
@@ -47,8 +47,8 @@ _COLUMNS = (
         to_translate("Expected share if the error of each plane is included."),
     ),
 )
-_LIST_HEIGHT = 90
-_LIST_WIDTH = 145
+_LIST_HEIGHT_PX = 90
+_LIST_WIDTH_PX = 145
 _MAX_WIDGET_WIDTH_PX = 16_777_215
 _MIN_SIDE_BY_SIDE_PX = 440
 """Minimum width for listing the planes beside the table instead of below it."""
@@ -72,16 +72,16 @@ class SlopeResults(QWidget):
         self.planes = QListWidget()
         self.planes.setAccessibleName(tr("Critical planes"))
         self.planes.setUniformItemSizes(True)
-        self.planes.setMinimumHeight(_LIST_HEIGHT)
+        self.planes.setMinimumHeight(_LIST_HEIGHT_PX)
         self.planes.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.planes.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.planes.itemSelectionChanged.connect(self._emit_clicked)
+        self.planes.itemSelectionChanged.connect(self._emit_clicked_planes)
         self._side_layout = QHBoxLayout()
         self._side_layout.setSpacing(4)
         self._side_layout.addWidget(self.table, 1, Qt.AlignmentFlag.AlignTop)
         self._side_layout.addWidget(self.planes)
-        self._space = QSpacerItem(0, 0)
-        self._side_layout.addSpacerItem(self._space)
+        self._spacer = QSpacerItem(0, 0)
+        self._side_layout.addSpacerItem(self._spacer)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
@@ -94,11 +94,11 @@ class SlopeResults(QWidget):
         is_wide = self.width() >= _MIN_SIDE_BY_SIDE_PX
         direction = QBoxLayout.Direction
         self._side_layout.setDirection(direction.LeftToRight if is_wide else direction.TopToBottom)
-        self.planes.setMaximumWidth(_LIST_WIDTH if is_wide else _MAX_WIDGET_WIDTH_PX)
+        self.planes.setMaximumWidth(_LIST_WIDTH_PX if is_wide else _MAX_WIDGET_WIDTH_PX)
         # Figures far to the right of their names could not be read.
         self.table.setMaximumWidth(MAX_FORM_WIDTH_PX if is_wide else _MAX_WIDGET_WIDTH_PX)
         policy = QSizePolicy.Policy.Expanding if is_wide else QSizePolicy.Policy.Minimum
-        self._space.changeSize(0, 0, policy, QSizePolicy.Policy.Minimum)
+        self._spacer.changeSize(0, 0, policy, QSizePolicy.Policy.Minimum)
         self._side_layout.invalidate()
 
     @property
@@ -108,7 +108,7 @@ class SlopeResults(QWidget):
 
     def critical_ids(self) -> list[str]:
         """Return the ids of the listed planes."""
-        return [plane.id for plane in self._critical()]
+        return [plane.id for plane in self._list_critical_planes()]
 
     def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
         """Show a result; None clears the table."""
@@ -131,12 +131,12 @@ class SlopeResults(QWidget):
                 if is_selected != item.isSelected():
                     item.setSelected(is_selected)
 
-    def _critical(self) -> tuple[CriticalPlane, ...]:
+    def _list_critical_planes(self) -> tuple[CriticalPlane, ...]:
         return () if self._answer is None else self._answer.critical[self.mode]
 
     def _list_planes(self) -> None:
         """List the critical planes of the selected mode."""
-        critical_planes = self._critical()
+        critical_planes = self._list_critical_planes()
         with QSignalBlocker(self.planes):
             self.planes.clear()
             for plane in critical_planes:
@@ -179,7 +179,7 @@ class SlopeResults(QWidget):
             else f"{text}  ({critical_plane.intersections:,})"
         )
 
-    def _emit_clicked(self) -> None:
+    def _emit_clicked_planes(self) -> None:
         self.planes_clicked.emit(
             [i.data(Qt.ItemDataRole.UserRole) for i in self.planes.selectedItems()]
         )
@@ -216,9 +216,9 @@ def _mode_table() -> QTableWidget:
     return table
 
 
-def _mode(result: SlopeAnswer, name: str) -> Mode:
+def _mode(result: SlopeAnswer, name: str) -> FailureMode:
     analysis = result.analysis
-    modes: Mapping[str, Mode] = {
+    modes: Mapping[str, FailureMode] = {
         "planar": analysis.planar,
         "wedge": analysis.wedge,
         "flexural_toppling": analysis.flexural_toppling,
@@ -228,7 +228,7 @@ def _mode(result: SlopeAnswer, name: str) -> Mode:
     return modes[name]
 
 
-def _cell_texts(mode: Mode) -> list[str]:
+def _cell_texts(mode: FailureMode) -> list[str]:
     share_texts = [
         "–" if s is None else f"{100.0 * s:.1f} %" for s in (mode.share, mode.probability)
     ]

@@ -24,10 +24,10 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import Model, Typed
-from vomstudio.studio.display import usual_look
+from vomstudio.project.records import Model, TypedFeature
+from vomstudio.studio.display import default_appearance
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import ComboBox, allow, limit_width
+from vomstudio.ui.base.controls import ComboBox, limit_width, set_enabled
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
@@ -42,7 +42,7 @@ from vomstudio.ui.panels.slopes.facets import (
     FacetsAnswer,
     FacetSlopesView,
     FacetsQuestion,
-    answer_facets,
+    analyze_facets,
     facet_shares,
     facets_command,
     facets_file,
@@ -52,11 +52,11 @@ from vomstudio.ui.panels.slopes.results import SlopeResults
 from vomstudio.ui.panels.tools.common import narrow_column
 from vomstudio.ui.widgets.copied_command import CommandArguments, CopyCommandButton
 from vomstudio.ui.widgets.copied_planes import copy_with_table
-from vomstudio.ui.widgets.figure_file import ask_for_figure_file
+from vomstudio.ui.widgets.figure_file import choose_figure_file
 from vomstudio.ui.widgets.group_box import SELECTED, GroupBox
 from vomstudio.ui.widgets.options_form import OptionFields
 
-_FRICTION_DEG = 30.0
+_DEFAULT_FRICTION_DEG = 30.0
 
 
 class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | FacetsAnswer]):
@@ -67,7 +67,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._is_writing = False
         self._notation = ""
         self._clicked_ids: tuple[str, ...] | None = None
-        self._features: list[Typed] = []
+        self._features: list[TypedFeature] = []
         self.group_box = GroupBox(studio, tr("All planes"))
         self.group_box.setAccessibleName(tr("Planes"))
         self.group_box.activated.connect(self._follow_group)
@@ -84,14 +84,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.take = QPushButton(tr("Use selected"))
         self.take.setToolTip(tr("Use the attitude of the selected plane."))
         self.take.clicked.connect(self._use_selection)
-        self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
+        self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_DEFAULT_FRICTION_DEG))
         self.angles.changed.connect(self._schedule_refresh)
         self.results = SlopeResults()
         self.results.planes_clicked.connect(self._select)
         self.facets = FacetSlopesView()
         self.facets.setVisible(False)
         self.facets.painted.connect(lambda _: self._paint())
-        self.facets.unpainted.connect(studio.facets.unpaint)
+        self.facets.reset_requested.connect(studio.facets.unpaint)
         self.facets.facet_selected.connect(self._show_facet)
         self.copy = CopyCommandButton(
             self._copy_command, tr("save the planes as a table and copy the command")
@@ -110,10 +110,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         form.setVerticalSpacing(4)
         form.addRow(
             tr("Planes"),
-            _create_row(self.group_box, self.copy, self.figure, wide_part=self.group_box),
+            _create_row(self.group_box, self.copy, self.figure, stretched_widget=self.group_box),
         )
         form.addRow(
-            tr("Slope"), _create_row(self.slope_kind, self.face, self.take, wide_part=self.face)
+            tr("Slope"),
+            _create_row(self.slope_kind, self.face, self.take, stretched_widget=self.face),
         )
         label, angles = self.angles.place_row("friction_deg", "lateral_deg")
         angles.addWidget(self.angles.place("limits"), 1)
@@ -160,11 +161,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.group_box.list_groups()
         self._refresh_take()
 
-    def _compute_answer(
+    def _compute_result(
         self, question: SlopeQuestion | FacetsQuestion
     ) -> SlopeAnswer | FacetsAnswer:
         if isinstance(question, FacetsQuestion):
-            return answer_facets(question)
+            return analyze_facets(question)
         return answer(question)
 
     @property
@@ -181,7 +182,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _uses_facets(self) -> bool:
         return bool(self.slope_kind.currentData() == "facets")
 
-    def _planes(self) -> tuple[list[Typed], dict[str, Measurement]]:
+    def _planes(self) -> tuple[list[TypedFeature], dict[str, Measurement]]:
         """Return the planes of the group and their measurements by feature id.
 
         Raises InputError if the group contains no planes.
@@ -197,7 +198,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measurements)
 
-    def _create_question(self) -> SlopeQuestion | FacetsQuestion:
+    def _create_request(self) -> SlopeQuestion | FacetsQuestion:
         if self._uses_facets:
             return self._facets_question()
         planes = self._planes()
@@ -232,7 +233,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _follow_slope_kind(self, *_: object) -> None:
         if not self._uses_facets:
             self._studio.facets.unpaint()
-        allow(self.face, Finding("action.slope-is-facet") if self._uses_facets else None)
+        set_enabled(self.face, Finding("action.slope-is-facet") if self._uses_facets else None)
         self._refresh_take()
         self._schedule_refresh()
 
@@ -263,7 +264,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.facets.setVisible(self._uses_facets)
         proposals = self._studio.facets.proposals
         loaded_model = None if proposals is None else self._studio.models.get(proposals.model_id)
-        appearance = usual_look([] if loaded_model is None else [loaded_model.data])
+        appearance = default_appearance([] if loaded_model is None else [loaded_model.data])
         self.facets.show_answer(self.facets_result, self._studio.settings.notation, appearance)
         self.results.show_answer(self.face_result, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
@@ -278,7 +279,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _selected_plane(self) -> Plane | None:
         current = self._studio.selection.current
         record = None if current is None else self._studio.records.get(current)
-        if current is None or not isinstance(record, Typed):
+        if current is None or not isinstance(record, TypedFeature):
             return None
         return self._studio.measured([current])[current].plane
 
@@ -288,7 +289,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             reason = Finding("action.slope-is-facet")
         elif self._selected_plane() is None:
             reason = Finding("selection.no-plane")
-        allow(self.take, reason)
+        set_enabled(self.take, reason)
 
     def _use_selection(self) -> None:
         plane = self._selected_plane()
@@ -304,7 +305,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             reason = Finding("action.no-proposals" if self._uses_facets else "action.no-result")
         elif self._is_writing:
             reason = Finding("action.busy")
-        self.copy.allow(reason)
+        self.copy.set_enabled(reason)
         if reason is None and self._uses_facets:
             reason = Finding("action.nets-of-one-face")
         self.figure.setEnabled(reason is None)
@@ -341,7 +342,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         copy_with_table(self, self._studio, "slope-planes.csv", ids, command)
 
     def _ask_for_figure(self) -> None:
-        path = ask_for_figure_file(self, self._studio, tr("Figure of the slope"), "slope")
+        path = choose_figure_file(self, self._studio, tr("Figure of the slope"), "slope")
         if path is not None:
             self.write_figure(path)
 
@@ -381,10 +382,10 @@ def _facet_count_text(result: FacetsAnswer) -> str:
     )
 
 
-def _create_row(*parts: QWidget, wide_part: QWidget) -> QHBoxLayout:
+def _create_row(*parts: QWidget, stretched_widget: QWidget) -> QHBoxLayout:
     row = QHBoxLayout()
     for part in parts:
-        row.addWidget(part, 1 if part is wide_part else 0)
+        row.addWidget(part, 1 if part is stretched_widget else 0)
     return row
 
 

@@ -14,12 +14,12 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.measurement import Measurement
-from vomstudio.project.records import FeatureType, Typed
-from vomstudio.project.registration_errors import models_of, rotation_errors_of
+from vomstudio.project.records import FeatureType, TypedFeature
+from vomstudio.project.registration_errors import get_models, get_rotation_errors
 from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.base import theme
-from vomstudio.ui.base.controls import Label, allow, limit_width
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import Label, limit_width, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.number_formatting import natural_sort_key
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
@@ -43,18 +43,18 @@ class StatisticsPanel(LazyPanel):
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
-        explain(self, "numbers.md#means-and-fold-axes")
+        set_help_topic(self, "numbers.md#means-and-fold-axes")
         self.group_box = GroupBox(studio)
         self.group_box.setAccessibleName(tr("Statistics of"))
         self.group_box.activated.connect(lambda _: self.refresh())
         self.figures = QTextBrowser()
         self.figures.setAccessibleName(tr("Statistics"))
-        self._plain = ""
+        self._clipboard_text = ""
         self.copy = QToolButton()
         self.copy.setIcon(theme.icon("content-copy"))
         self.copy.setToolTip(tr("Copy as text"))
         self.copy.setAccessibleName(tr("Copy as text"))
-        self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._plain))
+        self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self._clipboard_text))
         self.command = CopyCommandButton(
             self._copy_command, tr("save the data as a table and copy the command")
         )
@@ -86,31 +86,33 @@ class StatisticsPanel(LazyPanel):
         if self.group_box.choice() == SELECTED or self._studio.fold.is_selected:
             self._schedule_refresh()
 
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         self.group_box.list_groups()
         features = self.group_box.features()
         pages = [*self._kind_pages(features, "plane"), *self._kind_pages(features, "line")]
         if not pages:
-            self._plain = ""
+            self._clipboard_text = ""
             is_selection = self.group_box.choice() == SELECTED
             code = "selection.unsuitable" if is_selection else "features.no-orientation"
             self.figures.setPlainText(Finding(code).message)
         else:
             notes = self.group_box.exclusion_messages()
-            self._plain = "\n\n".join(
+            self._clipboard_text = "\n\n".join(
                 [*(_plain_text(title, rows) for title, rows in pages), *notes]
             )
             note_html = "".join(f"<p>{escape(sentence)}</p>" for sentence in notes)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + note_html)
         reason = None if pages else Finding("action.no-result")
-        allow(self.copy, reason)
-        self.command.allow(reason)
+        set_enabled(self.copy, reason)
+        self.command.set_enabled(reason)
 
     def _copy_command(self) -> None:
         ids = [f.id for f in self.group_box.features()]
         copy_with_table(self, self._studio, "planes.csv", ids, lambda path: ["stats", path])
 
-    def _kind_pages(self, features: Sequence[Typed], geometry: str) -> list[tuple[str, Rows]]:
+    def _kind_pages(
+        self, features: Sequence[TypedFeature], geometry: str
+    ) -> list[tuple[str, Rows]]:
         """Return the titles and rows for the planes and their fold axis, or for the lines."""
         import numpy as np
 
@@ -122,7 +124,7 @@ class StatisticsPanel(LazyPanel):
         ]
         if not oriented_features:
             return []
-        rotations = rotation_errors_of(models_of(self._studio.records, oriented_features))
+        rotations = get_rotation_errors(get_models(self._studio.records, oriented_features))
         notation = self._studio.settings.notation
         if geometry == "line":
             lines = [
@@ -136,14 +138,14 @@ class StatisticsPanel(LazyPanel):
         ]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, rotation_errors=rotations), notation)
-        pooled = self._pooled(oriented_features)
+        pooled = self._mixed_type_rows(oriented_features)
         pages = [(tr("Planes"), [*pooled, *rows])]
         if not pooled:
             pages[:0] = self._fold_pages(oriented_features, measurements)
         return pages
 
     def _fold_pages(
-        self, features: Sequence[Typed], measurements: Mapping[str, Measurement]
+        self, features: Sequence[TypedFeature], measurements: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
         """Return the titles and rows for the fold axis of planes of one type and of its domains."""
         from vomstudio.project.fold_planes import fold_planes
@@ -165,7 +167,7 @@ class StatisticsPanel(LazyPanel):
         axis, domains = _domains(planes, axis)
         return [(title, fold_rows(axis, planes, self._studio.settings.notation)), *domains]
 
-    def _pooled(self, features: Sequence[Typed]) -> Rows:
+    def _mixed_type_rows(self, features: Sequence[TypedFeature]) -> Rows:
         kinds = {f.type_id for f in features}
         if len(kinds) < 2:
             return []

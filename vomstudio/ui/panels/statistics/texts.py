@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vomstudio.core.words import tr, tr_n
-from vomstudio.geology.domains import DomainFigures, OneAxisFigures, describe_domain
+from vomstudio.geology.domains import DomainFigures, OneAxisTest, describe_domain
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_attitude, format_error_deg, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
+from vomstudio.geology.populations.distributions import AxisConfidence, LineAttitude
 from vomstudio.geology.populations.set_statistics import SetStatistics
 
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
     """Return the statistics of a set as rows, each stating its method."""
     return [
         (tr("Used"), _count_text(statistics)),
-        *_fisher(statistics, notation),
-        *_kent(statistics),
-        *_tensor(statistics),
-        *_bingham(statistics),
+        *_fisher_rows(statistics, notation),
+        *_kent_rows(statistics),
+        *_tensor_rows(statistics),
+        *_bingham_rows(statistics),
         (tr("Uniformity ({test})", test=statistics.uniformity.test), _uniformity_text(statistics)),
     ]
 
@@ -34,7 +34,7 @@ def statistics_rows(statistics: SetStatistics, notation: str) -> Rows:
 def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
     """Return the fold axis (beta), the verdict and its reasons as rows."""
     rows = [
-        (tr("Planes used"), _planes_used(planes)),
+        (tr("Planes used"), _used_planes_text(planes)),
         (
             tr("Verdict"),
             tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict, valid=axis.valid),
@@ -67,13 +67,13 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
     return [*rows, *(("•", reason.message) for reason in axis.reasons)]
 
 
-def domain_rows(domains: Mapping[str, DomainFigures], one_axis_figures: OneAxisFigures) -> Rows:
+def domain_rows(domains: Mapping[str, DomainFigures], one_axis_test: OneAxisTest) -> Rows:
     """Return rows with the fold axis of each domain and the reasons of the one-axis test."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
-    return [*rows, *(("•", reason.message) for reason in one_axis_figures.reasons)]
+    return [*rows, *(("•", reason.message) for reason in one_axis_test.reasons)]
 
 
-def _planes_used(planes: FoldPlanes) -> str:
+def _used_planes_text(planes: FoldPlanes) -> str:
     texts = [f"{len(planes):,}"]
     if planes.not_good:
         texts.append(tr("{count:,} not good", count=planes.not_good))
@@ -87,7 +87,7 @@ def _count_text(statistics: SetStatistics) -> str:
     return tr_n("{count} line", "{count} lines", statistics.n)
 
 
-def _fisher(statistics: SetStatistics, notation: str) -> Rows:
+def _fisher_rows(statistics: SetStatistics, notation: str) -> Rows:
     fisher = statistics.fisher
     if fisher is None:
         return [(tr("Mean (Fisher)"), tr("none: {reason}", reason=statistics.fisher_reason))]
@@ -112,7 +112,7 @@ def _fisher(statistics: SetStatistics, notation: str) -> Rows:
     return rows
 
 
-def _kent(statistics: SetStatistics) -> Rows:
+def _kent_rows(statistics: SetStatistics) -> Rows:
     kent = statistics.kent
     if kent is None:
         return []
@@ -125,7 +125,7 @@ def _kent(statistics: SetStatistics) -> Rows:
     return [(tr("Elongated (Kent)"), text + _fit_text(kent.fit_p))]
 
 
-def _tensor(statistics: SetStatistics) -> Rows:
+def _tensor_rows(statistics: SetStatistics) -> Rows:
     s1, s2, s3 = statistics.tensor.eigenvalues
     rows = [(tr("Tensor"), f"S1 {s1:.3f}, S2 {s2:.3f}, S3 {s3:.3f}")]
     axes = zip(("1", "2", "3"), statistics.tensor.axes, statistics.tensor.confidence95, strict=True)
@@ -141,7 +141,7 @@ def _tensor(statistics: SetStatistics) -> Rows:
     return rows
 
 
-def _bingham(statistics: SetStatistics) -> Rows:
+def _bingham_rows(statistics: SetStatistics) -> Rows:
     bingham = statistics.bingham
     if bingham is None:
         return [("Bingham", tr("none: {reason}", reason=statistics.bingham_reason))]
@@ -152,7 +152,7 @@ def _uniformity_text(statistics: SetStatistics) -> str:
     p = statistics.uniformity.p
     if p is None:
         return tr("not tested: fewer than 5")
-    return f"p {_p_text(p)}"
+    return f"p {_p_value_text(p)}"
 
 
 def _axis_text(axis: FoldAxis) -> str:
@@ -170,7 +170,7 @@ def _confidence_text(confidence: AxisConfidence | None) -> str:
     )
 
 
-def _line_text(figures: LineFigures) -> str:
+def _line_text(figures: LineAttitude) -> str:
     return format_line(Line(figures.trend_deg, figures.plunge_deg), 0)
 
 
@@ -179,9 +179,9 @@ def _fit_text(p: float | None) -> str:
     if p is None:
         return ""
     if p < 0.05:
-        return tr(" – does not fit (p {p})", p=_p_text(p))
-    return tr(" – fits (p {p})", p=_p_text(p))
+        return tr(" – does not fit (p {p})", p=_p_value_text(p))
+    return tr(" – fits (p {p})", p=_p_value_text(p))
 
 
-def _p_text(p: float) -> str:
+def _p_value_text(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"= {p:.3f}"

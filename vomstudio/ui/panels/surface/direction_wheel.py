@@ -66,12 +66,12 @@ class DirectionWheel(QWidget):
             x, y = ((0, -1), (1, 0), (0, 1), (-1, 0))[k]
             centre = midpoint + QPointF(x, y) * (radius + 9.0)
             box = QRectF(centre.x() - 14.0, centre.y() - 8.0, 28.0, 16.0)
-            text_at = tr(letter) if self.has_letters else f"{90 * k}"
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text_at)
+            letter_text = tr(letter) if self.has_letters else f"{90 * k}"
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, letter_text)
 
 
 @lru_cache(maxsize=4)
 def _table(name: str) -> list[tuple[int, int, int]]:
-    from vomstudio.rendering.view.scalars import map_table
+    from vomstudio.rendering.view.scalars import colormap_table
 
-    return [(int(r), int(g), int(b)) for r, g, b in map_table(name)]
+    return [(int(r), int(g), int(b)) for r, g, b in colormap_table(name)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from vomstudio.core.words import tr, tr_n
-from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE
+from vomstudio.extraction.exposure import MIN_NEAR_PLANAR_SHARE
 from vomstudio.geology.plane_matching import MutualAgreement
 from vomstudio.studio.surfaces.facet_proposals import Proposals
 
@@ -18,7 +18,7 @@ def summary_text(
     share = proposals.share({*open_rows, *accepted_rows}) if proposals.is_whole_model else None
     if share is None:
         return f"{count}."
-    if share < NEAR_PLANAR_SHARE:
+    if share < MIN_NEAR_PLANAR_SHARE:
         return tr(
             "{count}; facets cover only {share:.0f} % of the exposed rock: pick traces by hand.",
             count=count,
@@ -48,7 +48,7 @@ def share_text(
         proposed=100.0 * proposed_share,
         accepted=100.0 * accepted_share,
     )
-    if proposed_share < NEAR_PLANAR_SHARE:
+    if proposed_share < MIN_NEAR_PLANAR_SHARE:
         text += " " + tr("“Colours by exposure” shows where to pick traces by hand.")
     return text
 

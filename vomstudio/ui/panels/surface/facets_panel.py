@@ -37,16 +37,16 @@ from vomstudio.ui.panels.surface.facet_texts import (
 )
 from vomstudio.ui.panels.surface.facets_command import copy_facets
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
-from vomstudio.ui.panels.surface.visible_part import part_in_view
+from vomstudio.ui.panels.surface.visible_part import find_visible_part
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit, project_axes
 from vomstudio.ui.widgets.copied_command import CopyCommandButton
 from vomstudio.ui.widgets.number_table import Column
 from vomstudio.ui.widgets.options_form import OptionFields
 
-_LIVE_MS = 350
+_LIVE_DELAY_MS = 350
 _MIN_HEIGHT_PX = 200
-_DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
+_VERDICT_RANKS = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 _VERDICTS = {
     "good": to_translate("good"),
     "doubtful": to_translate("doubtful"),
@@ -74,15 +74,15 @@ class FacetsPanel(ProposalsPanel):
         )
         self._facets = studio.facets
         self._table_state: tuple[Proposals | None, int] = (None, 0)
-        self._live_timer = QTimer(self, singleShot=True, interval=_LIVE_MS)
-        self._live_timer.timeout.connect(self._try_part)
-        self._make_limits()
-        self._make_decisions()
+        self._live_timer = QTimer(self, singleShot=True, interval=_LIVE_DELAY_MS)
+        self._live_timer.timeout.connect(self._search_visible_part)
+        self._create_limit_fields()
+        self._create_decision_buttons()
         self._arrange_widgets()
         self._follow()
 
     # --- parts -------------------------------------------------------------------------------
-    def _make_limits(self) -> None:
+    def _create_limit_fields(self) -> None:
         self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
         self.limits.changed.connect(self._limits_changed)
         follow_axes(self, self._studio, self._show_axes)
@@ -97,7 +97,7 @@ class FacetsPanel(ProposalsPanel):
         self.summary, self.message = hint_label(), hint_label()
         self.message.setObjectName("facet_message")
 
-    def _make_decisions(self) -> None:
+    def _create_decision_buttons(self) -> None:
         self.colours = ComboBox()
         self.colours.setObjectName("facet_colours")
         for key, text in _COLOURS.items():
@@ -174,14 +174,14 @@ class FacetsPanel(ProposalsPanel):
         column.addStretch()
 
     # --- display -----------------------------------------------------------------------------
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Show the current model and its proposals."""
-        super().show_now()
+        super().update_widgets()
         self._show_proposals()
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
-        self.copy.allow(self._why_not())
+        self.copy.set_enabled(self._why_not())
         proposals, selection = self._facets.proposals, self._selection()
         no_selection = Finding("action.no-row")
         for button, is_enabled, tooltip, reason in (
@@ -221,8 +221,8 @@ class FacetsPanel(ProposalsPanel):
         if self.live.isChecked():
             self._live_timer.start()
 
-    def _try_part(self) -> None:
-        model, part = self._model, part_in_view(self._studio)
+    def _search_visible_part(self) -> None:
+        model, part = self._model, find_visible_part(self._studio)
         if model is not None and self._why_not() is None and part is not None:
             self._facets.find(model.id, self.limits.options(), part)
 
@@ -255,12 +255,14 @@ class FacetsPanel(ProposalsPanel):
             if measurement.plane is None or measurement.verdict is None:
                 continue
             verdict = measurement.verdict.quality
-            error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measurement))
-            verdict_key = (_DOUBT[verdict], 90.0 if error is None else error)
-            plane = measurement.attitude(notation, omits_hand_rule=True)
+            error = catalogue.TOTAL_ERROR.value(
+                self._studio.subject(proposals.patches[row], measurement)
+            )
+            verdict_key = (_VERDICT_RANKS[verdict], 90.0 if error is None else error)
+            plane = measurement.attitude(notation, omit_hand_rule=True)
             area = measurement.area_m2
             if area is None:
-                area = proposals.exposed_area_of(row)
+                area = proposals.get_exposed_area(row)
             reasons = self._reason_text(row)
             rows.append(((verdict_key, error, plane, area or None, row + 1), reasons))
         self._show_rows(rows)
@@ -282,11 +284,11 @@ class FacetsPanel(ProposalsPanel):
             if getattr(f, "model_id", "") == proposals.model_id
             and getattr(f, "runs", None) not in proposed_runs
         ]
-        open_facets = [
+        undecided_facets = [
             (proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open_rows)
         ]
         agreement = compare_proposals(
-            measured_planes(studio, picks), oriented_planes(studio, open_facets)
+            measured_planes(studio, picks), oriented_planes(studio, undecided_facets)
         )
         if agreement.picked:
             lines.append(agreement_text(agreement))
@@ -331,14 +333,14 @@ class FacetsPanel(ProposalsPanel):
         return True
 
 
-def _verdict_of(verdict_key: tuple[int, float]) -> str | None:
-    return next((name for name, place in _DOUBT.items() if place == verdict_key[0]), None)
+def _verdict_name(verdict_key: tuple[int, float]) -> str | None:
+    return next((name for name, place in _VERDICT_RANKS.items() if place == verdict_key[0]), None)
 
 
 def _verdict_text(verdict_key: tuple[int, float]) -> str:
-    name = _verdict_of(verdict_key)
+    name = _verdict_name(verdict_key)
     return "–" if name is None else tr(_VERDICTS[name])
 
 
 def _verdict_icon(verdict_key: tuple[int, float]) -> QIcon:
-    return theme.verdict_icon(_verdict_of(verdict_key))
+    return theme.verdict_icon(_verdict_name(verdict_key))

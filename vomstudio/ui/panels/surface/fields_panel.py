@@ -15,18 +15,18 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.extraction.surface_fields import KINDS
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.records import Model, get_feature
-from vomstudio.studio.display import usual_look
+from vomstudio.studio.display import default_appearance
 from vomstudio.studio.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
 from vomstudio.studio.surfaces.surface_fields import (
-    TO_MODEL,
-    TO_PLANE,
+    MODEL_DISTANCE,
+    PLANE_DISTANCE,
     FieldRequest,
     field_values,
     statistics,
 )
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, allow, narrow_form
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, narrow_form, set_enabled
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.surface.direction_wheel import DirectionWheel
@@ -34,15 +34,15 @@ from vomstudio.ui.panels.surface.measurable_plane import MeasurablePlane
 from vomstudio.ui.panels.surface.model_panel import ModelPanel
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 
-_HUE_MAP, _COLOUR_BLIND_MAP = "hsv", "twilight"
+_HUE_MAP, _COLOR_BLIND_MAP = "hsv", "twilight"
 _PLANE_KINDS = {
-    TO_PLANE: (
+    PLANE_DISTANCE: (
         to_translate("Distance to a plane"),
         to_translate(
             "Distance from the extended plane of the selected feature, positive above it."
         ),
     ),
-    TO_MODEL: (
+    MODEL_DISTANCE: (
         to_translate("Distance to another model"),
         to_translate("Signed distance to the nearest point of another model."),
     ),
@@ -73,12 +73,12 @@ class FieldsPanel(ModelPanel):
         self._form_model_id = ""
         self._form_field: object = None
         self._plane_id = ""
-        self._make_parts()
+        self._create_widgets()
         self._arrange_widgets()
         connect_until_deleted(self, studio.display.changed, self._follow_display)
         self._follow()
 
-    def _make_parts(self) -> None:
+    def _create_widgets(self) -> None:
         self.kind = ComboBox()
         self.kind.setObjectName("field_kind")
         for key, field_kind in KINDS.items():
@@ -103,16 +103,16 @@ class FieldsPanel(ModelPanel):
         self.other_model.activated.connect(lambda _: self._refresh_buttons())
         self.measurable = MeasurablePlane()
         self.measurable.changed.connect(self._refresh_buttons)
-        self.colour_blind = QCheckBox(tr("Colour-blind palette"))
-        self.colour_blind.setToolTip(
+        self.color_blind_box = QCheckBox(tr("Colour-blind palette"))
+        self.color_blind_box.setToolTip(
             tr("Use light, blue, dark and red for north, east, south, west.")
         )
-        self.colour_blind.clicked.connect(self._recolour)
+        self.color_blind_box.clicked.connect(self._update_colors)
         self.wheel = DirectionWheel()
-        self.off_button = QPushButton()
-        self.off_button.setToolTip(tr("Show the previous colours; the field remains available."))
-        self.off_button.setObjectName("field_off")
-        self.off_button.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
+        self.reset_button = QPushButton()
+        self.reset_button.setToolTip(tr("Show the previous colours; the field remains available."))
+        self.reset_button.setObjectName("field_off")
+        self.reset_button.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
         self.progress.setTextVisible(True)
         self.description = hint_label()
         self.description.setObjectName("field_says")
@@ -128,7 +128,7 @@ class FieldsPanel(ModelPanel):
         self._form.addRow(self.measurable)
         buttons = QHBoxLayout()
         buttons.addWidget(self.start)
-        buttons.addWidget(self.off_button)
+        buttons.addWidget(self.reset_button)
         wheel_row = QHBoxLayout()
         wheel_row.addStretch()
         wheel_row.addWidget(self.wheel)
@@ -139,15 +139,15 @@ class FieldsPanel(ModelPanel):
         column.addLayout(buttons)
         column.addWidget(self.progress)
         column.addWidget(self.figures)
-        column.addWidget(self.colour_blind)
+        column.addWidget(self.color_blind_box)
         column.addLayout(wheel_row)
         column.addWidget(self.description)
         column.addStretch()
 
     # --- display -----------------------------------------------------------------------------
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Show the current model, selection and job."""
-        super().show_now()
+        super().update_widgets()
         studio, model = self._studio, self._model
         if model is not None and model.id in studio.models:
             # The field of an opened project is shown after its model.
@@ -158,7 +158,7 @@ class FieldsPanel(ModelPanel):
         unit = "m" if is_metric else tr("units")
         self.radius.setSuffix(f" {unit}")
         self.measurable.options.show_unit(unit)
-        self._list_others()
+        self._list_other_models()
         self._show_plane()
         self._show_rows()
         self._refresh_buttons()
@@ -172,15 +172,15 @@ class FieldsPanel(ModelPanel):
         is_plane_field = field is not None and field.request.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
             self.radius.setValue(
-                radius if radius and not is_plane_field else self._fields.likely_radius(model.id)
+                radius if radius and not is_plane_field else self._fields.suggest_radius(model.id)
             )
-        self.measurable.show_request("", self._fields.likely_length(model.id))
+        self.measurable.show_request("", self._fields.suggest_length(model.id))
         if field is not None and is_plane_field:
             self.measurable.show_request(field.request.of, radius)
         if field is not None:
             self.kind.setCurrentIndex(self.kind.findData(field.request.kind))
 
-    def _list_others(self) -> None:
+    def _list_other_models(self) -> None:
         model_id = "" if self._model is None else self._model.id
         other_models = [
             (m.name, m.id)
@@ -206,7 +206,7 @@ class FieldsPanel(ModelPanel):
             return
         for id_ in reversed(studio.selection.ids):
             feature = get_feature(studio.records, id_)
-            if feature is not None and kind_of(feature).plane is not None:
+            if feature is not None and get_kind(feature).plane is not None:
                 self._plane_id = id_
                 break
         feature = get_feature(studio.records, self._plane_id)
@@ -223,15 +223,15 @@ class FieldsPanel(ModelPanel):
 
     def _field_request(self) -> FieldRequest | None:
         field_name = str(self.kind.currentData())
-        if field_name == TO_PLANE:
+        if field_name == PLANE_DISTANCE:
             return FieldRequest(field_name, of=self._plane_id) if self._plane_id else None
-        if field_name == TO_MODEL:
+        if field_name == MODEL_DISTANCE:
             other_model = self.other_model.currentData()
             return FieldRequest(field_name, of=str(other_model)) if other_model else None
         if field_name in (MEASURABLE, EXPECTED):
             length_m = self.measurable.options.value("length_m")
             if length_m is None and self._model is not None:
-                length_m = self._fields.likely_length(self._model.id)
+                length_m = self._fields.suggest_length(self._model.id)
             request = FieldRequest(field_name, length_m or 0.0, self.measurable.plane_source())
             return (
                 request if request.of and self._fields.resolve_plane(request) is not None else None
@@ -241,18 +241,20 @@ class FieldsPanel(ModelPanel):
     def _show_rows(self) -> None:
         field_name = str(self.kind.currentData())
         self._form.setRowVisible(self.radius, field_name in KINDS)
-        self._form.setRowVisible(self.plane, field_name == TO_PLANE)
-        self._form.setRowVisible(self.other_model, field_name == TO_MODEL)
+        self._form.setRowVisible(self.plane, field_name == PLANE_DISTANCE)
+        self._form.setRowVisible(self.other_model, field_name == MODEL_DISTANCE)
         self._form.setRowVisible(self.measurable, field_name in (MEASURABLE, EXPECTED))
         is_direction = field_name == "dip_direction"
-        self.colour_blind.setVisible(is_direction)
+        self.color_blind_box.setVisible(is_direction)
         self.wheel.setVisible(is_direction)
         if is_direction:
             model = self._model
             north = model is not None and model.frame.has_north
-            name = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
+            name = _COLOR_BLIND_MAP if self.color_blind_box.isChecked() else _HUE_MAP
             self.wheel.show_map(name, is_north_known=north)
-        description = KINDS[field_name].says if field_name in KINDS else _PLANE_KINDS[field_name][1]
+        description = (
+            KINDS[field_name].description if field_name in KINDS else _PLANE_KINDS[field_name][1]
+        )
         lines = [tr(description)]
         if is_direction and self._model is not None and not self._model.frame.has_north:
             lines.append(tr("This model has no north: directions are in its own frame."))
@@ -260,23 +262,25 @@ class FieldsPanel(ModelPanel):
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
-        self._update_off_button()
+        self._update_reset_button()
 
     def _follow_display(self, change: str) -> None:
         if change == "mode":
-            self._update_off_button()
+            self._update_reset_button()
 
-    def _update_off_button(self) -> None:
+    def _update_reset_button(self) -> None:
         """Enable the button that ends the field display, and name the mode to which it returns."""
         open_model = None if self._model is None else self._studio.models.get(self._model.id)
-        self.off_button.setText(usual_look([] if open_model is None else [open_model.data]))
+        self.reset_button.setText(
+            default_appearance([] if open_model is None else [open_model.data])
+        )
         is_shown = self._studio.display.mode == "field"
-        allow(self.off_button, None if is_shown else Finding("action.no-field"))
+        set_enabled(self.reset_button, None if is_shown else Finding("action.no-field"))
 
     def _why_not(self) -> Finding | None:
         reason = super()._why_not()
         if reason is None and self._field_request() is None:
-            if self.kind.currentData() == TO_PLANE:
+            if self.kind.currentData() == PLANE_DISTANCE:
                 return Finding("selection.no-trace-or-patch")
             if self.kind.currentData() in (MEASURABLE, EXPECTED):
                 return Finding("field.plane-missing")
@@ -328,7 +332,7 @@ class FieldsPanel(ModelPanel):
             return
         open_model, name = (
             self._studio.models.get(model.id),
-            self._fields.name_of(model.id, request),
+            self._fields.get_name(model.id, request),
         )
         if (
             open_model is not None
@@ -342,12 +346,12 @@ class FieldsPanel(ModelPanel):
             self._show_request(model, request)
 
     def _show_request(self, model: Model, request: FieldRequest) -> None:
-        palette = _COLOUR_BLIND_MAP if self.colour_blind.isChecked() else _HUE_MAP
+        palette = _COLOR_BLIND_MAP if self.color_blind_box.isChecked() else _HUE_MAP
         self._fields.request_field(
             model.id, request, palette if request.kind == "dip_direction" else None
         )
 
-    def _recolour(self) -> None:
+    def _update_colors(self) -> None:
         """Show the current field with different colours."""
         self._show_rows()
         model = self._model

@@ -21,7 +21,7 @@ from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.command_targets import current_model
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import LazyPanel
@@ -34,7 +34,7 @@ from vomstudio.ui.widgets.type_box import TypeBox
 
 MIN_WIDTH_PX = 50
 """Minimum width of buttons and fields, so that the dock does not grow with the proposals."""
-_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+_DECISION_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 _MAX_HIGHLIGHTED = 200
 """Maximum number of selected proposals that are highlighted on the outcrop."""
 
@@ -61,7 +61,7 @@ class ModelPanel(LazyPanel):
         self, studio: Studio, model_work: ModelWork, prefix: str, topic: str, start: str, icon: str
     ) -> None:
         super().__init__(studio)
-        explain(self, topic)
+        set_help_topic(self, topic)
         self._work, self._start_text, self._prefix = model_work, start, prefix
         self._model: Model | None = None
         self.title = hint_label()
@@ -78,9 +78,9 @@ class ModelPanel(LazyPanel):
         studio.edited.connect(self._schedule_refresh)
         studio.jobs_changed.connect(self._show_progress)
         connect_until_deleted(self, self._work.changed, self.refresh)
-        self.show_now()
+        self.update_widgets()
 
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Show the current model and the progress of its job."""
         studio = self._studio
         self._model = current_model(studio) if studio.has_project else None
@@ -158,7 +158,7 @@ class ProposalsPanel(ModelPanel):
         self.type.setToolTip(tr("Feature type of accepted proposals."))
         self._studio.next_changed.connect(self._follow_type)
         self._follow_type()
-        self.filter = FilterLine(tr("Filter"), wraps_around=True)
+        self.filter = FilterLine(tr("Filter"), has_word_wrap=True)
         self.filter.setObjectName(f"{self._prefix}_filter")
         self.filter.setAccessibleName(tr("Filter of the proposals"))
         self.filter.changed.connect(self._list_proposals)
@@ -334,7 +334,7 @@ class ProposalsPanel(ModelPanel):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         """Accept the selected proposals on Enter, reject them on Delete."""
-        if watched is self.table and isinstance(event, QKeyEvent) and event.key() in _KEYS:
+        if watched is self.table and isinstance(event, QKeyEvent) and event.key() in _DECISION_KEYS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()
                 return True

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import find_declaration, option_words
 from vomstudio.core.words import tr
-from vomstudio.extraction.trace_options import ONNX, ProposalOptions
+from vomstudio.extraction.trace_options import ONNX_COST, ProposalOptions
 from vomstudio.geometry import transform
 from vomstudio.project import catalogue
 from vomstudio.project.measurement import Measurement
@@ -27,7 +27,7 @@ from vomstudio.ui.base.command_targets import results_folder, start_folder
 from vomstudio.ui.base.controls import ComboBox, Label, create_row, file_field
 from vomstudio.ui.base.number_formatting import format_error_deg
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_DOUBT, line_area
+from vomstudio.ui.outcrop.proposed_trace_drawings import MAX_P_VALUE, line_area
 from vomstudio.ui.panels.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.panels.surface.trace_texts import reason_text, summary_text
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
@@ -42,7 +42,7 @@ from vomstudio.ui.widgets.options_form import OptionFields, fill_choices
 
 _MIN_HEIGHT_PX = 130
 # Maximum distance of a click from a line, as a multiple of the resolution.
-_CLICK_TOLERANCE = 8.0
+_CLICK_TOLERANCE_PX = 8.0
 
 
 class TracesPanel(ProposalsPanel):
@@ -60,7 +60,7 @@ class TracesPanel(ProposalsPanel):
         self._traces = studio.proposed_traces
         self._table_state: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
         self._make_settings()
-        self._make_decisions()
+        self._create_decision_buttons()
         self._arrange_widgets()
         self._follow()
 
@@ -88,7 +88,7 @@ class TracesPanel(ProposalsPanel):
         )
         self.summary = hint_label()
 
-    def _make_decisions(self) -> None:
+    def _create_decision_buttons(self) -> None:
         self._make_list(
             (
                 Column(
@@ -96,7 +96,7 @@ class TracesPanel(ProposalsPanel):
                     lambda v: f"{100 * v[0]:.0f} %",
                     tr(
                         "Probability that noise produces such a line (orange up to {sure:.0f} %).",
-                        sure=100 * MAX_DOUBT,
+                        sure=100 * MAX_P_VALUE,
                     ),
                 ),
                 Column("m", lambda v: f"{v:.3g}", tr("Length.")),
@@ -154,9 +154,9 @@ class TracesPanel(ProposalsPanel):
         column.addStretch()
 
     # --- display -----------------------------------------------------------------------------
-    def show_now(self) -> None:
+    def update_widgets(self) -> None:
         """Show the current model and its proposals."""
-        super().show_now()
+        super().update_widgets()
         self._list_costs()
         self._show_proposals()
 
@@ -169,7 +169,7 @@ class TracesPanel(ProposalsPanel):
         fill_choices(self.cost, find_declaration(ProposalOptions, "cost"), field_costs(fields))
 
     def _why_not(self) -> Finding | None:
-        is_onnx = self._model is not None and self.cost.currentData() == ONNX
+        is_onnx = self._model is not None and self.cost.currentData() == ONNX_COST
         if is_onnx and not self.network.text().strip():
             return Finding("follow.no-network")
         return super()._why_not()
@@ -177,8 +177,8 @@ class TracesPanel(ProposalsPanel):
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
         traces = self._traces
-        self._network_row.setVisible(self.cost.currentData() == ONNX)
-        self.copy.allow(self._why_not())
+        self._network_row.setVisible(self.cost.currentData() == ONNX_COST)
+        self.copy.set_enabled(self._why_not())
         rows = self._selection()
         no_selection = Finding("action.no-row")
         has_open_tool = self._studio.open_tool is not None
@@ -210,7 +210,7 @@ class TracesPanel(ProposalsPanel):
         ):
             button.setEnabled(reason is None)
             button.setToolTip(tooltip if reason is None else str(reason))
-        count = 0 if self._model is None else traces.rejected_on(self._model.id)
+        count = 0 if self._model is None else traces.count_rejected(self._model.id)
         self.restore.setEnabled(count > 0)
         self.restore.setToolTip(
             tr("Propose the {count} rejected lines of this model again.", count=count)
@@ -220,7 +220,7 @@ class TracesPanel(ProposalsPanel):
 
     # --- state -------------------------------------------------------------------------------
     def _create_options(self) -> ProposalOptions:
-        is_onnx = self.cost.currentData() == ONNX
+        is_onnx = self.cost.currentData() == ONNX_COST
         return self.limits.options(onnx_model=self.network.text().strip() if is_onnx else None)
 
     def _choose_network(self) -> None:
@@ -264,8 +264,8 @@ class TracesPanel(ProposalsPanel):
             line = proposals.lines[row]
             plane = error = None
             if line.measured.plane is not None:
-                plane = line.measured.attitude(self._studio.settings.notation, omits_hand_rule=True)
-                error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
+                plane = line.measured.attitude(self._studio.settings.notation, omit_hand_rule=True)
+                error = catalogue.TOTAL_ERROR.value(self._studio.subject(line.trace, line.measured))
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
         self._show_rows(rows)
 
@@ -300,7 +300,7 @@ class TracesPanel(ProposalsPanel):
             return None
         scale = transform.scale_factor(model.to_world)
         max_distance = (
-            _CLICK_TOLERANCE * scale * (proposals.lines[nearest_row].trace.resolution or 0.0)
+            _CLICK_TOLERANCE_PX * scale * (proposals.lines[nearest_row].trace.resolution or 0.0)
         )
         return nearest_row if distances[nearest_row] <= max_distance else None
 
@@ -321,4 +321,4 @@ class TracesPanel(ProposalsPanel):
 
     def _restore_rejected(self) -> None:
         if self._model is not None:
-            self._traces.forgive(self._model.id)
+            self._traces.restore_rejected(self._model.id)

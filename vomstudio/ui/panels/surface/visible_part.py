@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vomstudio.studio.jobs.surface_tasks import Viewpoint
-from vomstudio.studio.surfaces.facet_proposals import PART_POINTS
+from vomstudio.studio.surfaces.facet_proposals import TESTED_POINT_COUNT
 from vomstudio.ui.base.studio import Studio
 
 
-def part_in_view(studio: Studio) -> Viewpoint | None:
+def find_visible_part(studio: Studio) -> Viewpoint | None:
     """Return the part at the centre of the saved view, or None without a valid camera."""
     camera = studio.project.journal.view("camera")
     try:
@@ -22,7 +22,7 @@ def part_in_view(studio: Studio) -> Viewpoint | None:
         return None
     if not np.isfinite([*eye, *target]).all():
         return None
-    return Viewpoint(_to_tuple(eye), _to_tuple(target), PART_POINTS)
+    return Viewpoint(_to_tuple(eye), _to_tuple(target), TESTED_POINT_COUNT)
 
 
 def _to_tuple(vector: np.ndarray) -> tuple[float, float, float]:

@@ -20,7 +20,7 @@ from vomstudio.geology.coverage.face_coverage import (
 from vomstudio.project.records import FaceGrid
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 
@@ -46,7 +46,7 @@ MARKS = {
 class CellsPanel(QWidget):
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "fractures.md#coverage")
+        set_help_topic(self, "fractures.md#coverage")
         self._studio = studio
         self.count = hint_label()
         column = narrow_column(self)
@@ -87,9 +87,9 @@ class CellsPanel(QWidget):
 
 
 def commands(studio: Studio) -> list[Command]:
-    tool = studio.tool_of(CellsTool)
+    tool = studio.get_tool(CellsTool)
 
-    def why_not_marking() -> Finding | None:
+    def marking_problem() -> Finding | None:
         if studio.tool_name != CellsTool.name:
             return Finding("action.needs-tool", tool=tr("Cells"))
         return None if studio.session.of(FaceGrid) else Finding("action.no-grid")
@@ -101,11 +101,11 @@ def commands(studio: Studio) -> list[Command]:
         Command(
             f"mark_{name}",
             tr("Cell {mark}", mark=tr(MARK_TITLES[mark])),
-            partial(tool.mark_here, mark),
+            partial(tool.mark_hovered_cell, mark),
             icon=icon,
             shortcut=key,
             tip=tr(tooltip),
-            why_not=why_not_marking,
+            why_not=marking_problem,
             is_viewport_key=True,
             is_checked=partial(is_mark_active, mark),
         )

@@ -11,7 +11,7 @@ from vomstudio.ui.base.controls import Label
 
 MAX_CONTROLS = 6
 """Maximum number of controls of a tool page that are visible without opening *More*."""
-END = ("finish", "cancel")
+END_COMMANDS = ("finish", "cancel")
 
 
 def create_set_field(callback: Callable[[], None]) -> QLineEdit:

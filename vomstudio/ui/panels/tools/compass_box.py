@@ -12,10 +12,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.geometry.registrations import NorthReference
 from vomstudio.project import edits
-from vomstudio.project.compass_edits import compass_of, set_compass
-from vomstudio.project.kinds import kind_of
+from vomstudio.project.compass_edits import get_compass, set_compass
+from vomstudio.project.kinds import get_kind
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Compass, Model, Record, get_feature
@@ -26,7 +26,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.compass_dialog import CompassDialog, format_north
 
 if TYPE_CHECKING:
-    from vomstudio.registration.north import North
+    from vomstudio.registration.north import NorthInputs
 
 
 class CompassBox(QWidget):
@@ -44,7 +44,7 @@ class CompassBox(QWidget):
         self,
         studio: Studio,
         list_names: Callable[[], Sequence[str]],
-        find_north_inputs: Callable[[Compass], North],
+        find_north_inputs: Callable[[Compass], NorthInputs],
     ) -> None:
         super().__init__()
         self._studio, self._list_names, self._find_north_inputs = (
@@ -53,7 +53,7 @@ class CompassBox(QWidget):
             find_north_inputs,
         )
         self._model: Model | None = None
-        self._read_north: ReadNorth | None = None
+        self._read_north: NorthReference | None = None
         self.feature_label = ElidedLabel()
         self.reading = QLineEdit()
         self.reading.setObjectName("compass_reading")
@@ -82,7 +82,7 @@ class CompassBox(QWidget):
         self,
         model: Model | None,
         lines: Sequence[KnownLine],
-        read_north: ReadNorth | None,
+        read_north: NorthReference | None,
         *,
         is_reading: bool,
     ) -> None:
@@ -101,7 +101,7 @@ class CompassBox(QWidget):
         self._form.setRowVisible(self._row, is_reading)
         self._form.setRowVisible(self.north_button, is_reading or has_azimuths)
         self.setVisible(is_reading or has_azimuths)
-        compass = None if model is None else compass_of(self._studio.records, model.id)
+        compass = None if model is None else get_compass(self._studio.records, model.id)
         self.north_button.setText(format_north(compass, read_north))
         self.north_button.setToolTip(tr("North reference of the azimuths, and its common error."))
         self.north_button.setEnabled(model is not None)
@@ -141,7 +141,7 @@ class CompassBox(QWidget):
         Finding or None
             Why it cannot have a reading, or None if it can.
         """
-        from vomstudio.studio.placing.known_planes import why_not_read
+        from vomstudio.studio.placing.known_planes import reading_refusal
 
         studio = self._studio
         features = selected_features(studio)
@@ -149,7 +149,7 @@ class CompassBox(QWidget):
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
         measurement = None if current is None else studio.measured([current]).get(current)
-        return record, measurement, why_not_read(record, model, measurement)
+        return record, measurement, reading_refusal(record, model, measurement)
 
     def _take_field_reading(self) -> None:
         """Enter the field reading that is selected together with a plane or line."""
@@ -231,7 +231,7 @@ class CompassBox(QWidget):
         model = self._model
         if model is None:
             return
-        previous_compass = compass_of(self._studio.records, model.id)
+        previous_compass = get_compass(self._studio.records, model.id)
         dialog = CompassDialog(self, model, previous_compass, self._find_north_inputs)
         if dialog.exec() and dialog.compass not in (None, previous_compass):
             self._studio.attempt(set_compass, dialog.compass)
@@ -239,4 +239,4 @@ class CompassBox(QWidget):
 
 def _is_field_reading(studio: Studio, id_: str) -> bool:
     feature = get_feature(studio.records, id_)
-    return feature is not None and kind_of(feature).evidence == "read"
+    return feature is not None and get_kind(feature).evidence == "read"

@@ -16,15 +16,15 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.errors import UsageError, VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import to_translate, tr
-from vomstudio.geometry.registrations import NorthKind, ReadNorth
+from vomstudio.geometry.registrations import NorthKind, NorthReference
 from vomstudio.project.records import Compass, Model, compass_id
-from vomstudio.ui.base.controls import ComboBox, Label, allow
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, Label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 
 if TYPE_CHECKING:
-    from vomstudio.registration.north import North
+    from vomstudio.registration.north import NorthInputs
 
 _NORTHS: tuple[tuple[NorthKind, str], ...] = (
     ("grid", to_translate("Grid north (map, or already corrected)")),
@@ -51,7 +51,7 @@ class CompassDialog(QDialog):
         parent: QWidget | None,
         model: Model,
         previous_compass: Compass | None,
-        find_north_inputs: Callable[[Compass], North],
+        find_north_inputs: Callable[[Compass], NorthInputs],
     ) -> None:
         """Show the previous compass record, or the default if none is given.
 
@@ -61,7 +61,7 @@ class CompassDialog(QDialog):
             Returns the location and date of the readings to which a compass record applies.
         """
         super().__init__(parent)
-        explain(self, "registration.md#north")
+        set_help_topic(self, "registration.md#north")
         self.setWindowTitle(tr("North of the readings on {model}", model=model.name))
         self._model, self._find_north_inputs = model, find_north_inputs
         self.compass: Compass | None = None
@@ -158,7 +158,7 @@ class CompassDialog(QDialog):
             self._show_placeholders(compass, inputs)
             read_north, text = resolve_north(compass, inputs)
         except VomError as error:
-            compass, problem = None, cause_of(error)
+            compass, problem = None, cause_finding(error)
         else:
             doubt = tr(
                 "They may have a common error of {angle:g}° (1σ).", angle=read_north.doubt_deg
@@ -168,9 +168,9 @@ class CompassDialog(QDialog):
         if problem is not None:
             self.summary.setText(problem.message)
         ok_button = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
-        allow(ok_button, problem)
+        set_enabled(ok_button, problem)
 
-    def _show_placeholders(self, compass: Compass, inputs: North) -> None:
+    def _show_placeholders(self, compass: Compass, inputs: NorthInputs) -> None:
         """Show the default values of empty fields as placeholders."""
         place = inputs.location
         self.place.setPlaceholderText(
@@ -222,7 +222,7 @@ def parse_place(text: str) -> tuple[float, float] | None:
     UsageError
         If the text has another form or is not a position on Earth.
     """
-    from vomstudio.geometry.coordinate_limits import check_on_earth
+    from vomstudio.geometry.coordinate_limits import check_longitude_latitude
 
     if not text.strip():
         return None
@@ -231,12 +231,12 @@ def parse_place(text: str) -> tuple[float, float] | None:
         raise UsageError(Finding("place.invalid", text=text.strip()))
     latitude = float(match[1]) * (-1.0 if match[2].upper() == "S" else 1.0)
     longitude = float(match[3]) * (-1.0 if match[4].upper() == "W" else 1.0)
-    if (reason := check_on_earth(longitude, latitude)) is not None:
+    if (reason := check_longitude_latitude(longitude, latitude)) is not None:
         raise UsageError(reason)
     return longitude, latitude
 
 
-def format_north(compass: Compass | None, read_north: ReadNorth | None) -> str:
+def format_north(compass: Compass | None, read_north: NorthReference | None) -> str:
     """Format the north reference for a button; it is incomplete without `read_north`."""
     if compass is None:
         return tr("Grid north, assumed exact")

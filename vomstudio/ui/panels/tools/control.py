@@ -24,27 +24,27 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, VomError
-from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.coordinate_limits import check_coordinates
-from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.geometry.registrations import NorthReference
 from vomstudio.project import edits
 from vomstudio.project.kinds.control_point import ControlPoint
-from vomstudio.project.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
+from vomstudio.project.kinds.known_line import CLICKED_KINDS, KINDS, KnownKind, KnownLine
 from vomstudio.project.records import Compass, Model
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.studio.tools.control import ControlTool
 from vomstudio.studio.tools.known_line import KnownLineTool
 from vomstudio.ui.base import file_filters, theme
 from vomstudio.ui.base.command_targets import current_model, start_folder
-from vomstudio.ui.base.controls import ComboBox, allow, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.controls import ComboBox, narrow_form, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.numbers import parse_number
-from vomstudio.ui.base.qt_background import NewestResult
+from vomstudio.ui.base.qt_background import LatestRequestRunner
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
 from vomstudio.ui.panels.tools.compass_box import CompassBox
-from vomstudio.ui.panels.tools.control_command import copy_register
+from vomstudio.ui.panels.tools.control_command import copy_register_command
 from vomstudio.ui.panels.tools.control_map import ControlMap, MapPoint
 from vomstudio.ui.panels.tools.control_messages import (
     format_placement,
@@ -65,8 +65,8 @@ from vomstudio.ui.widgets.more_section import MoreSection
 from vomstudio.ui.widgets.options_form import OptionFields
 
 if TYPE_CHECKING:
-    from vomstudio.registration.north import North
-    from vomstudio.registration.results import Placed
+    from vomstudio.registration.north import NorthInputs
+    from vomstudio.registration.results import ModelPlacement
 
 MAX_IMMEDIATE_POINTS = 20
 """Up to this number of points, placing a model takes less time than starting a thread."""
@@ -90,20 +90,22 @@ class ControlPanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "registration.md")
+        set_help_topic(self, "registration.md")
         self._studio = studio
-        self._tool = studio.tool_of(ControlTool)
-        self._lines_tool = studio.tool_of(KnownLineTool)
+        self._tool = studio.get_tool(ControlTool)
+        self._lines_tool = studio.get_tool(KnownLineTool)
         self._points: list[ControlPoint] = []
         self._lines: list[KnownLine] = []
         self._pair_count, self._extent = 0, 0.0
         self._photo_up_cache: tuple[Path | None, FloatArray | None] | None = None
-        self._solving = NewestResult(self, self._show_result, self._show_error, self._show_progress)
+        self._solving = LatestRequestRunner(
+            self, self._show_result, self._show_error, self._show_progress
+        )
         self.model: Model | None = None
-        self.placed: Placed | None = None
+        self.placed: ModelPlacement | None = None
         self.crs: str | None = None
         self.readings = Readings.empty()
-        self.north: ReadNorth | None = None
+        self.north: NorthReference | None = None
         self._north_text = ""
         self.load = QPushButton(theme.icon("table-arrow-left"), tr("Coordinates…"))
         self.load.setToolTip(tr("Read labels and coordinates from a table or ground control file."))
@@ -114,7 +116,7 @@ class ControlPanel(QWidget):
         self.click_box = ComboBox()
         self.click_box.setObjectName("what_is_clicked")
         self.click_box.addItem(tr("Control points"), "")
-        for known_kind, name in CLICKED:
+        for known_kind, name in CLICKED_KINDS:
             self.click_box.addItem(tr(name), known_kind)
         self.click_box.addItem(tr("Plane or line by compass"), "plane")
         self.click_box.activated.connect(self._choose_click_target)
@@ -157,7 +159,7 @@ class ControlPanel(QWidget):
         column.addStretch(0)
         for signal in (studio.project_opened, studio.edited, studio.selection_changed):
             signal.connect(self.refresh)
-        studio.tool_changed_signal.connect(self._show_current)
+        studio.tool_changed_signal.connect(self._select_current_point)
         studio.active_tool_changed.connect(self._follow_tool)
 
     # --- display -----------------------------------------------------------------------------
@@ -168,7 +170,7 @@ class ControlPanel(QWidget):
             return
         model = current_model(self._studio)
         points = [] if model is None else self._points_on(model)
-        lines = [] if model is None else self._lines_on(model)
+        lines = [] if model is None else self._model_lines(model)
         readings = Readings.create(self._studio, model, lines)
         is_unchanged = (model, points, lines) == (self.model, self._points, self._lines)
         if is_unchanged and readings.is_equivalent(self.readings):
@@ -192,14 +194,14 @@ class ControlPanel(QWidget):
         self.model, self._points, self._lines = model, points, lines
         self.readings = readings
         self._solve()
-        self._show_current()
+        self._select_current_point()
         if is_same_model and len(new_rows) == 1 and self._studio.tool_name == self._lines_tool.name:
-            self.lines.ask_for_value(new_rows[0])
+            self.lines.edit_value(new_rows[0])
 
     def _points_on(self, model: Model) -> list[ControlPoint]:
         return [p for p in self._studio.session.of(ControlPoint) if p.model_id == model.id]
 
-    def _lines_on(self, model: Model) -> list[KnownLine]:
+    def _model_lines(self, model: Model) -> list[KnownLine]:
         return [line for line in self._studio.session.of(KnownLine) if line.model_id == model.id]
 
     def _follow_tool(self, name: str) -> None:
@@ -237,9 +239,9 @@ class ControlPanel(QWidget):
         table = compass_table(lines, self.readings.directions)
         options = self.options.options()
         resolution = None if open_model is None else open_model.resolution
-        photo_up = self._photo_up(model)
+        photo_up = self._find_photo_up(model)
 
-        def work() -> Placed:
+        def work() -> ModelPlacement:
             if model is None:
                 raise GeometryError(Finding("action.no-model"))
             extent = None if open_model is None else sample_points(open_model.data)
@@ -270,7 +272,7 @@ class ControlPanel(QWidget):
             self._solving.cancel()
             self._show_error(error)
             return
-        north = self.north or ReadNorth("grid")
+        north = self.north or NorthReference("grid")
         compass = self.readings.compass
         is_sigma_stated = compass is not None and compass.doubt_deg is not None
         self._show_compass()
@@ -283,7 +285,7 @@ class ControlPanel(QWidget):
             self._allow_buttons(Finding("registration.pending"))
             self._solving.request(work)
 
-    def _photo_up(self, model: Model | None) -> FloatArray | None:
+    def _find_photo_up(self, model: Model | None) -> FloatArray | None:
         """Return the result of `known_lines.photo_up`, which is read once per model."""
         from vomstudio.studio.placing.known_lines import photo_up
 
@@ -296,7 +298,7 @@ class ControlPanel(QWidget):
         count = self._pair_count + len(self.readings.directions)
         self.summary.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
-    def _show_result(self, placement: Placed) -> None:
+    def _show_result(self, placement: ModelPlacement) -> None:
         if placement.click_sigma_m and self.options.options().click_sigma_m is None:
             self.options.show_automatic("click_sigma_m", placement.click_sigma_m)
         text = format_placement(placement, self.model, self.crs)
@@ -305,7 +307,7 @@ class ControlPanel(QWidget):
 
     def _show_error(self, error: VomError) -> None:
         problem = (
-            cause_of(error)
+            cause_finding(error)
             if self.model is None
             else placement_problem(
                 points=self._points,
@@ -318,7 +320,7 @@ class ControlPanel(QWidget):
         self._show_placement(None, problem.message)
         self._allow_buttons(problem)
 
-    def _show_placement(self, placement: Placed | None, text: str) -> None:
+    def _show_placement(self, placement: ModelPlacement | None, text: str) -> None:
         from vomstudio.studio.placing.registering import expected_positions
 
         self.placed = placement
@@ -353,12 +355,12 @@ class ControlPanel(QWidget):
             studio=self._studio,
         )
         self.lines.show_residuals(
-            self._lines, {residual.id: residual.off for residual in residuals}, blunders, tips
+            self._lines, {residual.id: residual.deviation for residual in residuals}, blunders, tips
         )
 
     def _allow_buttons(self, why_not: Finding | None) -> None:
-        allow(self.register, why_not)
-        self.copy.allow(why_not)
+        set_enabled(self.register, why_not)
+        self.copy.set_enabled(why_not)
 
     def _metres_per_unit(self) -> float:
         from vomstudio.geometry import transform
@@ -374,7 +376,7 @@ class ControlPanel(QWidget):
     def _list_labels(self) -> list[str]:
         return [item.name for item in (*self._points, *self._lines)]
 
-    def _find_north_inputs(self, compass: Compass) -> North:
+    def _find_north_inputs(self, compass: Compass) -> NorthInputs:
         assert self.model is not None
         return find_north_inputs(
             studio=self._studio,
@@ -387,7 +389,7 @@ class ControlPanel(QWidget):
     def _show_compass(self) -> None:
         self.load.setVisible(not self.click_box.currentData())
         lines_tool = self._lines_tool
-        is_reading = self._studio.tool_name == lines_tool.name and lines_tool.selects
+        is_reading = self._studio.tool_name == lines_tool.name and lines_tool.selects_feature
         self.compass.show_model(self.model, self._lines, self.north, is_reading=is_reading)
         for widget in (self.table, self.map):
             widget.setVisible(bool(self._points) or not (self._lines or is_reading))
@@ -411,7 +413,7 @@ class ControlPanel(QWidget):
             self.placed,
         )
 
-    def _show_current(self, *_: object) -> None:
+    def _select_current_point(self, *_: object) -> None:
         current = self._tool.current
         with QSignalBlocker(self.table):
             self.table.clearSelection()
@@ -425,7 +427,7 @@ class ControlPanel(QWidget):
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
             options = self.options.options()
-            copy_register(
+            copy_register_command(
                 parent=self,
                 studio=studio,
                 model=path,
@@ -456,13 +458,13 @@ class ControlPanel(QWidget):
 
     def import_points(self, model: Model, path: Path) -> None:
         """Import the points in a file as control points of a model."""
-        from vomstudio.io.control.control_files import crs_of
+        from vomstudio.io.control.control_files import read_crs
         from vomstudio.io.control.observation_tables import read_points
         from vomstudio.studio.placing.registering import import_control_points
 
         try:
             pairs = read_points(path)
-            crs = pairs.crs if np.isfinite(pairs.model).any() else crs_of(path)
+            crs = pairs.crs if np.isfinite(pairs.model).any() else read_crs(path)
         except VomError as error:
             self._studio.warn(error, "error")
             return

@@ -10,7 +10,7 @@ from typing import Any
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.options import option_words
-from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.geometry.registrations import NorthReference
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.registration.register_options import RegisterOptions
@@ -24,7 +24,7 @@ from vomstudio.ui.widgets.copied_command import (
 )
 
 
-def copy_register(
+def copy_register_command(
     parent: QWidget,
     studio: Studio,
     model: Path,
@@ -32,7 +32,7 @@ def copy_register(
     lines: Sequence[KnownLine],
     crs: str | None,
     readings: Readings,
-    north: ReadNorth | None,
+    north: NorthReference | None,
     *,
     fixed_scale: float | None = None,
     click_sigma_m: float | None = None,

@@ -15,7 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.ui.base.number_formatting import format_error_deg, length
 
 if TYPE_CHECKING:
-    from vomstudio.registration.results import Placed
+    from vomstudio.registration.results import ModelPlacement
 
 _MARGIN_PX = 26.0
 _MAX_ARROW_PX = 34.0
@@ -55,14 +55,14 @@ class ControlMap(QWidget):
         self.setMinimumHeight(170)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Expanding)
         self._points: Sequence[MapPoint] = ()
-        self._placed: Placed | None = None
+        self._placement: ModelPlacement | None = None
         self.setAccessibleName(tr("Map of the control points"))
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 190)
 
-    def show_points(self, points: Sequence[MapPoint], placement: Placed | None) -> None:
-        self._points, self._placed = points, placement
+    def show_points(self, points: Sequence[MapPoint], placement: ModelPlacement | None) -> None:
+        self._points, self._placement = points, placement
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
@@ -111,7 +111,7 @@ class ControlMap(QWidget):
         )
 
     def _paint_axis(self, painter: QPainter, plot_area: QRectF) -> list[str]:
-        axis = None if self._placed is None else self._placed.rotation_error_95_deg.weakest
+        axis = None if self._placement is None else self._placement.rotation_error_95_deg.weakest
         if axis is None or axis.error_deg is None:
             return []
         angle = np.radians(axis.trend_deg)

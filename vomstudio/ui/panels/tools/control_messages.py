@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import KnownLine
@@ -15,7 +15,7 @@ from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.readings import Readings
 
 if TYPE_CHECKING:
-    from vomstudio.registration.results import Placed
+    from vomstudio.registration.results import ModelPlacement
 
 _WINDOW_NAMES = {
     "(--without)": to_translate("(clear its tick)"),
@@ -39,7 +39,7 @@ def placement_problem(
     from vomstudio.studio.placing.known_planes import placement_readings
 
     if placement_lines(lines) or placement_readings(lines, readings.directions):
-        return finding_of(error)
+        return to_finding(error)
     if not points:
         if any(not line.is_complete for line in lines):
             return Finding("line.value-missing")
@@ -49,10 +49,10 @@ def placement_problem(
     unclicked_count = sum(p.position is not None and not p.vertices for p in points)
     if pair_count < 3 and unclicked_count:
         return Finding("control.click-points", found=pair_count, count=pair_count + unclicked_count)
-    return finding_of(error)
+    return to_finding(error)
 
 
-def format_placement(placement: Placed, model: Model | None, crs: str | None) -> str:
+def format_placement(placement: ModelPlacement, model: Model | None, crs: str | None) -> str:
     """Format the residuals, frame accuracy and warnings of a placement."""
     from vomstudio.registration.warnings import vertical_error_findings
     from vomstudio.studio.placing.known_lines import frame_after_placement
@@ -75,7 +75,7 @@ def format_placement(placement: Placed, model: Model | None, crs: str | None) ->
 def reading_tips(
     lines: Sequence[KnownLine],
     readings: Readings,
-    placement: Placed | None,
+    placement: ModelPlacement | None,
     turned_deg: float,
     studio: Studio,
 ) -> Mapping[str, str]:
@@ -112,7 +112,7 @@ def reading_tips(
 
 
 def _format_reading_tip(
-    line: KnownLine, readings: Readings, placement: Placed, turned_deg: float, notation: str
+    line: KnownLine, readings: Readings, placement: ModelPlacement, turned_deg: float, notation: str
 ) -> list[str]:
     from dataclasses import replace
 
@@ -128,14 +128,14 @@ def _format_reading_tip(
     else:
         axis = Line.from_vector(vector)
         angles = round(axis.trend_deg, 1), round(axis.plunge_deg, 1)
-    placed_line = format_reading(
+    model_text = format_reading(
         replace(line, value=angles[0] % 360.0, inclination_deg=angles[1]), notation
     )
     read_line = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
     lines = [
         tr(
             "On the model: {placed}; reading: {read}.",
-            placed=placed_line,
+            placed=model_text,
             read=format_reading(read_line, notation),
         )
     ]
@@ -160,7 +160,7 @@ def _format_reading_tip(
     return lines
 
 
-def _format_residuals(placement: Placed) -> str:
+def _format_residuals(placement: ModelPlacement) -> str:
     from vomstudio.registration.warnings import worst_axis_findings
 
     lines = []

@@ -22,10 +22,10 @@ from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.ui.base import theme
 
 if TYPE_CHECKING:
-    from vomstudio.registration.results import Placed, PointResidual
+    from vomstudio.registration.results import ModelPlacement, PointResidual
 
 TICK, LABEL = 0, 1
-_X, _Z, _RESIDUAL = 2, 4, 5
+_X_COLUMN, _Z_COLUMN, _RESIDUAL_COLUMN = 2, 4, 5
 _SHARE_ROLE = Qt.ItemDataRole.UserRole
 _BAR_COLOR, _BLUNDER_COLOR = "#56b4e9", "#d55e00"
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -35,7 +35,7 @@ class ControlTable(QTableWidget):
     """Table with one row per point; its last column shows the residual with a bar."""
 
     def __init__(self) -> None:
-        super().__init__(0, _RESIDUAL + 1)
+        super().__init__(0, _RESIDUAL_COLUMN + 1)
         self.setObjectName("control_points")
         self.setHorizontalHeaderLabels(
             [tr("Use"), tr("Label"), "x (m)", "y (m)", "z (m)", tr("Resid. (m)")]
@@ -43,10 +43,10 @@ class ControlTable(QTableWidget):
         self.verticalHeader().hide()
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.setItemDelegateForColumn(_RESIDUAL, _BarDelegate(self))
+        self.setItemDelegateForColumn(_RESIDUAL_COLUMN, _BarDelegate(self))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(_RESIDUAL, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(_RESIDUAL_COLUMN, QHeaderView.ResizeMode.Stretch)
         # Only visible rows are measured.
         header.setResizeContentsPrecision(0)
         header.setMinimumSectionSize(34)
@@ -54,7 +54,7 @@ class ControlTable(QTableWidget):
         self.setMinimumHeight(170)
         for column, tooltip in (
             (TICK, tr("Ticked points register the model; the others check it.")),
-            (_RESIDUAL, tr("Length of the residual (fitted minus given).")),
+            (_RESIDUAL_COLUMN, tr("Length of the residual (fitted minus given).")),
         ):
             item = self.horizontalHeaderItem(column)
             if item is not None:
@@ -67,7 +67,7 @@ class ControlTable(QTableWidget):
 
     def coordinates(self, row: int) -> list[str]:
         """Return the texts of x, y and z in a row."""
-        return [cell.text() for cell in self._cells[row][_X : _Z + 1]]
+        return [cell.text() for cell in self._cells[row][_X_COLUMN : _Z_COLUMN + 1]]
 
     def show_points(self, points: list[ControlPoint]) -> None:
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -93,17 +93,17 @@ class ControlTable(QTableWidget):
                 for column, item in enumerate(self._cells[-1]):
                     self.setItem(row, column, item)
 
-    def show_residuals(self, points: list[ControlPoint], placement: Placed | None) -> None:
+    def show_residuals(self, points: list[ControlPoint], placement: ModelPlacement | None) -> None:
         residuals: dict[str, PointResidual] = {}
         blunders: set[str] = set()
         if placement is not None:
             residuals = {p.label: p for p in (*placement.control, *placement.check)}
             blunders = {blunder.label for blunder in placement.blunders}
         largest_error = max((p.error_m for p in residuals.values()), default=0.0)
-        alert = theme.icon("alert-outline")
+        alert_icon = theme.icon("alert-outline")
         with self._resize_columns_once():
             for cells, point in zip(self._cells, points, strict=True):
-                item, residual = cells[_RESIDUAL], residuals.get(point.name)
+                item, residual = cells[_RESIDUAL_COLUMN], residuals.get(point.name)
                 if residual is not None:
                     item.setText(f"{residual.error_m:.3f}")
                     item.setToolTip(
@@ -118,7 +118,7 @@ class ControlTable(QTableWidget):
                     else 0.0
                 )
                 item.setData(_SHARE_ROLE, -bar_share if point.name in blunders else bar_share)
-                cells[LABEL].setIcon(alert if point.name in blunders else QIcon())
+                cells[LABEL].setIcon(alert_icon if point.name in blunders else QIcon())
 
     @contextmanager
     def _resize_columns_once(self) -> Iterator[None]:
@@ -128,7 +128,7 @@ class ControlTable(QTableWidget):
         """
         with QSignalBlocker(self), QSignalBlocker(self.model()):
             yield
-        for column in range(_RESIDUAL):
+        for column in range(_RESIDUAL_COLUMN):
             self.resizeColumnToContents(column)
         self.viewport().update()
 

@@ -20,7 +20,7 @@ TICK, LABEL, QUANTITY, VALUE, SIGMA, RESIDUAL = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _KIND_NAMES = dict(KINDS)
 _UNITS = {"length": " m"}
-_DIGITS = {"length": 3, "plane": 1, "lineation": 1}
+_DECIMALS = {"length": 3, "plane": 1, "lineation": 1}
 MAX_SIGMA_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
 
 
@@ -97,14 +97,14 @@ class KnownTable(QTableWidget):
         tips: Mapping[str, str],
     ) -> None:
         """Show residuals and tooltips by line id, and mark blunders by label."""
-        alert = theme.icon("alert-outline")
+        alert_icon = theme.icon("alert-outline")
         with QSignalBlocker(self):
             for row, line in enumerate(lines):
                 residual_item, label_item = self.item(row, RESIDUAL), self.item(row, LABEL)
                 if residual_item is None or label_item is None:
                     continue
                 residual = residuals.get(line.id)
-                unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
+                unit, digits = _UNITS.get(line.kind, "°"), _DECIMALS.get(line.kind, 2)
                 sign = "" if line.is_read else "+"
                 # A residual that rounds to zero must not have a sign.
                 residual = None if residual is None else round(residual, digits) or 0.0
@@ -120,9 +120,9 @@ class KnownTable(QTableWidget):
                 elif line.is_read and residual is None and line.id in tips:
                     residual_item.setText(tr("missing"))
                 residual_item.setToolTip(tips.get(line.id, ""))
-                label_item.setIcon(alert if line.name in blunders else QIcon())
+                label_item.setIcon(alert_icon if line.name in blunders else QIcon())
 
-    def ask_for_value(self, row: int) -> None:
+    def edit_value(self, row: int) -> None:
         """Open the editor for the value of a new line."""
         item = self.item(row, VALUE)
         if item is not None:

@@ -8,7 +8,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.kinds.lithology import CHOICES, words
 from vomstudio.studio.tools.lithology import LithologyTool
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label
 from vomstudio.ui.panels.tools.picking_panel import FollowingPanel
@@ -19,7 +19,7 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         topic = "window.md#stations-contact-lines-and-rock-areas"
-        super().__init__(studio, studio.tool_of(LithologyTool), topic)
+        super().__init__(studio, studio.get_tool(LithologyTool), topic)
         self.lithology_box = ComboBox()
         self.lithology_box.setObjectName("lithology_word")
         for value, title in CHOICES:
@@ -40,7 +40,7 @@ class LithologyPanel(FollowingPanel[LithologyTool]):
         self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
         if self.lithology_box.currentIndex() < 0:
             self.lithology_box.show_text(tool.lithology)
-        allow(self.lithology_box, Finding("feature.continued") if tool.is_continued else None)
+        set_enabled(self.lithology_box, Finding("feature.continued") if tool.is_continued else None)
         measurement = tool.measurement
         lines = words(measurement) if measurement and measurement.dimension else []
         self._show_lines(self.figures, lines)

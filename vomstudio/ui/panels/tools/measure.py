@@ -12,7 +12,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.project.kinds.dimension import KINDS
 from vomstudio.project.length_figures import words
 from vomstudio.studio.tools.measure import MeasureTool
-from vomstudio.ui.base.controls import ComboBox, allow, rich_lines
+from vomstudio.ui.base.controls import ComboBox, rich_lines, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import hint_label
 from vomstudio.ui.panels.tools.picking_panel import PickingPanel
@@ -38,7 +38,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
     """Panel that shows the state of the measure tool and sets the kind and the plane."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__(studio, studio.tool_of(MeasureTool), "window.md#lines-and-lengths")
+        super().__init__(studio, studio.get_tool(MeasureTool), "window.md#lines-and-lengths")
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("measure_kind")
         for dimension_kind, name in KINDS:
@@ -69,7 +69,7 @@ class MeasurePanel(PickingPanel[MeasureTool]):
             self.plane_box.show_plane(tool.plane_id)
         reason = Finding("measurement.continued") if tool.is_continued else None
         for field in (self.kind_box, self.plane_box):
-            allow(field, reason)
+            set_enabled(field, reason)
         measurement = tool.measurement
         lines = words(measurement) if measurement and measurement.dimension else []
         bold = lines[:1]

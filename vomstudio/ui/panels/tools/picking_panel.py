@@ -12,9 +12,9 @@ from vomstudio.core.words import tr
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.polyline import PolylineTool
 from vomstudio.ui.base.controls import Label, action_buttons, narrow_form
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
-from vomstudio.ui.panels.tools.common import END, hint_label, narrow_column
+from vomstudio.ui.panels.tools.common import END_COMMANDS, hint_label, narrow_column
 from vomstudio.ui.panels.tools.photo_follow_box import PhotoFollowBox
 from vomstudio.ui.widgets.follow_box import FollowBox
 from vomstudio.ui.widgets.more_section import MoreSection
@@ -22,7 +22,7 @@ from vomstudio.ui.widgets.vertex_table import VertexTable
 
 Tool = TypeVar("Tool", bound=PolylineTool[Any])
 
-_EDITING = ("edit_feature", "delete_vertex")
+_EDITING_COMMANDS = ("edit_feature", "delete_vertex")
 
 
 class PickingPanel(QWidget, Generic[Tool]):
@@ -40,7 +40,7 @@ class PickingPanel(QWidget, Generic[Tool]):
 
     def __init__(self, studio: Studio, tool: Tool, topic: str) -> None:
         super().__init__()
-        explain(self, topic)
+        set_help_topic(self, topic)
         self._studio, self._tool = studio, tool
         self.form = narrow_form()
         self.table = VertexTable(studio, tool)
@@ -64,9 +64,9 @@ class PickingPanel(QWidget, Generic[Tool]):
         column = narrow_column(self)
         column.addLayout(self.form)
         column.addWidget(figures)
-        column.addLayout(action_buttons([actions[name] for name in END]))
+        column.addLayout(action_buttons([actions[name] for name in END_COMMANDS]))
         column.addWidget(self._hint)
-        editing = action_buttons([actions[name] for name in _EDITING])
+        editing = action_buttons([actions[name] for name in _EDITING_COMMANDS])
         column.addWidget(MoreSection(*more_settings, self.table, editing), 1)
         column.addStretch()
         studio = self._studio

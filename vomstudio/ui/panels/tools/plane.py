@@ -14,22 +14,27 @@ from vomstudio.studio.tools.plane import MAX_RADIUS_M, MIN_RADIUS_M, PlaneTool
 from vomstudio.ui.base.controls import (
     DoubleSpinBox,
     action_buttons,
-    allow,
     narrow_form,
     rich_label,
     rich_lines,
+    set_enabled,
 )
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools import plane_commands
-from vomstudio.ui.panels.tools.common import END, create_set_field, hint_label, narrow_column
+from vomstudio.ui.panels.tools.common import (
+    END_COMMANDS,
+    create_set_field,
+    hint_label,
+    narrow_column,
+)
 from vomstudio.ui.widgets.fit_view import FitView
 from vomstudio.ui.widgets.more_section import ModeBar, MoreSection
 from vomstudio.ui.widgets.type_box import TypeBox
 
 _MODES = ("shape_pick", "shape_lasso", "shape_polygon", "shape_rectangle")
-_COMBINATIONS = ("select_new", "select_add", "select_subtract", "select_intersect")
-_CHANGES = (
+_COMBINATION_COMMANDS = ("select_new", "select_add", "select_subtract", "select_intersect")
+_CHANGE_COMMANDS = (
     "select_wider",
     "select_narrower",
     "select_through",
@@ -44,17 +49,17 @@ class PlanePanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "window.md#measure-a-plane")
+        set_help_topic(self, "window.md#measure-a-plane")
         self._studio = studio
-        self._tool = studio.tool_of(PlaneTool)
+        self._tool = studio.get_tool(PlaneTool)
         self._measurement: Measurement | None = None
         self.type_box = TypeBox(studio, geometry="plane")
         self.type_box.setObjectName("plane_type")
         self.type_box.currentIndexChanged.connect(self._apply_fields)
-        self.set_edit = create_set_field(self._apply_fields)
+        self.set_name_edit = create_set_field(self._apply_fields)
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
-        form.addRow(tr("Set"), self.set_edit)
+        form.addRow(tr("Set"), self.set_name_edit)
         self._name = rich_label()
         self.fit_view = FitView(actions)
         self._hint = hint_label(
@@ -65,13 +70,13 @@ class PlanePanel(QWidget):
         layout.addLayout(form)
         layout.addWidget(self._name)
         layout.addWidget(self.fit_view)
-        layout.addLayout(action_buttons([actions[name] for name in END]))
+        layout.addLayout(action_buttons([actions[name] for name in END_COMMANDS]))
         layout.addWidget(self._hint)
         layout.addWidget(
             MoreSection(
                 self._create_settings(),
-                ModeBar([actions[name] for name in _COMBINATIONS]),
-                action_buttons([actions[name] for name in _CHANGES]),
+                ModeBar([actions[name] for name in _COMBINATION_COMMANDS]),
+                action_buttons([actions[name] for name in _CHANGE_COMMANDS]),
             )
         )
         layout.addStretch(1)
@@ -121,8 +126,8 @@ class PlanePanel(QWidget):
         return page
 
     def _apply_fields(self) -> None:
-        self.set_edit.setModified(False)
-        self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
+        self.set_name_edit.setModified(False)
+        self._studio.set_next(str(self.type_box.currentData()), self.set_name_edit.text().strip())
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
@@ -143,10 +148,10 @@ class PlanePanel(QWidget):
             box.setSuffix("°" if box is self.angle else suffix)
         plane = tool.continued_plane
         self.type_box.select_type(plane.type_id if plane else studio.next_type_id)
-        if not self.set_edit.isModified():
-            self.set_edit.setText(plane.set_name if plane else studio.next_set)
-        for widget in (self.type_box, self.set_edit):
-            allow(widget, Finding("feature.continued") if tool.is_continued else None)
+        if not self.set_name_edit.isModified():
+            self.set_name_edit.setText(plane.set_name if plane else studio.next_set)
+        for widget in (self.type_box, self.set_name_edit):
+            set_enabled(widget, Finding("feature.continued") if tool.is_continued else None)
         self._name.setText(rich_lines([plane.name], [plane.name]) if plane else "")
         self._name.setVisible(plane is not None)
         self._show_fit()

@@ -10,7 +10,7 @@ from vomstudio.studio.tools.plane import PlaneTool
 from vomstudio.studio.tools.select import SelectTool
 from vomstudio.studio.tools.selection_messages import ElementMode
 from vomstudio.ui.base.actions import Command
-from vomstudio.ui.base.command_targets import why_no_model
+from vomstudio.ui.base.command_targets import missing_model_finding
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.select_commands import MODE_ICONS
 
@@ -33,22 +33,22 @@ def commands(studio: Studio) -> list[Command]:
     -------
     list of Command
     """
-    tool, select = studio.tool_of(PlaneTool), studio.tool_of(SelectTool)
+    tool, select = studio.get_tool(PlaneTool), studio.get_tool(SelectTool)
 
-    def why_not_active() -> Finding | None:
+    def plane_tool_problem() -> Finding | None:
         if studio.tool_name == tool.name:
             return None
         return Finding("action.needs-tool", tool=tr("Plane"))
 
-    def why_no_area() -> Finding | None:
-        return why_not_active() or (None if tool.count else Finding("plane.nothing-chosen"))
+    def area_problem() -> Finding | None:
+        return plane_tool_problem() or (None if tool.count else Finding("plane.nothing-chosen"))
 
     def activate(mode: ElementMode) -> None:
         studio.activate(tool.name)
         if studio.tool_name == tool.name:
             tool.set_mode(mode)
 
-    def to_selection() -> None:
+    def select_elements() -> None:
         """Select the faces or points of the unfinished plane."""
         selection = tool.release()
         studio.activate(select.name)
@@ -64,24 +64,24 @@ def commands(studio: Studio) -> list[Command]:
                 partial(activate, mode),
                 icon=MODE_ICONS[mode],
                 tip=tr("Measure a plane on the surface in this mode."),
-                why_not=lambda: why_no_model(studio),
+                why_not=lambda: missing_model_finding(studio),
             )
             for mode, title in _TITLES.items()
         ),
         Command(
             "plane_to_selection",
             tr("Select area"),
-            to_selection,
+            select_elements,
             icon="selection-drag",
             tip=tr("Select these faces or points, to hide them or cut them out."),
-            why_not=why_no_area,
+            why_not=area_problem,
         ),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
             tool.smaller,
             shortcut="[",
-            why_not=why_not_active,
+            why_not=plane_tool_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -89,7 +89,7 @@ def commands(studio: Studio) -> list[Command]:
             tr("Larger brush"),
             tool.larger,
             shortcut="]",
-            why_not=why_not_active,
+            why_not=plane_tool_problem,
             is_viewport_key=True,
         ),
     ]

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vomstudio.geometry.registrations import ReadNorth
-from vomstudio.project.compass_edits import compass_of
+from vomstudio.geometry.registrations import NorthReference
+from vomstudio.project.compass_edits import get_compass
 from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import Compass, Model
 from vomstudio.ui.base.studio import Studio
 
 if TYPE_CHECKING:
-    from vomstudio.registration.north import North
+    from vomstudio.registration.north import NorthInputs
     from vomstudio.studio.placing.known_planes import ModelDirection
 
 
@@ -42,7 +42,7 @@ class Readings:
         """Collect the readings on a model of the project."""
         if model is None:
             return cls.empty()
-        compass = compass_of(studio.records, model.id)
+        compass = get_compass(studio.records, model.id)
         feature_ids = {line.feature_id for line in lines if line.is_read} & set(studio.records)
         if not feature_ids:
             return cls(compass, {})
@@ -50,7 +50,9 @@ class Readings:
 
         return cls(compass, measure_directions(lines, studio.measured(feature_ids), model))
 
-    def resolve_north(self, find_inputs: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
+    def resolve_north(
+        self, find_inputs: Callable[[Compass], NorthInputs]
+    ) -> tuple[NorthReference, str]:
         """Return the north reference of the azimuths and a sentence that describes it.
 
         Raises
@@ -73,7 +75,7 @@ class Readings:
 
 def find_north_inputs(
     studio: Studio, compass: Compass, model: Model, points: Sequence[ControlPoint], crs: str | None
-) -> North:
+) -> NorthInputs:
     """Return the location and date of the readings on a model.
 
     Parameters
@@ -101,7 +103,9 @@ def has_azimuths(lines: Sequence[KnownLine]) -> bool:
     return any(line.is_read or line.kind == "azimuth" for line in lines)
 
 
-def placement_north(read_north: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
+def placement_north(
+    read_north: NorthReference, lines: Sequence[KnownLine]
+) -> NorthReference | None:
     """Return the north reference if azimuths determine the placement, otherwise None."""
     return (
         read_north

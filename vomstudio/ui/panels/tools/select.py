@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.base.controls import Label, action_buttons
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools import select_commands
 from vomstudio.ui.panels.tools.common import hint_label, narrow_column
@@ -17,9 +17,9 @@ from vomstudio.ui.widgets.more_section import ModeBar, MoreSection
 
 _TARGETS = ("select_features", "select_surface")
 _SHAPES = ("shape_rectangle", "shape_lasso", "shape_polygon")
-_COMBINATIONS = ("select_new", "select_add", "select_subtract", "select_intersect")
-_USES = ("selection_to_plane", "hide_elements", "cancel")
-_CHANGES = (
+_COMBINATION_COMMANDS = ("select_new", "select_add", "select_subtract", "select_intersect")
+_USE_COMMANDS = ("selection_to_plane", "hide_elements", "cancel")
+_CHANGE_COMMANDS = (
     "select_through",
     "select_wider",
     "select_narrower",
@@ -37,9 +37,9 @@ class SelectPanel(QWidget):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
-        explain(self, "window.md#select")
+        set_help_topic(self, "window.md#select")
         self._studio = studio
-        self._tool = studio.tool_of(SelectTool)
+        self._tool = studio.get_tool(SelectTool)
         self.count = Label()
         self.count.setObjectName("selected_count")
         self._hint = hint_label()
@@ -50,16 +50,16 @@ class SelectPanel(QWidget):
         )
         layout.addWidget(ModeBar([actions[name] for name in _SHAPES]))
         layout.addWidget(self.count)
-        self._uses = QWidget()
-        uses = action_buttons([actions[name] for name in _USES])
+        self._use_buttons = QWidget()
+        uses = action_buttons([actions[name] for name in _USE_COMMANDS])
         uses.setContentsMargins(0, 0, 0, 0)
-        self._uses.setLayout(uses)
-        layout.addWidget(self._uses)
+        self._use_buttons.setLayout(uses)
+        layout.addWidget(self._use_buttons)
         layout.addWidget(self._hint)
         self.more_section = MoreSection(
-            ModeBar([actions[name] for name in _COMBINATIONS]),
+            ModeBar([actions[name] for name in _COMBINATION_COMMANDS]),
             self.value_box,
-            action_buttons([actions[name] for name in _CHANGES]),
+            action_buttons([actions[name] for name in _CHANGE_COMMANDS]),
         )
         layout.addWidget(self.more_section)
         layout.addStretch(1)
@@ -80,7 +80,7 @@ class SelectPanel(QWidget):
             return
         tool, studio = self._tool, self._studio
         is_surface = tool.target == "surface"
-        self._uses.setVisible(is_surface)
+        self._use_buttons.setVisible(is_surface)
         self.more_section.setVisible(is_surface)
         if is_surface:
             self.value_box.refresh()

@@ -73,45 +73,45 @@ class _SelectCommands:
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self.select, self.plane = studio.tool_of(SelectTool), studio.tool_of(PlaneTool)
+        self.select, self.plane = studio.get_tool(SelectTool), studio.get_tool(PlaneTool)
 
     @property
     def tool(self) -> ElementTool:
         """The active tool that chooses elements, or else the tool Select."""
         return self.plane if self._studio.tool_name == self.plane.name else self.select
 
-    def why_not_selecting(self) -> Finding | None:
+    def select_tool_problem(self) -> Finding | None:
         if self._studio.tool_name == self.select.name:
             return None
         return Finding("action.needs-tool", tool=tr("Select"))
 
-    def why_not_choosing(self) -> Finding | None:
+    def element_tool_problem(self) -> Finding | None:
         if self._studio.tool_name in (self.select.name, self.plane.name):
             return None
         return Finding("action.needs-tool", tool=tr("Plane"))
 
-    def why_not_picking(self) -> Finding | None:
+    def plane_tool_problem(self) -> Finding | None:
         if self._studio.tool_name == self.plane.name:
             return None
         return Finding("action.needs-tool", tool=tr("Plane"))
 
-    def why_nothing_chosen(self) -> Finding | None:
-        if (reason := self.why_not_choosing()) is not None:
+    def chosen_elements_problem(self) -> Finding | None:
+        if (reason := self.element_tool_problem()) is not None:
             return reason
         return None if self.tool.count else Finding("action.no-elements")
 
-    def why_no_selection(self) -> Finding | None:
-        if (reason := self.why_not_selecting()) is not None:
+    def missing_selection_finding(self) -> Finding | None:
+        if (reason := self.select_tool_problem()) is not None:
             return reason
         return None if self.tool.count else Finding("action.no-elements")
 
-    def why_no_model(self) -> Finding | None:
-        if (reason := self.why_not_choosing()) is not None:
+    def missing_model_finding(self) -> Finding | None:
+        if (reason := self.element_tool_problem()) is not None:
             return reason
         return None if self.tool.changes.data() is not None else Finding("action.no-elements")
 
-    def why_none_hidden(self) -> Finding | None:
-        return None if self.tool.changes.anything_hidden() else Finding("action.nothing-hidden")
+    def hidden_elements_problem(self) -> Finding | None:
+        return None if self.tool.changes.has_hidden_elements() else Finding("action.nothing-hidden")
 
     def find_patch(self) -> Patch | None:
         """Return the most recently selected plane with known elements, or None."""
@@ -119,14 +119,14 @@ class _SelectCommands:
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)
 
-    def why_no_patch(self) -> Finding | None:
-        if (reason := self.why_not_choosing()) is not None:
+    def patch_refusal(self) -> Finding | None:
+        if (reason := self.element_tool_problem()) is not None:
             return reason
         return None if self.find_patch() is not None else Finding("selection.no-patch")
 
-    def take_patch(self) -> None:
+    def select_patch(self) -> None:
         if (patch := self.find_patch()) is not None:
-            self.tool.changes.take_patch(patch)
+            self.tool.changes.select_patch(patch)
 
     def measure_plane(self) -> None:
         """Continue with the selection in the plane tool."""
@@ -145,7 +145,7 @@ class _SelectCommands:
             icon=MODE_ICONS[mode],
             shortcut=key,
             tip=tr(tooltip),
-            why_not=self.why_not_picking if mode == "pick" else self.why_not_choosing,
+            why_not=self.plane_tool_problem if mode == "pick" else self.element_tool_problem,
             is_viewport_key=True,
             is_checked=lambda: self.tool.mode == mode,
         )
@@ -158,7 +158,7 @@ class _SelectCommands:
             lambda: self.select.set_target(target),
             icon=icon,
             tip=tr(tooltip),
-            why_not=self.why_not_selecting,
+            why_not=self.select_tool_problem,
             is_checked=lambda: self.select.target == target,
         )
 
@@ -170,7 +170,7 @@ class _SelectCommands:
             lambda: self.tool.set_combine(combination),
             icon=icon,
             tip=tr(tooltip),
-            why_not=self.why_not_choosing,
+            why_not=self.element_tool_problem,
             is_checked=lambda: self.tool.combine == combination,
         )
 
@@ -186,7 +186,7 @@ def commands(studio: Studio) -> list[Command]:
         icon: str,
         tooltip: str,
         key: Keys = (),
-        why_not: Callable[[], Finding | None] = factory.why_no_selection,
+        why_not: Callable[[], Finding | None] = factory.missing_selection_finding,
     ) -> Command:
         return Command(
             name,
@@ -206,11 +206,11 @@ def commands(studio: Studio) -> list[Command]:
         Command(
             "select_through",
             tr("Through the surface"),
-            lambda: factory.tool.set_through(not factory.tool.is_through),
+            lambda: factory.tool.set_select_through(not factory.tool.is_through),
             icon="layers-outline",
             shortcut="V",
             tip=tr("Shapes also select hidden elements."),
-            why_not=factory.why_not_choosing,
+            why_not=factory.element_tool_problem,
             is_viewport_key=True,
             is_checked=lambda: factory.tool.is_through,
         ),
@@ -221,7 +221,7 @@ def commands(studio: Studio) -> list[Command]:
             icon="arrow-expand-all",
             key=("+", "="),
             tooltip=tr("Add the neighbours of the selected elements."),
-            why_not=factory.why_nothing_chosen,
+            why_not=factory.chosen_elements_problem,
         ),
         create_command(
             "select_narrower",
@@ -230,7 +230,7 @@ def commands(studio: Studio) -> list[Command]:
             icon="arrow-collapse-all",
             key="-",
             tooltip=tr("Remove the elements at the edge."),
-            why_not=factory.why_nothing_chosen,
+            why_not=factory.chosen_elements_problem,
         ),
         create_command(
             "select_invert",
@@ -239,7 +239,7 @@ def commands(studio: Studio) -> list[Command]:
             icon="select-inverse",
             key="Shift+I",
             tooltip=tr("Select the inverse of the selection."),
-            why_not=factory.why_nothing_chosen,
+            why_not=factory.chosen_elements_problem,
         ),
         create_command(
             "select_everything",
@@ -247,15 +247,15 @@ def commands(studio: Studio) -> list[Command]:
             lambda: factory.tool.changes.everything(),
             icon="select-all",
             tooltip=tr("Select every face or point of the model."),
-            why_not=factory.why_no_model,
+            why_not=factory.missing_model_finding,
         ),
         create_command(
             "select_patch",
             tr("Select plane"),
-            factory.take_patch,
+            factory.select_patch,
             icon="texture-box",
             tooltip=tr("Select the faces or points of the selected plane."),
-            why_not=factory.why_no_patch,
+            why_not=factory.patch_refusal,
         ),
         create_command(
             "selection_to_plane",
@@ -287,7 +287,7 @@ def commands(studio: Studio) -> list[Command]:
             icon="eye",
             key="U",
             tooltip=tr("Show every face and point. Undo hides them."),
-            why_not=factory.why_none_hidden,
+            why_not=factory.hidden_elements_problem,
         ),
         create_command(
             "cut_out",

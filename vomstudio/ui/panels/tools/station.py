@@ -10,7 +10,7 @@ from vomstudio.core.words import tr
 from vomstudio.project.kinds.station import PHOTO_SEPARATOR, STATION_KINDS
 from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.base import file_filters, theme
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.picking_panel import PickingPanel
 
@@ -20,7 +20,7 @@ class StationPanel(PickingPanel[StationTool]):
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         topic = "window.md#stations-contact-lines-and-rock-areas"
-        super().__init__(studio, studio.tool_of(StationTool), topic)
+        super().__init__(studio, studio.get_tool(StationTool), topic)
         self.kind_box = ComboBox()
         self.kind_box.setObjectName("station_what")
         for station_kind, name in STATION_KINDS:
@@ -77,7 +77,7 @@ class StationPanel(PickingPanel[StationTool]):
                 edit.setText(text)
         reason = Finding("feature.continued") if tool.is_continued else None
         for field in (self.kind_box, self.number_edit, self.photo_edit, self.browse):
-            allow(field, reason)
+            set_enabled(field, reason)
         self._refresh_picking(
             tr(
                 "Each click on the outcrop adds a station or sample. Numbers increase"

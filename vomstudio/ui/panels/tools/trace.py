@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.trace import TraceTool
-from vomstudio.ui.base.controls import allow
+from vomstudio.ui.base.controls import set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.tools.common import (
     create_set_field,
@@ -21,20 +21,20 @@ class TracePanel(FollowingPanel[TraceTool]):
     """Panel that shows the state of the trace tool and sets the type and set."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
-        super().__init__(studio, studio.tool_of(TraceTool), "window.md#pick-a-trace")
+        super().__init__(studio, studio.get_tool(TraceTool), "window.md#pick-a-trace")
         self.type_box = TypeBox(studio, geometry="plane")
         self.type_box.setObjectName("trace_type")
         self.type_box.currentIndexChanged.connect(self._apply_fields)
-        self.set_edit = create_set_field(self._apply_fields)
+        self.set_name_edit = create_set_field(self._apply_fields)
         self.form.addRow(tr("Type"), self.type_box)
-        self.form.addRow(tr("Set"), self.set_edit)
+        self.form.addRow(tr("Set"), self.set_name_edit)
         self.fit_view = FitView(actions)
         self._arrange_widgets(actions, self.fit_view)
         studio.next_changed.connect(self._show_kind)
 
     def _apply_fields(self) -> None:
-        self.set_edit.setModified(False)
-        self._studio.set_next(str(self.type_box.currentData()), self.set_edit.text().strip())
+        self.set_name_edit.setModified(False)
+        self._studio.set_next(str(self.type_box.currentData()), self.set_name_edit.text().strip())
 
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
@@ -62,10 +62,10 @@ class TracePanel(FollowingPanel[TraceTool]):
         type_id = trace.type_id if trace else studio.next_type_id
         set_name = trace.set_name if trace else studio.next_set
         self.type_box.select_type(type_id)
-        if not self.set_edit.isModified():
-            self.set_edit.setText(set_name)
-        for field in (self.type_box, self.set_edit):
-            allow(field, Finding("feature.continued") if self._tool.is_continued else None)
+        if not self.set_name_edit.isModified():
+            self.set_name_edit.setText(set_name)
+        for field in (self.type_box, self.set_name_edit):
+            set_enabled(field, Finding("feature.continued") if self._tool.is_continued else None)
 
 
 PANEL = TracePanel

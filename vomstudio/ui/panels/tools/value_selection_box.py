@@ -18,10 +18,10 @@ from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.project.records import Model, get
 from vomstudio.studio.tools.select import SelectTool
-from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, allow
+from vomstudio.ui.base.controls import ComboBox, DoubleSpinBox, Label, set_enabled
 from vomstudio.ui.base.studio import Studio
 
-_COLOUR_KEY = ""
+_COLOR_KEY = ""
 DEFAULT_TOLERANCE = 10.0
 MAX_VALUE = 1e9
 _MIN_WIDTH_PX = 76
@@ -33,7 +33,7 @@ class ValueSelectionBox(QWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self._tool = studio.tool_of(SelectTool)
+        self._tool = studio.get_tool(SelectTool)
         self._field_source: object = None
         self.field_box = ComboBox()
         self.field_box.setObjectName("by_value_of")
@@ -72,7 +72,7 @@ class ValueSelectionBox(QWidget):
         changes = self._tool.changes
         data = changes.data()
         has_no_color = not self.field_box.currentData() and not self._tool.count
-        allow(
+        set_enabled(
             self.take_button,
             Finding("action.no-elements") if data is None or has_no_color else None,
         )
@@ -82,7 +82,7 @@ class ValueSelectionBox(QWidget):
         self._field_source = (data, names)
         with QSignalBlocker(self.field_box):
             self.field_box.clear()
-            self.field_box.addItem(tr("Similar colour"), _COLOUR_KEY)
+            self.field_box.addItem(tr("Similar colour"), _COLOR_KEY)
             for name in names:
                 self.field_box.addItem(name, name)
         self._show_range()
@@ -90,10 +90,10 @@ class ValueSelectionBox(QWidget):
     def _show_range(self) -> None:
         from vomstudio.extraction.selection.field_values import field_range
 
-        name = self.field_box.currentData() or _COLOUR_KEY
-        self._to_label.setVisible(name != _COLOUR_KEY)
-        self.high.setVisible(name != _COLOUR_KEY)
-        if name == _COLOUR_KEY:
+        name = self.field_box.currentData() or _COLOR_KEY
+        self._to_label.setVisible(name != _COLOR_KEY)
+        self.high.setVisible(name != _COLOR_KEY)
+        if name == _COLOR_KEY:
             self.low.setPrefix(tr("within "))
             self.low.setSuffix(" ΔE")
             self.low.setDecimals(1)

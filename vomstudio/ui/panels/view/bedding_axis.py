@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.studio.fold_choice import is_bed
 from vomstudio.ui.base.studio import Studio
 
@@ -27,7 +27,7 @@ class BeddingAxis:
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
         self._axis: FoldAxis | Finding | None = None
-        self._is_searched = False
+        self._has_searched = False
         self._ids: frozenset[str] = frozenset()
         self.planes: FoldPlanes | None = None
 
@@ -36,7 +36,7 @@ class BeddingAxis:
         """Number of bedding planes of any quality."""
         return len(self._ids)
 
-    def axis_or_reason(self) -> FoldAxis | Finding:
+    def find_axis(self) -> FoldAxis | Finding:
         """Return the fold axis of the bedding, or the reason why it cannot be computed."""
         if self._axis is None:
             self._axis = self.search()()
@@ -44,7 +44,7 @@ class BeddingAxis:
 
     def store(self, axis: FoldAxis | Finding) -> None:
         """Store the result of the last `search`, unless the bedding has changed since."""
-        if self._is_searched:
+        if self._has_searched:
             self._axis = axis
 
     @property
@@ -59,12 +59,12 @@ class BeddingAxis:
         """
         if self._axis is None and self._studio.fold.has_planes(2):
             return None
-        axis = self.axis_or_reason()
+        axis = self.find_axis()
         return axis if isinstance(axis, Finding) else None
 
     def invalidate(self, *_: object) -> None:
         """Discard the cached axis."""
-        self._axis, self._is_searched = None, False
+        self._axis, self._has_searched = None, False
 
     def update_bedding(self) -> None:
         """Update the bedding and discard the cached axis."""
@@ -84,7 +84,7 @@ class BeddingAxis:
         The function may run in a worker thread, since the computation takes seconds for thousands
         of planes.
         """
-        self._is_searched = True
+        self._has_searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
         # The module of the planes is not imported for an empty project.
         planes = self.planes = self._studio.fold.planes() if self._ids else None
@@ -96,7 +96,7 @@ class BeddingAxis:
             try:
                 return planes.axis()
             except VomError as error:
-                return finding_of(error)
+                return to_finding(error)
 
         return find
 

@@ -8,7 +8,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.saved_views import SavedView, SavedViews
-from vomstudio.ui.base.controls import ComboBox, allow
+from vomstudio.ui.base.controls import ComboBox, set_enabled
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 
@@ -97,5 +97,9 @@ class SavedViewsBox(QWidget):
 
     def _update_buttons(self, *_: object) -> None:
         has_name = bool(self.names.currentText().strip())
-        allow(self.save, self._view.why_not() or (None if has_name else Finding("action.no-name")))
-        allow(self.delete, Finding("action.no-saved-view") if self._find_view() is None else None)
+        set_enabled(
+            self.save, self._view.why_not() or (None if has_name else Finding("action.no-name"))
+        )
+        set_enabled(
+            self.delete, Finding("action.no-saved-view") if self._find_view() is None else None
+        )

@@ -18,7 +18,7 @@ from vomstudio.rendering.view.drawing import PREVIEW
 from vomstudio.studio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label
-from vomstudio.ui.base.help_links import explain
+from vomstudio.ui.base.help_links import set_help_topic
 from vomstudio.ui.base.qt_background import QtBackground
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import STANDARD_VIEWS, OutcropView
@@ -38,7 +38,7 @@ class SecondViewPanel(QWidget):
 
     def __init__(self, studio: Studio, outcrop: OutcropView) -> None:
         super().__init__()
-        explain(self, "window.md#second-view")
+        set_help_topic(self, "window.md#second-view")
         self._studio, self._outcrop = studio, outcrop
         self.view: SecondView | None = None
         self._selection: set[str] | None = None
@@ -46,13 +46,13 @@ class SecondViewPanel(QWidget):
         self._is_linking = False
         self._background = QtBackground(self, "second view", threads=1)
         self._has_begun = False
-        self._notice = Label(tr("Opening the view…"))
-        self._notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._notice_label = Label(tr("Opening the view…"))
+        self._notice_label.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(0)
         self._column.addLayout(self._make_header())
-        self._column.addWidget(self._notice, 1)
+        self._column.addWidget(self._notice_label, 1)
         studio.project_opened.connect(self._begin_project)
         for signal in (
             studio.edited,
@@ -124,8 +124,8 @@ class SecondViewPanel(QWidget):
         view.pointer.connect(self._handle_pointer)
         view.camera_changed.connect(partial(self._link, view, viewport))
         viewport.camera_changed.connect(partial(self._link, viewport, view))
-        self._column.replaceWidget(self._notice, view)
-        self._notice.hide()
+        self._column.replaceWidget(self._notice_label, view)
+        self._notice_label.hide()
 
     def close_view(self) -> None:
         """Stop the import and release the graphics memory because the window is closing."""
@@ -183,7 +183,7 @@ class SecondViewPanel(QWidget):
         """Adopt a change of the project or of the settings."""
         self._name_models()
         if self.view is not None:
-            self.view.follow_later()
+            self.view.schedule_follow()
 
     # --- camera ------------------------------------------------------------------------------
     def _link(self, source: Viewport | SecondView, target: Viewport | SecondView) -> None:
@@ -212,7 +212,7 @@ class SecondViewPanel(QWidget):
 
     def _look_along(self, name: str) -> None:
         if self.view is not None:
-            self.view.moves.standard_view(name)
+            self.view.moves.set_standard_view(name)
 
     # --- gestures and previews ---------------------------------------------------------------
     def _handle_pointer(self, event: PointerEvent) -> None:
@@ -222,7 +222,7 @@ class SecondViewPanel(QWidget):
         if self._studio.clicks_select:
             self._outcrop.select_at(self.view, event)
         else:
-            self._studio.pointer(replace(event, in_photo=True))
+            self._studio.pointer(replace(event, is_in_photo=True))
 
     def _show_preview(self, preview: Preview | None) -> None:
         if self.view is not None:

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, to_finding
 from vomstudio.core.signals import call_after_notifications
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.notation import format_attitude, format_line, parse_line
@@ -38,13 +38,13 @@ from vomstudio.project.records import Model, get_feature
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.view_quality import (
     AxialDirection,
-    depth_along,
     direction_across_slip,
     intersection_direction,
+    scene_depth,
 )
-from vomstudio.ui.base.controls import Label, allow, rich_label
-from vomstudio.ui.base.help_links import explain
-from vomstudio.ui.base.qt_background import NewestResult
+from vomstudio.ui.base.controls import Label, rich_label, set_enabled
+from vomstudio.ui.base.help_links import set_help_topic
+from vomstudio.ui.base.qt_background import LatestRequestRunner
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.outcrop.outcrop_view import OutcropView
 from vomstudio.ui.panels.view.bedding_axis import BeddingAxis
@@ -54,11 +54,11 @@ from vomstudio.ui.widgets.fold_box import FoldBox
 if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis
 
-SAME_DEG = 0.5
+MAX_SAME_DIRECTION_DEG = 0.5
 """Directions that differ by a smaller angle are treated as equal."""
 
 _MAX_FEATURES = 20
-_MANY_BEDS = 150
+_MAX_IMMEDIATE_BEDS = 150
 
 _MIN_EDGE_ON_SINE = 0.05
 """Sine of the angle to the exposed face below which both sides are seen edge-on."""
@@ -69,15 +69,15 @@ class ViewPanel(QWidget):
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__()
-        explain(self, "numbers.md#the-view-direction")
+        set_help_topic(self, "numbers.md#the-view-direction")
         self._studio = studio
-        self._look = view.look_along
+        self._look_along = view.look_along
         self._direction = Line(0.0, 0.0)
         self._is_stale = False
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._request_axis)
-        self._requests = NewestResult(
-            self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
+        self._requests = LatestRequestRunner(
+            self, self._store_axis, lambda error: self._store_axis(to_finding(error)), lambda: None
         )
         self._bedding = BeddingAxis(studio)
         self._exposed_cache: tuple[str, Matrix, FloatArray] | None = None
@@ -90,11 +90,11 @@ class ViewPanel(QWidget):
         self.direction_field.setObjectName("view_direction")
         self.direction_field.setPlaceholderText(tr("For example 125/26"))
         self.direction_field.returnPressed.connect(self._look_along_text)
-        go = QPushButton(tr("Look"))
-        go.clicked.connect(self._look_along_text)
+        look_button = QPushButton(tr("Look"))
+        look_button.clicked.connect(self._look_along_text)
         row = QHBoxLayout()
         row.addWidget(self.direction_field, 1)
-        row.addWidget(go)
+        row.addWidget(look_button)
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.addRow(tr("Current"), self.current_label)
@@ -113,7 +113,7 @@ class ViewPanel(QWidget):
                 ("dip", tr("Down dip"), self._look_down_dip),
                 ("slip", tr("Across the slip"), self.look_along_slip_normal),
                 ("rock", tr("Face the outcrop"), self._face_outcrop),
-                ("flip", tr("Opposite side"), self._flip),
+                ("flip", tr("Opposite side"), self._reverse_direction),
             )
         ):
             button = QPushButton(text)
@@ -124,8 +124,8 @@ class ViewPanel(QWidget):
         self._cost.setObjectName("view_cost")
         self._cost.setWordWrap(True)
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.only_selected = QCheckBox(tr("Selected bedding only"))
-        self.only_selected.toggled.connect(
+        self.selected_only_box = QCheckBox(tr("Selected bedding only"))
+        self.selected_only_box.toggled.connect(
             lambda on: studio.fold.choose(studio.fold.fold_filter, is_selected=on)
         )
         self.fold_box = FoldBox(studio)
@@ -140,7 +140,7 @@ class ViewPanel(QWidget):
         layout.addWidget(self._cost)
         layout.addWidget(SavedViewsBox(studio, view))
         layout.addWidget(self.fold_box)
-        layout.addWidget(self.only_selected)
+        layout.addWidget(self.selected_only_box)
         layout.addWidget(self._verdict)
         layout.addStretch()
         studio.project_opened.connect(self._follow_project)
@@ -159,7 +159,7 @@ class ViewPanel(QWidget):
             else tr("{line} (perspective)", line=line)
         )
         # A drag emits many directions; the cost is shown only for the last one.
-        self._schedule(self._show_cost)
+        self._call_with_axis(self._show_cost)
 
     # --- directions --------------------------------------------------------------------------
     def _look_along_text(self) -> None:
@@ -172,7 +172,7 @@ class ViewPanel(QWidget):
 
     def look_along_beta(self) -> None:
         """Look along the fold axis of the bedding if it is known."""
-        axis = self._bedding.axis_or_reason()
+        axis = self._bedding.find_axis()
         if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
 
@@ -192,7 +192,7 @@ class ViewPanel(QWidget):
 
     def look_along_intersection(self) -> None:
         """Look along the intersection of the two selected planes, which are then seen edge-on."""
-        direction = self._intersection()
+        direction = self._find_intersection()
         if isinstance(direction, AxialDirection):
             self._turn_axis(direction.line)
 
@@ -201,12 +201,12 @@ class ViewPanel(QWidget):
 
         This view shows the displacement at full length.
         """
-        direction = self._slip_normal()
+        direction = self._find_slip_normal()
         if isinstance(direction, AxialDirection):
             self._turn_axis(direction.line)
 
     def _face_outcrop(self) -> None:
-        view = self._exposed_view()
+        view = self._find_exposed_view()
         if view is not None:
             self._turn(Line.from_vector(view, is_directed=True))
 
@@ -220,7 +220,7 @@ class ViewPanel(QWidget):
         if plane is not None:
             self._turn(Line(plane.dip_direction_deg, plane.dip_deg))
 
-    def _flip(self) -> None:
+    def _reverse_direction(self) -> None:
         self._turn(Line(wrap360(self._direction.trend_deg + 180.0), -self._direction.plunge_deg))
 
     def _turn_axis(self, axis: Line) -> None:
@@ -229,12 +229,12 @@ class ViewPanel(QWidget):
         If the side is unknown, or if both sides are seen edge-on, the view is down the plunge of
         the axis.
         """
-        view = self._exposed_view()
+        view = self._find_exposed_view()
         if view is not None and axis.vector() @ view < -_MIN_EDGE_ON_SINE:
             axis = Line.from_vector(-axis.vector(), is_directed=True)
         self._turn(axis)
 
-    def _exposed_view(self) -> FloatArray | None:
+    def _find_exposed_view(self) -> FloatArray | None:
         """Return the view direction onto the first open mesh, or None if no mesh is open."""
         for model_id, open_model in self._studio.models.items():
             model = self._studio.records.get(model_id)
@@ -250,23 +250,26 @@ class ViewPanel(QWidget):
         return None
 
     def _turn(self, line: Line) -> None:
-        self._look(line.trend_deg, line.plunge_deg)
+        self._look_along(line.trend_deg, line.plunge_deg)
 
-    def why_no_beta(self) -> Finding | None:
+    def fold_axis_problem(self) -> Finding | None:
         """Return why the fold axis cannot be computed, or None if it can."""
         return self._bedding.why_not()
 
-    def why_no_plane(self) -> Finding | None:
+    def plane_refusal(self) -> Finding | None:
         """Return a finding if no plane is selected, otherwise None."""
         return Finding("selection.no-plane") if self._selected_plane() is None else None
 
-    def origin_of(self, direction: Line) -> tuple[str, float | None]:
+    def find_direction_origin(self, direction: Line) -> tuple[str, float | None]:
         """Return the measurement that defines a direction, and its 95 % error in degrees.
 
         An unknown error is returned as None.
         """
-        axis = self._bedding.axis_or_reason()
-        if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+        axis = self._bedding.find_axis()
+        if (
+            not isinstance(axis, Finding)
+            and angle_between_lines(axis.beta, direction) < MAX_SAME_DIRECTION_DEG
+        ):
             return _axis_text(axis), axis.error95_deg
         # In a large selection, no single feature defines the view.
         for id_ in islice(reversed(self._studio.selection.ids), _MAX_FEATURES):
@@ -275,7 +278,7 @@ class ViewPanel(QWidget):
                 continue
             measurements = self._studio.measured([id_])[id_]
             line = measurements.line or (measurements.plane.pole() if measurements.plane else None)
-            if line is not None and angle_between_lines(line, direction) < SAME_DEG:
+            if line is not None and angle_between_lines(line, direction) < MAX_SAME_DIRECTION_DEG:
                 attitude = measurements.attitude(self._studio.settings.notation)
                 values = {"feature": feature.name, "attitude": attitude}
                 if measurements.line is not None:
@@ -285,7 +288,7 @@ class ViewPanel(QWidget):
                 return text, measurements.total95_deg
         return Finding("view.direction-unmeasured").message, None
 
-    def why_no_line(self) -> Finding | None:
+    def line_refusal(self) -> Finding | None:
         """Return a finding if no line is selected, otherwise None."""
         return Finding("selection.no-line") if self._selected_line() is None else None
 
@@ -300,16 +303,16 @@ class ViewPanel(QWidget):
         measurement = self._studio.measured([id_]).get(id_)
         return None if measurement is None else measurement.total95_deg
 
-    def _error_of_current(self) -> float | None:
+    def _current_error_deg(self) -> float | None:
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _intersection(self) -> AxialDirection | Finding:
+    def _find_intersection(self) -> AxialDirection | Finding:
         if len(self._studio.selection.ids) != 2:
             return Finding("selection.not-two-planes")
         return intersection_direction(self._selected_measurements())
 
-    def _slip_normal(self) -> AxialDirection | Finding:
+    def _find_slip_normal(self) -> AxialDirection | Finding:
         current = self._studio.selection.current
         measurements = {} if current is None else self._studio.measured([current])
         if current is None or current not in measurements:
@@ -338,8 +341,8 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def _follow_fold_choice(self) -> None:
-        with QSignalBlocker(self.only_selected):
-            self.only_selected.setChecked(self._studio.fold.is_selected)
+        with QSignalBlocker(self.selected_only_box):
+            self.selected_only_box.setChecked(self._studio.fold.is_selected)
         self._bedding.update_bedding()
         self.refresh()
 
@@ -350,14 +353,14 @@ class ViewPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the fold axis with its verdict, and enable the available directions."""
-        self._schedule(self._show_directions)
+        self._call_with_axis(self._show_directions)
 
-    def _schedule(self, show: Callable[[], None]) -> None:
+    def _call_with_axis(self, show: Callable[[], None]) -> None:
         """Call `show`; with many beds the fold axis is first computed in a worker thread.
 
         A hidden panel with many beds is not updated until it is shown.
         """
-        if self._bedding.count <= _MANY_BEDS:
+        if self._bedding.count <= _MAX_IMMEDIATE_BEDS:
             call_after_notifications(show)
         elif self.visibleRegion().isEmpty():
             self._is_stale = True
@@ -381,25 +384,25 @@ class ViewPanel(QWidget):
             self.refresh()
 
     def _show_directions(self) -> None:
-        axis, plane = self._bedding.axis_or_reason(), self._selected_plane()
+        axis, plane = self._bedding.find_axis(), self._selected_plane()
         no_plane = Finding("selection.no-plane") if plane is None else None
-        intersection, slip = self._intersection(), self._slip_normal()
+        intersection, slip = self._find_intersection(), self._find_slip_normal()
         beta = axis if isinstance(axis, Finding) else AxialDirection(axis.beta, axis.error95_deg)
-        self._offer_direction("beta", beta)
-        self._offer_direction("meeting", intersection)
-        self._offer_direction("slip", slip)
-        error = self._error_of_current()
-        self._offer_direction(
+        self._update_direction_button("beta", beta)
+        self._update_direction_button("meeting", intersection)
+        self._update_direction_button("slip", slip)
+        error = self._current_error_deg()
+        self._update_direction_button(
             "facing", no_plane if plane is None else AxialDirection(plane.pole(), error)
         )
         for name in ("strike", "dip"):
-            allow(self._buttons[name], no_plane)
+            set_enabled(self._buttons[name], no_plane)
         line = self._selected_line()
-        self._offer_direction(
-            "line", self.why_no_line() if line is None else AxialDirection(line, error)
+        self._update_direction_button(
+            "line", self.line_refusal() if line is None else AxialDirection(line, error)
         )
-        no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
-        allow(self._buttons["rock"], no_surface)
+        no_surface = Finding("action.no-surface") if self._find_exposed_view() is None else None
+        set_enabled(self._buttons["rock"], no_surface)
         self._show_cost()
         if not isinstance(axis, Finding):
             text = f"<b>{escape(_axis_text(axis))}</b>"
@@ -411,33 +414,37 @@ class ViewPanel(QWidget):
             self._verdict.setText(escape(axis.message))
             self._verdict.setToolTip("")
 
-    def _offer_direction(self, name: str, direction: AxialDirection | Finding | None) -> None:
+    def _update_direction_button(
+        self, name: str, direction: AxialDirection | Finding | None
+    ) -> None:
         """Enable a button, and show its direction and the cost of the error in the tooltip."""
         button = self._buttons[name]
         if not isinstance(direction, AxialDirection):
-            allow(button, direction or Finding("action.no-direction"))
+            set_enabled(button, direction or Finding("action.no-direction"))
             return
-        allow(button, None)
+        set_enabled(button, None)
         text = tr(
             "Along {line} (95 %).",
             line=format_attitude(direction.line, direction.error95_deg),
         )
-        button.setToolTip(f"{text} {self._cost_of(direction.line, direction.error95_deg)}".strip())
+        button.setToolTip(
+            f"{text} {self._cost_text(direction.line, direction.error95_deg)}".strip()
+        )
 
-    def _cost_of(self, line: Line, error95_deg: float | None) -> str:
+    def _cost_text(self, line: Line, error95_deg: float | None) -> str:
         """Describe the cost of an error in the direction; the text is empty if no model is open."""
         studio = self._studio
-        depth, metric = depth_along(line.vector(), studio.models, studio.records)
+        depth, metric = scene_depth(line.vector(), studio.models, studio.records)
         return cost_of_direction(error95_deg, depth, is_metric=metric).message if depth else ""
 
     def _show_cost(self) -> None:
         """Show the origin of the current direction and the cost of its error."""
-        origin, error = self.origin_of(self._direction)
-        axis = self._bedding.axis_or_reason()
+        origin, error = self.find_direction_origin(self._direction)
+        axis = self._bedding.find_axis()
         if not isinstance(axis, Finding) and origin == _axis_text(axis):
             # The axis itself is stated below, with its planes.
             origin = tr("Along the fold axis.")
-        self._cost.setText(f"{origin} {self._cost_of(self._direction, error)}".strip())
+        self._cost.setText(f"{origin} {self._cost_text(self._direction, error)}".strip())
 
 
 def _axis_text(axis: FoldAxis) -> str:

@@ -15,14 +15,14 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.base.controls import PanelScrollArea
 
 # Size of the frame and title bar that the system draws around a window.
-_FRAME = QSize(8, 40)
-_TEXT_WIDTH = 560
+_FRAME_SIZE = QSize(8, 40)
+_TEXT_WIDTH_PX = 560
 
 
 def available_area(window: QWidget) -> QRect:
     """Return the screen area for a window without its frame, in logical pixels."""
     area = window.screen().availableGeometry()
-    return QRect(area.topLeft(), area.size() - _FRAME)
+    return QRect(area.topLeft(), area.size() - _FRAME_SIZE)
 
 
 def fit_height_to_text(window: QWidget) -> None:
@@ -33,14 +33,14 @@ def fit_height_to_text(window: QWidget) -> None:
     layout = window.layout()
     if layout is None or not layout.hasHeightForWidth():
         return
-    size = _size_when_shown(window)
+    size = _expected_size(window)
     layout.activate()
     needed_height = layout.totalHeightForWidth(size.width())
     if needed_height > size.height():
         window.resize(size.width(), min(needed_height, available_area(window).height()))
 
 
-def _size_when_shown(window: QWidget) -> QSize:
+def _expected_size(window: QWidget) -> QSize:
     """Return the size that a window will have; Qt reports another size before it is shown."""
     if window.isVisible() or window.testAttribute(Qt.WidgetAttribute.WA_Resized):
         return window.size()
@@ -64,11 +64,11 @@ def fit_to_screen(window: QWidget) -> None:
     fit_height_to_text(window)
     if isinstance(window, QDialog):
         _fit_height(window)
-        _Growth(window)
+        _GrowthFilter(window)
     window.resize(window.size().boundedTo(available_area(window).size()))
 
 
-class _Growth(QObject):
+class _GrowthFilter(QObject):
     """Event filter that resizes a dialog when its contents grow."""
 
     def __init__(self, dialog: QDialog) -> None:
@@ -90,16 +90,16 @@ def _fit_height(dialog: QDialog) -> None:
         return
     needed_height = _needed_height(dialog, layout)
     if needed_height > area.height():
-        _scroll(dialog, layout, area)
+        _make_scrollable(dialog, layout, area)
     elif needed_height > dialog.height():
         dialog.resize(dialog.width(), needed_height)
 
 
-def _scroll(dialog: QDialog, layout: QLayout, area: QRect) -> None:
+def _make_scrollable(dialog: QDialog, layout: QLayout, area: QRect) -> None:
     """Move all widgets of a dialog, except the buttons at its end, into a scroll area."""
-    width = min(_size_when_shown(dialog).width(), area.width())
+    width = min(_expected_size(dialog).width(), area.width())
     margins = layout.contentsMargins()
-    buttons = _buttons_at_end(layout)
+    buttons = _take_button_box(layout)
     page = QWidget()
     page.setLayout(layout)
     column = QVBoxLayout(dialog)
@@ -124,7 +124,7 @@ def _needed_height(dialog: QDialog, layout: QLayout) -> int:
     return max(minimum, layout.totalMinimumHeightForWidth(width))
 
 
-def _buttons_at_end(layout: QLayout) -> QDialogButtonBox | None:
+def _take_button_box(layout: QLayout) -> QDialogButtonBox | None:
     """Remove the button box at the end of a layout and return it."""
     item = layout.itemAt(layout.count() - 1)
     button_box = None if item is None else item.widget()
@@ -146,8 +146,8 @@ def show_long_text(parent: QWidget, title: str, html: str) -> None:
     column.addWidget(text)
     column.addWidget(buttons)
     document = text.document()
-    document.setTextWidth(_TEXT_WIDTH)
-    dialog.resize(_TEXT_WIDTH + 60, round(document.size().height()) + 90)
+    document.setTextWidth(_TEXT_WIDTH_PX)
+    dialog.resize(_TEXT_WIDTH_PX + 60, round(document.size().height()) + 90)
     fit_to_screen(dialog)
     dialog.exec()
     dialog.deleteLater()

@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.records import Model
-from vomstudio.studio.tools.local_surface import surroundings_on
+from vomstudio.studio.tools.local_surface import surroundings_function
 from vomstudio.ui.base import file_filters
 from vomstudio.ui.base.command_targets import current_model, start_folder
 from vomstudio.ui.base.qt_background import QtBackground
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vomstudio.project.imports.feature_lists import ImportedFeatures
 
 
-class ListedImport(QObject):
+class FeatureListImport(QObject):
     """Import of the features in a file in one edit; the file is read in a worker thread."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
@@ -30,7 +30,7 @@ class ListedImport(QObject):
         self._parent, self._studio = parent, studio
         self._background = QtBackground(self)
 
-    def choose(self) -> None:
+    def choose_file(self) -> None:
         """Ask for a file and import its features."""
         name, _ = QFileDialog.getOpenFileName(
             self._parent,
@@ -63,18 +63,18 @@ class ListedImport(QObject):
                 world_crs(target.frame.crs, target.frame.unit_m),
                 None if surface is None else surface.area_inside,
                 bounds,
-                surroundings=surroundings_on(surface),
+                surroundings=surroundings_function(surface),
             )
 
         studio.info(Finding("file.reading", file=path.name))
         self._background.run(
-            read_features, lambda imported: self._add_features(target, imported), studio.fail
+            read_features, lambda result: self._add_features(target, result), studio.fail
         )
 
     def _add_features(self, model: Model, imported_features: ImportedFeatures) -> None:
         studio = self._studio
-        current = studio.records.get(model.id)
-        if not isinstance(current, Model) or current.to_world != model.to_world:
+        current_record = studio.records.get(model.id)
+        if not isinstance(current_record, Model) or current_record.to_world != model.to_world:
             studio.warn(Finding("model.moved"))
             return
         if not studio.attempt(edits.add_features, imported_features.features):

@@ -13,7 +13,7 @@ from vomstudio.registration.similarity import Similarity, jacobian
 
 
 @dataclass(frozen=True, eq=False)
-class Combined:
+class SimilarityObservation:
     """Similarity as an observation, such as the fit of a model to another model.
 
     Attributes
@@ -44,7 +44,7 @@ class Combined:
     scale_response: FloatArray | None = None
 
     @property
-    def scale_change(self) -> FloatArray:
+    def scale_derivative(self) -> FloatArray:
         """Return the change (m,) of the residuals per relative error of the fixed scale."""
         if self.scale_response is None:
             return np.zeros(len(self.whitening))
@@ -65,7 +65,7 @@ class Combined:
             np.zeros(0),
         )
 
-    def size_of(self, error: FloatArray) -> tuple[float, float]:
+    def error_sizes(self, error: FloatArray) -> tuple[float, float]:
         """Return the size of errors (m,) in metres at `rotation_centre` and in degrees."""
         components = np.linalg.pinv(self.whitening) @ error
         return float(np.linalg.norm(components[4:])), float(

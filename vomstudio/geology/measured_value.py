@@ -10,7 +10,7 @@ CONE95 = math.sqrt(-2.0 * math.log(0.05))
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredValue:
     """Measured value with the half-width of its 95 % interval; None if the error is unknown."""
 
     value: float

@@ -32,7 +32,7 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray,
     return surface_points(data, spacing)[0], spacing
 
 
-def box_of(points: FloatArray) -> FloatArray:
+def bounding_box(points: FloatArray) -> FloatArray:
     """Return the bounding box of the finite points.
 
     Parameters
@@ -48,7 +48,7 @@ def box_of(points: FloatArray) -> FloatArray:
     return np.array([finite_points.min(axis=0), finite_points.max(axis=0)])
 
 
-def similarity_of(rows: Any) -> Similarity:
+def matrix_to_similarity(rows: Any) -> Similarity:
     """Convert a matrix to a similarity.
 
     Parameters
@@ -78,5 +78,5 @@ def replace_scale(fit: Similarity, scale: float, centre: FloatArray) -> Similari
     -------
     Similarity
     """
-    placed_middle = fit(centre[None])[0]
-    return Similarity(scale, fit.rotation, placed_middle - scale * fit.rotation @ centre)
+    placed_centre = fit(centre[None])[0]
+    return Similarity(scale, fit.rotation, placed_centre - scale * fit.rotation @ centre)
