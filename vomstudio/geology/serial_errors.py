@@ -21,7 +21,7 @@ MAX_ROUNDING = 1e-6
 # Maximum ratio of the errors to the residuals of a fit.
 MAX_INFLATION = 25.0
 # Twice the log-likelihood gain at a significance level of 1 % (chi-square, one-sided).
-MIN_LIKELIHOOD_GAIN = 5.41
+MIN_DEVIANCE_GAIN = 5.41
 
 
 def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> float:
@@ -55,7 +55,7 @@ def fit_serial_correlation(derivatives: FloatArray, residuals: FloatArray) -> fl
         best_rho = max(likelihood_by_rho, key=lambda rho: likelihood_by_rho[rho])
     return (
         best_rho
-        if 2.0 * (likelihood_by_rho[best_rho] - likelihood_by_rho[0.0]) > MIN_LIKELIHOOD_GAIN
+        if 2.0 * (likelihood_by_rho[best_rho] - likelihood_by_rho[0.0]) > MIN_DEVIANCE_GAIN
         else 0.0
     )
 
@@ -102,7 +102,7 @@ def correlate(values: FloatArray, rho: float) -> FloatArray:
 
 
 def independent_share(rho: float) -> float:
-    """Return the ratio of independent to correlated errors for an equal variance estimate.
+    """Return the number of independent errors that equals one correlated error.
 
     See Bartlett 1935, J. R. Stat. Soc. 98, 536.
 

@@ -36,7 +36,7 @@ from vomstudio.project.records import (
     ModelFeature,
     PickedFeature,
     Record,
-    SurroundedFeature,
+    SurfaceFeature,
     TypedFeature,
     VerdictProfile,
     compass_id,
@@ -207,7 +207,7 @@ def update_surroundings(records: Records, measured_fields: Mapping[str, Mapping[
     new_records: dict[str, Record | None] = {}
     for id_, values in measured_fields.items():
         feature = records.get(id_)
-        if not isinstance(feature, SurroundedFeature):
+        if not isinstance(feature, SurfaceFeature):
             raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
         new_records[id_] = feature.replace_fields(**values, rule=SURROUNDINGS_RULE)
     if not new_records:

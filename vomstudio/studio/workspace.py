@@ -40,7 +40,7 @@ from vomstudio.studio.surfaces.model_cutting import ModelCutting
 from vomstudio.studio.surfaces.outcrop_elements import ModelElements
 from vomstudio.studio.surfaces.surface_fields import ModelFields
 from vomstudio.studio.surfaces.trace_proposals import TraceProposals
-from vomstudio.studio.surroundings import Surroundings
+from vomstudio.studio.surroundings_update import SurroundingsUpdate
 from vomstudio.studio.tool_host import ToolHost
 from vomstudio.studio.visibility import Visibility
 
@@ -128,7 +128,7 @@ class Workspace:
             self.visibility,
             hand_over,
         )
-        self.surroundings = Surroundings(
+        self.surroundings = SurroundingsUpdate(
             self.projects, self.models, self.editing, self.notices, background("surroundings")
         )
         self.fields = ModelFields(

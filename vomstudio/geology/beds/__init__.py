@@ -1,1 +1,1 @@
-"""Joint analysis of several traces of beds."""
+"""Beds: logs of true thicknesses, joint analysis of traces, and extended planes."""

@@ -1,1 +1,1 @@
-"""Export of files in the formats of other programs for structural geology."""
+"""Export of files in the formats of other programs, such as KML, GemPy and Stereonet."""

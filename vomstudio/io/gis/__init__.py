@@ -1,1 +1,1 @@
-"""Coordinate reference systems, and file formats of GIS and CAD programs."""
+"""Coordinate reference systems, GeoTIFFs, and file formats of GIS and CAD programs."""

@@ -181,7 +181,7 @@ def features_of(photo: Photo) -> NormalizedFeatures | None:
     )
 
 
-def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[int, int]]:
+def choose_check_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[int, int]]:
     """Select all pairs of a small set, or pairs near in order or position of a large set.
 
     positions : (count, 2 or 3); NaN if unknown
@@ -269,7 +269,7 @@ def compare_photos(
     """Compare all useful pairs of photos; photos without features do not match any."""
     progress = progress or SilentProgress()
     count = len(features)
-    compared_pairs = choose_pairs(count, positions)
+    compared_pairs = choose_check_pairs(count, positions)
     progress.stage(tr("Matching photos"), len(compared_pairs))
     pairs: list[PairOverlap] = []
     _compare_pairs(features, compared_pairs, pairs, progress)

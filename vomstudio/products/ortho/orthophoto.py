@@ -120,12 +120,12 @@ def write_orthophoto(
         Features in the World frame, which are written as vector data.
     legend : bool
         Whether to draw a legend of the features on the sheet.
-    domain_extent : Territory, optional
+    domain_extent : DomainExtent, optional
         Domain to show; the rest of the picture is grey.
 
     Returns
     -------
-    Made
+    OrthophotoFiles
 
     Raises
     ------

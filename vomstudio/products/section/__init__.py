@@ -1,1 +1,1 @@
-"""Sections: intersections of models with planes or curtains, and projected features."""
+"""Sections and logs: intersections of models with planes or curtains."""

@@ -44,7 +44,7 @@ from vomstudio.project.imports.row_features import (
     MIN_POINTS,
     AreaFunction,
     FeatureFactory,
-    Surroundings,
+    MeasureSurroundings,
     check_measurements,
 )
 from vomstudio.project.imports.trace_tables import trace_table_rows
@@ -108,7 +108,7 @@ def read_listed_features(
     area_inside: AreaFunction | None = None,
     bounds: FloatArray | None = None,
     progress: Progress | None = None,
-    surroundings: Surroundings | None = None,
+    surroundings: MeasureSurroundings | None = None,
 ) -> ImportedFeatures:
     """Read features from a file and assign them to a model.
 

@@ -35,7 +35,7 @@ from vomstudio.project.records import (
 )
 
 AreaFunction = Callable[[FloatArray], float | None]
-Surroundings = Callable[[Sequence[Point]], tuple[float | None, Point | None]]
+MeasureSurroundings = Callable[[Sequence[Point]], tuple[float | None, Point | None]]
 """Function that returns resolution and outcrop normal around vertices in the file frame."""
 MIN_POINTS = {
     "stations": 1,
@@ -72,7 +72,7 @@ class FeatureFactory:
     types: Sequence[FeatureType]
     source: str
     area_inside: AreaFunction | None = None
-    surroundings: Surroundings | None = None
+    surroundings: MeasureSurroundings | None = None
     replaced_types: dict[str, str] = field(default_factory=dict)
 
     def create(self, row: ListedRow, vertices: tuple[Point, ...], points: FloatArray) -> Feature:

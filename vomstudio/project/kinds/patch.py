@@ -34,13 +34,13 @@ from vomstudio.project.measurement import (
 from vomstudio.project.records import (
     PaintedFeature,
     RepeatableFeature,
-    SurroundedFeature,
+    SurfaceFeature,
     TypedFeature,
 )
 
 
 @dataclass(frozen=True)
-class Patch(PaintedFeature, SurroundedFeature, RepeatableFeature, TypedFeature):
+class Patch(PaintedFeature, SurfaceFeature, RepeatableFeature, TypedFeature):
     """Patch of the outcrop face.
 
     Attributes

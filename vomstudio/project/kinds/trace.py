@@ -45,7 +45,7 @@ from vomstudio.project.records import (
     SURROUNDINGS_RULE,
     LoggedFeature,
     RepeatableFeature,
-    SurroundedFeature,
+    SurfaceFeature,
     TypedFeature,
 )
 
@@ -60,7 +60,7 @@ MAX_LENGTH_TO_EXTENT = 4.0
 
 
 @dataclass(frozen=True)
-class Trace(LoggedFeature, SurroundedFeature, RepeatableFeature, TypedFeature):
+class Trace(LoggedFeature, SurfaceFeature, RepeatableFeature, TypedFeature):
     """Trace of a plane on the outcrop.
 
     Attributes

@@ -73,7 +73,7 @@ class RepeatableFeature(ModelFeature):
     interpreter: str | None
 
 
-class SurroundedFeature(ModelFeature):
+class SurfaceFeature(ModelFeature):
     """Feature whose plane is judged using the surrounding surface.
 
     `resolution` is the resolution of the model there in file units, or None if unknown. `rule` is

@@ -33,7 +33,7 @@ class LabelGrid:
         """Occupy a free rectangle. Return False if it overlaps another or leaves the image."""
         if x < 0 or y < 0 or x + width > self.width or y + height > self.height:
             return False
-        # Same computation as in `_cells`, for a rectangle inside the image.
+        # Same computation as in `_cell_range`, for a rectangle inside the image.
         left = int(x) // CELL_PIXELS
         mask = ((2 << (int(x + width) // CELL_PIXELS - left)) - 1) << left
         rows = self._rows

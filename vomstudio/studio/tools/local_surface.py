@@ -17,7 +17,7 @@ from vomstudio.project.records import (
     PaintedFeature,
     PickedFeature,
     Record,
-    SurroundedFeature,
+    SurfaceFeature,
 )
 
 
@@ -50,20 +50,20 @@ def surroundings_function(
     return None if surface is None else partial(measure_surroundings, surface)
 
 
-def features_of_earlier_rules(records: Mapping[str, Record]) -> list[SurroundedFeature]:
+def features_of_earlier_rules(records: Mapping[str, Record]) -> list[SurfaceFeature]:
     """Return the features whose surroundings were measured by an earlier rule."""
     features = records.of(Feature) if isinstance(records, RecordMap) else records.values()
-    return [r for r in features if isinstance(r, SurroundedFeature) and r.rule < SURROUNDINGS_RULE]
+    return [r for r in features if isinstance(r, SurfaceFeature) and r.rule < SURROUNDINGS_RULE]
 
 
 def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
     """Return id and hash of the model of a feature measured by an earlier rule, or None."""
-    if isinstance(record, SurroundedFeature) and record.rule < SURROUNDINGS_RULE:
+    if isinstance(record, SurfaceFeature) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None
 
 
-def remeasure(surface: Surface, feature: SurroundedFeature) -> dict[str, Any]:
+def remeasure(surface: Surface, feature: SurfaceFeature) -> dict[str, Any]:
     """Return the fields of a feature that are measured on the surface around it."""
     if isinstance(feature, PaintedFeature):
         ring = feature.outline or (feature.mean,)

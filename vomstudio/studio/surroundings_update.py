@@ -9,7 +9,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.surface import Surface
 from vomstudio.project import edits
-from vomstudio.project.records import Model, SurroundedFeature
+from vomstudio.project.records import Model, SurfaceFeature
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
 from vomstudio.studio.models import Models
@@ -22,7 +22,7 @@ from vomstudio.studio.tools.local_surface import (
 )
 
 
-class Surroundings:
+class SurroundingsUpdate:
     """Remeasures the surroundings of features on open models in one edit."""
 
     def __init__(
@@ -77,7 +77,7 @@ class Surroundings:
             fail,
         )
 
-    def _outdated_features(self) -> list[SurroundedFeature]:
+    def _outdated_features(self) -> list[SurfaceFeature]:
         return self._projects.records.cached(features_of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
@@ -88,12 +88,12 @@ class Surroundings:
             if self._models.surface(model.id) is not None
         }
 
-    def _updatable_features(self) -> Iterator[SurroundedFeature]:
+    def _updatable_features(self) -> Iterator[SurfaceFeature]:
         hashes = self._hashes()
         return (f for f in self._outdated_features() if hashes.get(f.model_id) == f.model_hash)
 
     def _finish(
-        self, features: list[SurroundedFeature], measured_fields: Mapping[str, dict[str, Any]]
+        self, features: list[SurfaceFeature], measured_fields: Mapping[str, dict[str, Any]]
     ) -> None:
         records = self._projects.records
         # Features that were changed meanwhile already follow the present rule.
@@ -111,7 +111,7 @@ class Surroundings:
 
 
 def _measure(
-    features: list[SurroundedFeature],
+    features: list[SurfaceFeature],
     surfaces: Mapping[str, Surface | None],
     measured_fields: dict[str, dict[str, Any]],
 ) -> None:
