@@ -101,7 +101,7 @@ def by_window(study: Path, folder: Path) -> None:
         session.apply(edits.add_trace(session.records, replace(trace, rule=SURROUNDINGS_RULE)))
         options, placed = FacetOptions(), placed_model(model, study / "walls.xyz", folder / "cache")
         request = FacetsRequest(placed, options, None, folder / "facets.npz")
-        found = FIND_FACETS.do(request, SilentProgress())
+        found = FIND_FACETS.function(request, SilentProgress())
         records = dict(session.records)
         proposals = assess_facets(model, options, found, True, records, DEFAULT_THRESHOLDS)
         patches = [

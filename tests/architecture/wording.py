@@ -27,7 +27,6 @@ PARTICIPLES = frozenset(
         "given",
         "taken",
         "chosen",
-        "left",
         "made",
         "tried",
         "laid",
@@ -46,7 +45,7 @@ PARTICIPLES = frozenset(
     ]
 )
 LEADING_WORDS = frozenset(
-    ["of", "as", "in", "by", "without", "with", "at", "on", "from", "beside", "among"]
+    ["of", "as", "in", "by", "without", "with", "at", "on", "beside", "among"]
 )
 LIBRARY_NAMES = frozenset(
     [

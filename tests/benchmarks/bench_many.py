@@ -83,7 +83,7 @@ def run(count: int) -> dict[str, float]:
     mesh = meshing.build_surface(cloud, options, steps, scene.centres).mesh
     steps.stage("")
     steps = Stages("texture", taken)
-    of_texture = texture.TextureOptions(atlas=AtlasOptions(page=2048, most_pages=1))
+    of_texture = texture.TextureOptions(atlas=AtlasOptions(page=2048, max_pages=1))
     sources = [undistort(UndistortTask(p, None, v)) for p, v in zip(photos, views, strict=True)]
     texture.make_texture(mesh, sources, of_texture, Threads(2), steps)
     steps.stage("")

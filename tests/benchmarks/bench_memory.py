@@ -66,7 +66,7 @@ def of_straight(width: int, height: int, size: int) -> tuple[Any, int]:
 
     u.undistort(task(400, 300))
     whole = task(width, height)
-    return lambda: u.undistort(whole), u.memory_needed(width, height, size)
+    return lambda: u.undistort(whole), u.peak_memory_bytes(width, height, size)
 
 
 def of_depths(width: int, height: int, size: int) -> tuple[Any, int]:
@@ -84,7 +84,7 @@ def of_depths(width: int, height: int, size: int) -> tuple[Any, int]:
 
     depthmaps.depth_map(task(320, 240))
     whole = task(w, h)
-    return lambda: depthmaps.depth_map(whole), depthmaps.memory_needed(w, h)
+    return lambda: depthmaps.depth_map(whole), depthmaps.peak_memory_bytes(w, h)
 
 
 def of_look(width: int, height: int, size: int) -> tuple[Any, int]:
@@ -102,7 +102,7 @@ def of_look(width: int, height: int, size: int) -> tuple[Any, int]:
 
     visibility.compute_visibility(task(400, 300, faces[:100]))
     whole = task(width, height, faces)
-    return lambda: visibility.compute_visibility(whole), visibility.memory_needed(
+    return lambda: visibility.compute_visibility(whole), visibility.peak_memory_bytes(
         width, height, len(faces)
     )
 

@@ -105,8 +105,8 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
         repeats,
     )
     print(f"    {piece.count:,} chosen")
-    timed("a ring more", lambda: near.wider(piece.mask), repeats)
-    timed("a ring less", lambda: near.narrower(piece.mask), repeats)
+    timed("a ring more", lambda: near.expand(piece.mask), repeats)
+    timed("a ring less", lambda: near.shrink(piece.mask), repeats)
     timed(
         "a range of height", lambda: select_by_value(data, here, "elevation", 110.0, 130.0), repeats
     )

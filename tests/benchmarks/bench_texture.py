@@ -45,10 +45,10 @@ def timed(name: str, work: Callable[[], Any]) -> Any:
     return result
 
 
-def seams(seen: Comparison, drawn_from: Any) -> float:
+def seams(seen: Comparison, source_photos: Any) -> float:
     """Change of the residual from pixel to pixel where the photo changes, over that elsewhere on
     surfaces that are not steep."""
-    photo = np.where(seen.face >= 0, drawn_from[seen.face], -2)
+    photo = np.where(seen.face >= 0, source_photos[seen.face], -2)
     across = np.abs(np.diff(cv2.GaussianBlur(seen.residual, (0, 0), 1.0), axis=1)).mean(-1)
     quiet = seen.covered & (cv2.erode(seen.covered.astype(np.uint8), np.ones((7, 7))) > 0)
     pair = quiet[:, 1:] & quiet[:, :-1]
@@ -56,7 +56,7 @@ def seams(seen: Comparison, drawn_from: Any) -> float:
     return float(np.median(across[border]) / np.median(across[pair & ~border]))
 
 
-def judge(name: str, seen: Comparison, drawn_from: Any = None) -> None:
+def judge(name: str, seen: Comparison, source_photos: Any = None) -> None:
     excess = cv2.GaussianBlur(seen.residual[..., 1] - seen.residual[..., 0], (0, 0), 3)
     line = (
         f"{name}: contrast {seen.sharpness(0.7):.2f} / {seen.sharpness(1.4):.2f} of the truth,"
@@ -64,8 +64,8 @@ def judge(name: str, seen: Comparison, drawn_from: Any = None) -> None:
         f" smoothed error {seen.low_error():.2f}, all {seen.residual[seen.covered].std():.2f},"
         f" green left {np.percentile(excess[seen.covered], 99.9):.0f}"
     )
-    if drawn_from is not None:
-        line += f", steps at seams {seams(seen, drawn_from):.2f} of elsewhere"
+    if source_photos is not None:
+        line += f", steps at seams {seams(seen, source_photos):.2f} of elsewhere"
     print(line, flush=True)
 
 
@@ -154,7 +154,7 @@ def main() -> None:
     found /= np.exp(np.log(found).mean(axis=0))
     print(f"gains within {np.abs(found - 1).max():.3f}, mean {np.abs(found - 1).mean():.4f}")
     step = report.texel_m
-    judge("ours", compare(made.mesh, made.pages, face, step=step, box=BOX), made.drawn_from)
+    judge("ours", compare(made.mesh, made.pages, face, step=step, box=BOX), made.source_photos)
     if args.open3d:
         mesh, page = of_open3d(surface, taken, 4096 if scale > 1 else 2048)
         judge("Open3D", compare(mesh, (page,), face, step=step, box=BOX))

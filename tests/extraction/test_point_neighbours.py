@@ -35,8 +35,8 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     assert around == known
     thin = few[grid.cells_of(rows)]
     assert thin.any()
-    assert np.array_equal(np.unique(seen.around[thin]), [NORMAL_POINT_COUNTS[0]])
-    assert np.array_equal(np.unique(seen.around[~thin]), [known])
+    assert np.array_equal(np.unique(seen.point_counts[thin]), [NORMAL_POINT_COUNTS[0]])
+    assert np.array_equal(np.unique(seen.point_counts[~thin]), [known])
     distance, neighbours = cKDTree(grid.places).query(grid.places[rows], k=known)
     dense = ~thin
     assert np.array_equal(seen.neighbours[dense], neighbours[dense, 1 : N_NEIGHBOURS + 1])

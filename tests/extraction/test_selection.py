@@ -292,7 +292,7 @@ def test_duplicates_and_places_that_are_none_do_no_harm():
     assert not piece.mask[-3:].any()
     assert near.piece(len(points) - 1, angle_deg=20.0, distance=0.1, is_excluded=None).count == 0
     selection = piece.mask.copy()
-    assert not near.wider(selection)[-3:].any()
+    assert not near.expand(selection)[-3:].any()
 
 
 def test_points_on_a_line_tell_no_plane():
@@ -310,12 +310,12 @@ def test_a_ring_of_faces_is_those_that_share_a_corner():
     selection = np.hypot(*(centres(mesh) - UTM)[:, [0, 2]].T) < 1.5
     near = build_neighbours(mesh, 0.0)
     corners = np.unique(mesh.faces[selection])
-    assert np.array_equal(near.wider(selection), np.isin(mesh.faces, corners).any(axis=1))
+    assert np.array_equal(near.expand(selection), np.isin(mesh.faces, corners).any(axis=1))
     others = np.unique(mesh.faces[~selection])
     expected = selection & ~np.isin(mesh.faces, others).any(axis=1)
-    assert np.array_equal(near.narrower(selection), expected)
-    assert near.wider(np.ones_like(selection)).all()
-    assert not near.narrower(np.zeros_like(selection)).any()
+    assert np.array_equal(near.shrink(selection), expected)
+    assert near.expand(np.ones_like(selection)).all()
+    assert not near.shrink(np.zeros_like(selection)).any()
 
 
 def test_a_ring_of_points_is_what_a_tree_finds_near():
@@ -324,9 +324,9 @@ def test_a_ring_of_points_is_what_a_tree_finds_near():
     selection = np.linalg.norm(cloud.points - UTM - [1.5, 0.0, 1.0], axis=1) < 0.8
     link = 2.0 * SPACING
     far, _ = cKDTree(cloud.points[selection]).query(cloud.points)
-    assert np.array_equal(near.wider(selection), far <= link)
+    assert np.array_equal(near.expand(selection), far <= link)
     out, _ = cKDTree(cloud.points[~selection]).query(cloud.points)
-    assert np.array_equal(near.narrower(selection), selection & (out > link))
+    assert np.array_equal(near.shrink(selection), selection & (out > link))
 
 
 # --- values ----------------------------------------------------------------------------------

@@ -597,7 +597,7 @@ def main() -> int:
     parser.add_argument("--each", type=Path, help="a folder: each command once, as JSON")
     parser.add_argument("kinds", nargs="*", metavar="KIND", choices=[*KINDS, []])
     asked = parser.parse_args()
-    if (reason := faulty_disk.why_not()) is not None:
+    if (reason := faulty_disk.unavailable_reason()) is not None:
         parser.error(reason)
     if not faulty_disk.is_loaded():
         words = [sys.executable, "-m", "tests.fuzz.disk_faults", *sys.argv[1:]]

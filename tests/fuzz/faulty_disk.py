@@ -18,7 +18,7 @@ from pathlib import Path
 _SOURCE = Path(__file__).with_suffix(".c")
 
 
-def why_not() -> str | None:
+def unavailable_reason() -> str | None:
     """Why there can be no faulty disk here; None where there can."""
     if not sys.platform.startswith("linux"):
         return "disks fail on demand on Linux only"

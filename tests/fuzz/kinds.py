@@ -96,7 +96,7 @@ _OBSERVED = f"{_CONTROL}observation_tables"
 _control = _of(f"{_CONTROL}control_files", "read_control")
 _marks = _of(f"{_CONTROL}control_files", "read_marks")
 _RESULTS = "vomstudio.photogrammetry.pipeline.photo_results"
-_cameras = _of("vomstudio.io.photos.own_cameras.reading", "read_own_cameras")
+_cameras = _of("vomstudio.io.photos.own_cameras.reading", "read_camera_file")
 _lines = _of("vomstudio.io.gis.line_reading", "read_gis_lines")
 
 

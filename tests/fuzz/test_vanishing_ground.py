@@ -17,7 +17,9 @@ TEMPLATES = [template for kind in disk_faults.COMMANDS.values() for template in 
 
 pytestmark = [
     pytest.mark.full,
-    pytest.mark.skipif(faulty_disk.why_not() is not None, reason=str(faulty_disk.why_not())),
+    pytest.mark.skipif(
+        faulty_disk.unavailable_reason() is not None, reason=str(faulty_disk.unavailable_reason())
+    ),
 ]
 
 

@@ -181,12 +181,12 @@ def test_kents_ellipse_of_a_published_example(monkeypatch: pytest.MonkeyPatch) -
     # There by chi-square, here by F, which is wider for 20: sin^2 = squares 2 F / (n - 2) in place
     # of -2 ln 0.05 / n.
     n = 20
-    wider = math.sqrt(2 * f_distribution.ppf(0.95, 2, n - 2) / (n - 2) / (-2 * math.log(0.05) / n))
+    expand = math.sqrt(2 * f_distribution.ppf(0.95, 2, n - 2) / (n - 2) / (-2 * math.log(0.05) / n))
     for angle, theirs in (
         (found.max_confidence95_deg, 9.3047),
         (found.min_confidence95_deg, 7.8052),
     ):
-        sine = math.sin(math.radians(theirs)) * wider
+        sine = math.sin(math.radians(theirs)) * expand
         assert angle == pytest.approx(math.degrees(math.asin(sine)), abs=0.002)
 
 

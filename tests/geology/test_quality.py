@@ -349,8 +349,8 @@ def test_thresholds_can_be_set() -> None:
 def test_the_advice_fits_the_kind_of_feature(kind: Kind, code: str) -> None:
     wide = replace(GOOD, max_confidence95_deg=7.25)
     assert reason(wide, kind=kind) == Finding(code, error_deg=7.25, limit_deg=5.0)
-    wider = replace(GOOD, max_confidence95_deg=22.4)
-    assert reason(wider, kind=kind) == Finding(code, error_deg=22.4, limit_deg=15.0)
+    expand = replace(GOOD, max_confidence95_deg=22.4)
+    assert reason(expand, kind=kind) == Finding(code, error_deg=22.4, limit_deg=15.0)
     three = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
     assert verdict(three, kind=kind)[1] == ["plane.three-points"]
     twice = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])

@@ -42,7 +42,7 @@ from pathlib import Path
 from vomstudio.core import paths
 from vomstudio.geometry.kernels import machine_code
 
-paths._FOLDERS = (Path("resources"),)
+paths._RESOURCE_FOLDERS = (Path("resources"),)
 machine_code.BASELINES = {name: machine_code.Baseline(cpu, features + FEATURES)
                           for name, (cpu, features) in machine_code.BASELINES.items()}
 import kernel_file

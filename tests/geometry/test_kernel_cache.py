@@ -34,7 +34,7 @@ import numpy as np
 from some_kernels import allocating, simple
 
 results = simple(1.5), allocating(np.arange(4.0))
-kernels = allocating.compile_by_numba(), simple.compile_by_numba()
+kernels = allocating.compile_with_numba(), simple.compile_with_numba()
 compiled = sum(n for each in kernels for n in each.stats.cache_misses.values())
 print(*results, compiled)
 """

@@ -221,7 +221,7 @@ class Walk:
             (zero, zero, zero),
             0.0,
         )
-        driver.wait(lambda: opened.surface._faces_of is not None, "the search structures")
+        driver.wait(lambda: opened.surface._faces_by_vertex is not None, "the search structures")
         patch = replace(patch, **patch_fields(opened.surface, ids))
         assert self.window.studio.attempt(edits.add_features, [patch])
         self.window.studio.selection.set(["p1"])

@@ -279,12 +279,12 @@ def photo_events(studio: Any) -> list[Event]:
         document.set_folder(Path(wall.path))
 
     def mark(label: str, x: float, join: str | None = None) -> None:
-        made = document.marking().marked(label, "a.jpg", (x, 7.0))
+        made = document.marking().set_mark(label, "a.jpg", (x, 7.0))
         document.set_marking(f"Mark {label}", made, join)
 
     def place(label: str, height: float) -> None:
         point = ControlPoint(label, (4e5, 5e6, height), 0.02)
-        document.set_marking(f"Coordinates of {label}", document.marking().placed(point))
+        document.set_marking(f"Coordinates of {label}", document.marking().set_coordinates(point))
 
     def mask(*photos: str) -> None:
         file = store_asset(studio.project.folder, f"mask of {photos}".encode(), ".png")
@@ -302,7 +302,7 @@ def photo_events(studio: Any) -> list[Event]:
         (
             "rename",
             lambda: document.set_marking(
-                "Rename tie1", document.marking().renamed("tie1", "corner")
+                "Rename tie1", document.marking().rename_point("tie1", "corner")
             ),
         ),
         ("mask", lambda: mask("a.jpg")),
@@ -310,7 +310,9 @@ def photo_events(studio: Any) -> list[Event]:
         ("undo", studio.undo),
         (
             "remove point",
-            lambda: document.set_marking("Remove corner", document.marking().removed("corner")),
+            lambda: document.set_marking(
+                "Remove corner", document.marking().remove_point("corner")
+            ),
         ),
         ("undo", studio.undo),
         ("make model", lambda: studio.attempt(add_reconstruction, run, found)),

@@ -35,7 +35,7 @@ def made(tmp_path_factory) -> made_reconstruction.Made:
 def opened(window, made):
     window.open_path(made.out / "dense.ply")
     model_id = driver.settled(window)
-    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    wait(lambda: window.cameras.disabled_reason() is None, "the cameras")
     return model_id
 
 
@@ -155,7 +155,7 @@ def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
         assert code in shown_codes(action.toolTip())
     driver.open_outcrop(window, outcrop)
     reason = Finding("cameras.none-beside-models")
-    assert window.actions_table.why_not("display_cameras") == reason
+    assert window.actions_table.disabled_reason("display_cameras") == reason
 
 
 @pytest.mark.full
@@ -206,7 +206,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     # A photo that is chosen in the table is marked in the outcrop, and the other way round.
     window.open_path(folder / "dense.ply")
     driver.settled(window)
-    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    wait(lambda: window.cameras.disabled_reason() is None, "the cameras")
     window.actions_table.run("display_cameras")
     window.actions_table.run("home")
     driver.settled(window)
@@ -321,7 +321,7 @@ def test_photos_that_are_gone_are_told_and_their_matches_stay(window, tmp_path) 
         Path(made.photos, name).unlink()
     window.open_path(made.out / "dense.ply")
     driver.settled(window)
-    wait(lambda: window.cameras.why_not() is None, "the cameras")
+    wait(lambda: window.cameras.disabled_reason() is None, "the cameras")
     dialog = open_dialog(window)
     page = dialog.matches
     wait(lambda: page._arrays is not None and len(page._photos) == 2, "the pair")

@@ -55,7 +55,7 @@ def run(menu: QMenu, text: str) -> None:
 def ready(window, outcrop, picks) -> QPoint:
     open_outcrop(window, outcrop)
     wait(
-        lambda: all(m.surface._faces_of is not None for m in window.studio.models.values()),
+        lambda: all(m.surface._faces_by_vertex is not None for m in window.studio.models.values()),
         "the search structures",
     )
     look_at(window, picks["B04"], 0.0, 10.0)

@@ -210,7 +210,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
 def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
     run = window.actions_table.run
     studio = window.studio
-    assert window.actions_table.why_not("copy_export") == Finding("action.nothing-exported")
+    assert window.actions_table.disabled_reason("copy_export") == Finding("action.nothing-exported")
     names = list(picks)[:3]
     studio.selection.set(names)
     run("copy_fit")

@@ -222,7 +222,9 @@ def slow_search(window) -> Iterator[None]:
 def pending(window) -> list[QPoint]:
     """Where clicks are marked that have not taken effect yet."""
     preview = window.viewport.preview
-    places = [] if preview is None or preview.pending_places is None else preview.pending_places
+    places = (
+        [] if preview is None or preview.pending_positions is None else preview.pending_positions
+    )
     return [pixel(window, place) for place in places]
 
 

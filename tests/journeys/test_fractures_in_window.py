@@ -94,8 +94,8 @@ def corner(panel) -> np.ndarray:
     return np.concatenate(panel.result.lines).min(axis=0) - [0, 1]
 
 
-def figures_of(found) -> dict:
-    return json.loads(json.dumps(found.to_dict(), default=lambda finding: finding.to_dict()))
+def figures_of(statistics) -> dict:
+    return json.loads(json.dumps(statistics.to_dict(), default=lambda finding: finding.to_dict()))
 
 
 def nearly(value):
@@ -115,12 +115,12 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     left, low = corner(panel)
     type_in(panel.region_field, f"{left + 1}, {low}, {left + 5}, {low + 4}")
     settle(panel)
-    found = panel.result.network.found
+    statistics = panel.result.network.statistics
     # Three pieces of four metres and one of two on 16 m2; that one crosses the middle one.
-    assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-6)
-    assert found.P20_1_per_m2 == pytest.approx(4 / 16, rel=1e-6)
-    assert (found.nodes.Y, found.nodes.X) == (2, 1)
-    assert {s.name for s in found.sets} == {"level", "Joint"}
+    assert statistics.P21_1_per_m == pytest.approx(14 / 16, rel=1e-6)
+    assert statistics.P20_1_per_m2 == pytest.approx(4 / 16, rel=1e-6)
+    assert (statistics.nodes.Y, statistics.nodes.X) == (2, 1)
+    assert {s.name for s in statistics.sets} == {"level", "Joint"}
     assert "0.875" in panel.figures.toPlainText()
     assert "one face" in panel.message.text()
     panel.tabs.setCurrentWidget(panel.picture)
@@ -133,7 +133,7 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
-    mine = figures_of(found)
+    mine = figures_of(statistics)
     said.pop("image")
     assert said == nearly(mine)
 
@@ -172,11 +172,11 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     four = [row * 6 + column for row in range(4) for column in (1, 2, 3, 4)]
     assert studio.attempt(grid_edits.mark_cells, "g", four, "d")
     settle(panel)
-    found = panel.result.network.found
+    statistics = panel.result.network.statistics
     # As of the window of the same corners.
-    assert found.area_m2 == pytest.approx(16, rel=1e-5)
-    assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-5)
-    assert (found.nodes.Y, found.nodes.X) == (2, 1)
+    assert statistics.area_m2 == pytest.approx(16, rel=1e-5)
+    assert statistics.P21_1_per_m == pytest.approx(14 / 16, rel=1e-5)
+    assert (statistics.nodes.Y, statistics.nodes.X) == (2, 1)
     (cells,) = (line for line in panel.message.text().splitlines() if "South wall" in line)
     assert 16 in figures(cells)
     driver.keep_picture(window, "fractures_in_a_grid")
@@ -185,15 +185,15 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     # Nothing was found there, but somebody looked.
     assert studio.attempt(grid_edits.mark_cells, "g", [1], "e")
     settle(panel)
-    found = panel.result.network.found
-    assert found.area_m2 == pytest.approx(12, rel=1e-5)
-    assert found.P21_1_per_m == pytest.approx(11 / 12, rel=1e-5)
+    statistics = panel.result.network.statistics
+    assert statistics.area_m2 == pytest.approx(12, rel=1e-5)
+    assert statistics.P21_1_per_m == pytest.approx(11 / 12, rel=1e-5)
     target = tmp_path / "traces.gpkg"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
-    assert said["P21_1_per_m"] == pytest.approx(found.P21_1_per_m, rel=1e-9)
-    assert said["area_m2"] == pytest.approx(found.area_m2, rel=1e-9)
+    assert said["P21_1_per_m"] == pytest.approx(statistics.P21_1_per_m, rel=1e-9)
+    assert said["area_m2"] == pytest.approx(statistics.area_m2, rel=1e-9)
     # The window takes the place of a grid that is gone.
     assert studio.attempt(grid_edits.remove_grid, "g")
     settle(panel)
@@ -217,20 +217,20 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     settle(panel)
     assert panel.region_field.text()
     assert panel.result.network is not None, panel.message.text()
-    found = panel.result.network.found
+    statistics = panel.result.network.statistics
     if kind == "Circle":
         radius = panel.result.region.circle[2]
         assert radius == pytest.approx(1.5, abs=0.1)
-        assert found.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
+        assert statistics.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
     else:
-        assert found.scanline.n == 3
-        assert found.P10_1_per_m == pytest.approx(3 / found.scanline_m)
+        assert statistics.scanline.n == 3
+        assert statistics.P10_1_per_m == pytest.approx(3 / statistics.scanline_m)
     target = tmp_path / "traces.gpkg"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
     said.pop("image")
-    assert said == nearly(figures_of(found))
+    assert said == nearly(figures_of(statistics))
 
 
 @pytest.mark.full
@@ -238,9 +238,9 @@ def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
     panel = wall
     panel.region_field.clear()
     settle(panel)
-    found = panel.result.network.found
-    assert found.nodes.E == 0
-    assert found.P21_1_per_m == pytest.approx(found.P21_unclipped_1_per_m)
+    statistics = panel.result.network.statistics
+    assert statistics.nodes.E == 0
+    assert statistics.P21_1_per_m == pytest.approx(statistics.P21_unclipped_1_per_m)
 
 
 @pytest.mark.full

@@ -70,7 +70,7 @@ def ready(window, outcrop, picks, tool: str = "select") -> QPoint:
     """Before the middle of a bed, with the tool in hand; where that is on the view."""
     open_outcrop(window, outcrop)
     wait(
-        lambda: all(m.surface._faces_of is not None for m in window.studio.models.values()),
+        lambda: all(m.surface._faces_by_vertex is not None for m in window.studio.models.values()),
         "the search structures",
     )
     look_at(window, picks["B04"], 0.0, 10.0)

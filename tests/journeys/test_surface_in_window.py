@@ -39,7 +39,7 @@ def face(window, tmp_path):
     model_id = driver.open_outcrop(window, tmp_path / "face.ply")
     studio = window.studio
     model, opened = studio.records[model_id], studio.models[model_id]
-    driver.wait(lambda: opened.surface._faces_of is not None, "the search structures")
+    driver.wait(lambda: opened.surface._faces_by_vertex is not None, "the search structures")
     ids = np.arange(len(opened.data.faces))
     zero = (0.0, 0.0, 0.0)
     patch = Patch(
@@ -81,9 +81,9 @@ def dialog(window, kind):
 @pytest.mark.full
 def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
     window, studio = face, face.studio
-    assert window.actions_table.why_not("patch_surface") == Finding("selection.no-patch")
+    assert window.actions_table.disabled_reason("patch_surface") == Finding("selection.no-patch")
     studio.selection.set(["p1"])
-    assert window.actions_table.why_not("patch_surface") is None
+    assert window.actions_table.disabled_reason("patch_surface") is None
     window.actions_table.run("patch_surface")
     shown = dialog(window, SurfaceDialog)
     assert "patch.pending" in shown_codes(shown.show_button.toolTip())
@@ -136,9 +136,9 @@ def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face)
 @pytest.mark.full
 def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     window, studio = face, face.studio
-    assert window.actions_table.why_not("extend_plane") == Finding("selection.no-plane")
+    assert window.actions_table.disabled_reason("extend_plane") == Finding("selection.no-plane")
     studio.selection.set(["t1"])
-    assert window.actions_table.why_not("extend_plane") is None
+    assert window.actions_table.disabled_reason("extend_plane") is None
     window.actions_table.run("extend_plane")
     shown = dialog(window, ExtendDialog)
     assert "extension.missing" in shown_codes(shown.save_button.toolTip())

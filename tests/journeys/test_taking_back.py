@@ -38,7 +38,7 @@ LETTERS = {
 def ready(window, outcrop, picks):
     driver.open_outcrop(window, outcrop)
     wait(
-        lambda: all(m.surface._faces_of is not None for m in window.studio.models.values()),
+        lambda: all(m.surface._faces_by_vertex is not None for m in window.studio.models.values()),
         "the search structures",
     )
     look_at(window, picks["B04"], 0.0, 10.0)

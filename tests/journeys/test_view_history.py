@@ -69,11 +69,11 @@ def test_each_change_of_the_view_is_gone_back_and_forth(opened):
     for wanted in reversed(seen[:-1]):
         back(opened)
         assert np.allclose(view(opened), wanted, atol=1e-9)
-    assert opened.actions_table.why_not("view_back") == Finding("view.no-earlier")
+    assert opened.actions_table.disabled_reason("view_back") == Finding("view.no-earlier")
     for wanted in seen[1:]:
         forward(opened)
         assert np.allclose(view(opened), wanted, atol=1e-9)
-    assert opened.actions_table.why_not("view_forward") == Finding("view.no-later")
+    assert opened.actions_table.disabled_reason("view_forward") == Finding("view.no-later")
 
 
 def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):

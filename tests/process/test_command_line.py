@@ -285,10 +285,10 @@ def test_a_library_that_hears_signals_of_its_own_does_not_change_that(tmp_path: 
     """COLMAP's logging would print a stack of C++."""
     said = (
         "import os, signal, time\n"
-        "from vomstudio.cli.common.stop_signals import stop_signals_as_interrupts\n"
+        "from vomstudio.cli.common.stop_signals import interrupt_on_stop_signals\n"
         "from vomstudio.photogrammetry.base.colmap import colmap\n"
         "try:\n"
-        "    with stop_signals_as_interrupts():\n"
+        "    with interrupt_on_stop_signals():\n"
         "        colmap()\n"
         "        os.kill(os.getpid(), signal.SIGTERM)\n"
         "        time.sleep(20)\n"

@@ -141,7 +141,7 @@ def test_a_column_can_be_named_headed_explained_and_filtered(figure):
     assert re.fullmatch(r"[A-Za-z0-9_]{0,10}", figure.short)
     assert all(re.fullmatch(r"[a-z0-9_/]+", word.casefold()) for word in figure.words)
     assert callable(figure.value)
-    assert figure.shown is None or callable(figure.shown)
+    assert figure.format_text is None or callable(figure.format_text)
 
 
 @pytest.mark.parametrize("figure", EVERY, ids=lambda figure: figure.name)

@@ -37,10 +37,10 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
     cameras = camera_rotations(angles)
     slope = 2.0 * curvature * world[:, :2]
     turn = Rotation.from_rotvec(np.stack([slope[:, 1], -slope[:, 0], np.zeros(36)], axis=1))
-    places = world + [0.0, 0.0, 1.0] * (curvature * (world[:, :2] ** 2).sum(axis=1))[:, None]
+    coordinates = world + [0.0, 0.0, 1.0] * (curvature * (world[:, :2] ** 2).sum(axis=1))[:, None]
     names = [f"{i}.jpg" for i in range(36)]
     views = {}
-    for name, place, camera in zip(names, places, turn.as_matrix() @ cameras, strict=True):
+    for name, place, camera in zip(names, coordinates, turn.as_matrix() @ cameras, strict=True):
         views[name] = View(name, LENS, camera.T, -camera.T @ place)
     told = angles + rng.normal(0, 0.1, (36, 3))
     return Evidence(
@@ -91,7 +91,7 @@ def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) ->
             assert evidence.positions is not None
             rng = np.random.default_rng(8)
             good = over_ground() + rng.normal(0, 0.05, (36, 3))
-            positions = replace(evidence.positions, places=good)
+            positions = replace(evidence.positions, coordinates=good)
             evidence = replace(evidence, attitudes=None, positions=positions)
     finding, *_ = with_code(register(evidence).warnings, "registration.bowed")
     assert finding.values["source"] == ("verticals" if source == "verticals" else "residuals")

@@ -14,8 +14,8 @@ from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.registration.marks.mark_checks import (
+    most_similar_name,
     name_findings,
-    nearest,
     require_photo_pixels,
 )
 
@@ -114,5 +114,5 @@ def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
 
 @pytest.mark.parametrize("name", ["p 7", "P07", "P_7", "P-007"])
 def test_the_nearest_label_differs_in_writing_only(name: str) -> None:
-    assert nearest(name, ["P1", "P7", "P70"]) == "P7"
-    assert nearest("Q9", ["P1", "P7"]) is None
+    assert most_similar_name(name, ["P1", "P7", "P70"]) == "P7"
+    assert most_similar_name("Q9", ["P1", "P7"]) is None

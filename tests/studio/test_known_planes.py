@@ -34,7 +34,7 @@ from vomstudio.studio.placing.known_planes import (
     measure_directions,
     parse_reading,
     parse_sigma,
-    reading_refusal,
+    reading_problem,
 )
 from vomstudio.studio.placing.read_north import north_inputs, resolve_north, to_register_options
 from vomstudio.studio.placing.register_order import register_model
@@ -349,18 +349,18 @@ def test_a_line_points_down_and_errors_are_angles() -> None:
 def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
     records = project()
     found = measured_in(records)
-    assert reading_refusal(records["t-B01"], BARE, found["t-B01"]) is None
+    assert reading_problem(records["t-B01"], BARE, found["t-B01"]) is None
     other = replace(BARE, id="m2", name="quarry")
     elsewhere = Finding("feature.on-other-model", feature="B01", model="quarry")
-    assert reading_refusal(records["t-B01"], other, found["t-B01"]) == elsewhere
+    assert reading_problem(records["t-B01"], other, found["t-B01"]) == elsewhere
     reading = Reading("r1", "R01", "bedding", "plane", 10.0, 20.0)
     unplaced = Finding("feature.not-on-model", feature="R01")
-    assert reading_refusal(reading, BARE, None) == unplaced
+    assert reading_problem(reading, BARE, None) == unplaced
     nothing = Finding("selection.no-feature-read")
-    assert reading_refusal(None, BARE, None) == nothing
-    assert reading_refusal(BARE, BARE, None) == nothing
+    assert reading_problem(None, BARE, None) == nothing
+    assert reading_problem(BARE, BARE, None) == nothing
     lines = readings(records, RIGHT)
-    assert reading_refusal(lines[0], BARE, None) == nothing
+    assert reading_problem(lines[0], BARE, None) == nothing
 
 
 def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:

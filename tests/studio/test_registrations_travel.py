@@ -116,7 +116,7 @@ def assert_same_errors(found: Measurement, wanted: Measurement, rel: float = 1e-
     assert wanted.registration_error_deg is not None
     assert wanted.registration_error_deg > 0.05
     assert found.registration_error_deg == pytest.approx(wanted.registration_error_deg, rel=rel)
-    totals = [catalogue.TOTAL.value(Subject(None, each)) for each in (found, wanted)]
+    totals = [catalogue.TOTAL_ERROR.value(Subject(None, each)) for each in (found, wanted)]
     assert totals[0] > found.registration_error_deg
     assert totals[0] == pytest.approx(totals[1], rel=1e-3)
 

@@ -38,17 +38,17 @@ def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
 
     monkeypatch.setattr(QMessageBox, "question", yes)
     compact, back = commands(studio, None)
-    assert compact.why_not() == Finding("compaction.unsaved")
-    assert back.why_not() == Finding("compaction.not-done")
+    assert compact.disabled_reason() == Finding("compaction.unsaved")
+    assert back.disabled_reason() == Finding("compaction.not-done")
     session.save()
-    assert compact.why_not() is None
+    assert compact.disabled_reason() is None
     before, records = rows(studio), dict(session.records)
     question = compaction_text(studio.project.compaction())
     compact.run()
     assert asked == [question]
     assert rows(studio) <= before - 10
     assert dict(session.records) == records
-    assert back.why_not() is None
+    assert back.disabled_reason() is None
     back.run()
     assert rows(studio) == before
     assert dict(session.records) == records

@@ -16,7 +16,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.studio import display
-from vomstudio.studio.display import Display, mode_refusal
+from vomstudio.studio.display import Display, mode_problem
 from vomstudio.studio.model_loading import OpenModel
 from vomstudio.ui.commands import display as display_commands
 from vomstudio.ui.panels.surface.fields_panel import FieldsPanel
@@ -92,14 +92,14 @@ def test_the_project_keeps_the_display(window, studio):
 
 # --- what is refused -------------------------------------------------------------------------
 def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
-    assert mode_refusal("vertex_colors", [mesh()]) == Finding("display.no-colours")
-    assert mode_refusal("textured", [mesh(), cloud()]) == Finding("display.no-textures")
-    assert mode_refusal("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
-    assert mode_refusal("points", []) == Finding("action.no-model")
+    assert mode_problem("vertex_colors", [mesh()]) == Finding("display.no-colours")
+    assert mode_problem("textured", [mesh(), cloud()]) == Finding("display.no-textures")
+    assert mode_problem("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
+    assert mode_problem("points", []) == Finding("action.no-model")
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
-        assert mode_refusal(mode, [with_texture]) is None
-    assert mode_refusal("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
+        assert mode_problem(mode, [with_texture]) is None
+    assert mode_problem("vertex_colors", [mesh(colors=np.zeros((3, 3), np.uint8))]) is None
 
 
 def test_the_tick_is_at_what_is_seen(tmp_path):

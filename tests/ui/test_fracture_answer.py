@@ -49,7 +49,7 @@ def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = (
 
 def strikes(made: FractureResult) -> dict[str, float]:
     assert made.network is not None
-    return {s.name: s.strike_deg for s in made.network.found.sets}
+    return {s.name: s.strike_deg for s in made.network.statistics.sets}
 
 
 def axial(angle: float, other: float) -> float:
@@ -114,5 +114,5 @@ def test_the_copied_command_has_the_same_figures(
     said = json.loads(capfd.readouterr().out)
     said.pop("image")
     assert made.network is not None
-    mine = json.dumps(made.network.found.to_dict(), default=lambda finding: finding.to_dict())
+    mine = json.dumps(made.network.statistics.to_dict(), default=lambda finding: finding.to_dict())
     assert said == nearly(json.loads(mine))

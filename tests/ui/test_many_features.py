@@ -149,9 +149,11 @@ def test_the_width_of_names_follows_the_longest_one(window, studio, ids):
 def test_a_moving_camera_tests_no_command_that_depends_on_features(window, monkeypatch):
     table = window.actions_table
     asked: list[str] = []
-    why_not = Actions.why_not
+    disabled_reason = Actions.disabled_reason
     monkeypatch.setattr(
-        Actions, "why_not", lambda self, name: asked.append(name) or why_not(self, name)
+        Actions,
+        "disabled_reason",
+        lambda self, name: asked.append(name) or disabled_reason(self, name),
     )
     table.refresh_camera()
     assert set(asked) == {"view_back", "view_forward", "orthographic"}

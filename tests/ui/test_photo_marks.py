@@ -78,7 +78,7 @@ def opened(studio: Studio, folder: Path) -> Opened:
 
 
 def mark(marks: PhotoMarks, label: str, photo: str = "a.jpg", x: float = 1.25) -> None:
-    marks.change("mark", marks.marking.marked(label, photo, (x, 2.5)))
+    marks.change("mark", marks.marking.set_mark(label, photo, (x, 2.5)))
 
 
 def test_every_change_is_a_step_of_the_projects_history_and_in_the_tables(opened, folder) -> None:
@@ -86,7 +86,7 @@ def test_every_change_is_a_step_of_the_projects_history_and_in_the_tables(opened
     mark(marks, "A")
     assert read_marks(folder / "marks.csv") == [Mark("A", "a.jpg", 1.25, 2.5)]
     assert not (folder / "control.csv").exists()
-    marks.change("place", marks.marking.placed(ControlPoint("A", (1.0, 2.0, 3.0))))
+    marks.change("place", marks.marking.set_coordinates(ControlPoint("A", (1.0, 2.0, 3.0))))
     assert read_control(folder / "control.csv") == [ControlPoint("A", (1.0, 2.0, 3.0))]
     assert studio.session.undo_label == "place"
     studio.undo()
@@ -112,7 +112,7 @@ def test_a_drag_is_one_step_and_kept_at_its_end(opened, folder) -> None:
     marks = opened.marks
     mark(marks, "A")
     for i in range(5):
-        made = marks.marking.marked("A", "a.jpg", (10.0 + i, 2.5))
+        made = marks.marking.set_mark("A", "a.jpg", (10.0 + i, 2.5))
         marks.change("drag", made, "drag", is_ongoing=True)
     assert read_marks(folder / "marks.csv")[0].x == 1.25
     marks.change("drag", marks.marking, "drag")
@@ -125,7 +125,7 @@ def test_nudges_that_follow_each_other_are_one_step(opened) -> None:
     marks = opened.marks
     mark(marks, "A")
     for i in range(5):
-        marks.change("nudge", marks.marking.marked("A", "a.jpg", (2.0 + i, 2.5)), "nudged")
+        marks.change("nudge", marks.marking.set_mark("A", "a.jpg", (2.0 + i, 2.5)), "nudged")
     assert marks.marking.of("A") == {"a.jpg": (6.0, 2.5)}
     opened.studio.undo()
     assert marks.marking.of("A") == {"a.jpg": (1.25, 2.5)}
@@ -265,7 +265,7 @@ def test_the_tables_that_the_model_is_placed_by_are_taken_in_and_never_written(
     assert (control.read_bytes(), marks_.read_bytes()) == before
     assert [m.label for m in read_marks(folder / "marks.csv")] == ["A", "B"]
     assert read_crs(folder / "control.csv") == "EPSG:32633"
-    marks.change("place", marks.marking.placed(ControlPoint("C", (4.0, 5.0, 6.0))))
+    marks.change("place", marks.marking.set_coordinates(ControlPoint("C", (4.0, 5.0, 6.0))))
     assert read_crs(folder / "control.csv") == "EPSG:32633"
     assert not list(folder.glob("*.bak*")), "a table of our own needs no copy"
 

@@ -233,7 +233,7 @@ def test_a_report_is_written_in_the_background_and_offers_to_open_it(
     window: Any, studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     report = window.actions_table.all["project_report"]
-    assert window.actions_table.why_not("project_report").code == "export.no-features"
+    assert window.actions_table.disabled_reason("project_report").code == "export.no-features"
     add_cliff(studio)
     add_bed(studio, "b1")
     path = tmp_path / "cliff.html"
@@ -305,4 +305,6 @@ def test_the_pause_has_its_place_while_nothing_runs(window: Any) -> None:
     }
     pause = window.actions_table.all["pause_model"]
     assert places[pause]
-    assert window.actions_table.why_not("pause_model") == Finding("action.no-reconstruction")
+    assert window.actions_table.disabled_reason("pause_model") == Finding(
+        "action.no-reconstruction"
+    )

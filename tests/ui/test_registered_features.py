@@ -43,10 +43,10 @@ def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio
     subject = Subject(None, measured)
     shown = row(window, "95 % error")
     assert shown == (
-        f"{catalogue.TOTAL.text(subject)} / {catalogue.REGISTRATION_ERROR.text(subject)}"
+        f"{catalogue.TOTAL_ERROR.text(subject)} / {catalogue.REGISTRATION_ERROR.text(subject)}"
     )
     assert measured.registration_error_deg > 0.0
-    assert catalogue.TOTAL.value(subject) > measured.registration_error_deg
+    assert catalogue.TOTAL_ERROR.value(subject) > measured.registration_error_deg
     studio.undo()
     assert row(window, "95 % error").endswith("–")
 

@@ -42,7 +42,7 @@ def proposed(window, panel) -> str:
 
 
 def test_without_planes_the_command_says_so(window, panel) -> None:
-    assert window.actions_table.why_not("propose_sets") == Finding("planes.none")
+    assert window.actions_table.disabled_reason("propose_sets") == Finding("planes.none")
 
 
 def test_two_planes_make_no_set(window, studio, panel) -> None:
@@ -110,7 +110,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
         ids=ids,
         types=("Joint",) * 80,
         poles=poles,
-        places=nowhere,
+        centres=nowhere,
         rotation_errors=rotation_errors,
         reserved_names=frozenset(),
         warnings=(),

@@ -26,12 +26,12 @@ def test_a_key_chooses_the_type_of_the_active_tool(window, studio, tool):
 
 def test_without_a_tool_or_a_type_the_key_states_why(window, studio):
     add_cliff(studio)
-    why_not = window.actions_table.why_not
+    disabled_reason = window.actions_table.disabled_reason
     studio.activate("navigate")
-    assert why_not("type_1").code == "action.no-types"
+    assert disabled_reason("type_1").code == "action.no-types"
     studio.activate("trace")
-    assert why_not("type_1") is None
+    assert disabled_reason("type_1") is None
     count = len(studio.session.of(FeatureType))
     assert count < 9
-    assert why_not("type_9").code == "action.no-such-type"
-    assert why_not("type_9").values == {"number": 9}
+    assert disabled_reason("type_9").code == "action.no-such-type"
+    assert disabled_reason("type_9").values == {"number": 9}

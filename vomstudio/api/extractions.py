@@ -290,11 +290,11 @@ def _open_photos(
     model: Any, data: Any, spacing: float, photo: str, cameras: str | None
 ) -> CalibratedPhotos:
     from vomstudio.extraction.calibrated_photos import open_photos
-    from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import find_camera_file
 
     if cameras is None:
         path = getattr(model, "path", None)
-        cameras_file = None if path is None else find_own_cameras(path)
+        cameras_file = None if path is None else find_camera_file(path)
         cameras = None if cameras_file is None else str(cameras_file)
     if cameras is None:
         raise UsageError(Finding("cameras.missing"), field="cameras")

@@ -156,8 +156,8 @@ def fractures(
         )
     if picture is not None:
         _draw(mapped_fractures, picture, replace)
-    warn(mapped_fractures.found.warnings)
-    return mapped_fractures.found
+    warn(mapped_fractures.statistics.warnings)
+    return mapped_fractures.statistics
 
 
 def _draw(mapped_network: MappedNetwork, plot: Path, force: bool) -> None:
@@ -171,7 +171,7 @@ def _draw(mapped_network: MappedNetwork, plot: Path, force: bool) -> None:
 
 
 def _format_ranges(value: Any) -> str | None:
-    """Format ranges of strike for the options of the command; None without ranges."""
+    """Format strike ranges as options of the command; None if there are no ranges."""
     pairs = [parse_angles(pair, "strikes", 2) for pair in to_list(value, "strikes")]
     return ",".join(join_numbers(pair, "-") for pair in pairs) or None
 

@@ -198,7 +198,7 @@ class ProjectChanges:
 
         Returns
         -------
-        Placed
+        ModelPlacement
             See `vs.register`.
 
         Raises

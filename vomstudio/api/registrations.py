@@ -145,7 +145,7 @@ def register(
 
     Returns
     -------
-    Placed
+    ModelPlacement
         ``matrix`` ((4, 4) float64, model to World), ``scale``, ``control`` and ``check``
         (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
         ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,

@@ -58,7 +58,7 @@ def to_progress(progress: ProgressArgument, cancel: CancelToken | None = None) -
 
     Parameters
     ----------
-    progress : Reported
+    progress : callable or Progress, optional
     cancel : CancelToken, optional
 
     Returns

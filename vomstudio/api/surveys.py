@@ -209,7 +209,7 @@ def plan(
 
 def _camera(camera: Any, focal_mm: float | None) -> PlanCamera:
     """Return the camera of a plan. Raises InputError, UsageError."""
-    from vomstudio.photogrammetry.survey.plan_camera import camera_of
+    from vomstudio.photogrammetry.survey.plan_camera import parse_camera
 
     camera_text = os.fspath(camera) if isinstance(camera, os.PathLike) else camera
-    return camera_of(required_text(camera_text, "camera"), focal_mm)
+    return parse_camera(required_text(camera_text, "camera"), focal_mm)

@@ -65,11 +65,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         with atomic_write(args.plot, args.force) as temporary:
             write_fractures(temporary, mapped_fractures, format=format_)
-    result = {**mapped_fractures.found.to_dict(), "image": args.plot}
+    result = {**mapped_fractures.statistics.to_dict(), "image": args.plot}
     out.result(result)
-    out.warn(mapped_fractures.found.warnings)
-    out.text(_result_text(mapped_fractures.found))
-    for note in mapped_fractures.found.notes:
+    out.warn(mapped_fractures.statistics.warnings)
+    out.text(_result_text(mapped_fractures.statistics))
+    for note in mapped_fractures.statistics.notes:
         out.note(note.message)
 
 

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Object that receives the results, warnings and progress.
     """
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.photogrammetry.survey.plan_camera import camera_of
+    from vomstudio.photogrammetry.survey.plan_camera import parse_camera
     from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
     from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         check_format(args.output)
         check_target(args.output, force=args.force)
-    plan = plan_survey(camera_of(" ".join(args.camera), options.focal_mm), options)
+    plan = plan_survey(parse_camera(" ".join(args.camera), options.focal_mm), options)
     plan = add_forecasts(plan, options.receiver_m, options.control_m)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(plan: SurveyPlan) -> str:
-    from vomstudio.photogrammetry.survey.photo_limits import planes_in_short
+    from vomstudio.photogrammetry.survey.photo_limits import planes_summary
     from vomstudio.photogrammetry.survey.plan_forecast import forecast_text
 
     near_m, far_m = plan.depth_of_field_m
@@ -91,7 +91,7 @@ def _result_text(plan: SurveyPlan) -> str:
         ),
         (tr("distance"), f"{plan.distance_m:.4g} m"),
         (tr("GSD"), f"{1000 * plan.gsd_m:.3g} mm"),
-        (tr("planes across"), planes_in_short(plan.planes)),
+        (tr("planes across"), planes_summary(plan.planes)),
         (tr("photo footprint"), f"{plan.footprint_m[0]:.3g} x {plan.footprint_m[1]:.3g} m"),
         (
             tr("spacing"),

@@ -172,7 +172,7 @@ def _follow_line(
     from vomstudio.extraction.proposals.edge_photos import replace_by_edges
     from vomstudio.extraction.proposals.edge_pictures import EDGE_COST
     from vomstudio.io.photos.cameras_file import FILE_NAME
-    from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import find_camera_file
 
     arguments: dict[str, Any] = {
         "cost": options.used_cost if edges is None else EDGE_COST,
@@ -184,7 +184,7 @@ def _follow_line(
     }
     if options.photo is None:
         return followed_trace(surface, way_points, **arguments)
-    cameras = options.cameras or find_own_cameras(args.model)
+    cameras = options.cameras or find_camera_file(args.model)
     photos = open_photos(
         model.data,
         spacing,

@@ -116,23 +116,23 @@ class Declaration:
         if value is None or self.is_repeated:
             return
         if self.choices is not None and value not in self.choices:
-            raise self._refusal("option.not-a-choice", value, choices=self.choices)
+            raise self._value_error("option.not-a-choice", value, choices=self.choices)
         if self.minimum is None and self.maximum is None:
             return
         if self.maximum is None:
             if not self.minimum <= value < float("inf"):
-                raise self._refusal("option.too-small", value, minimum=self.minimum)
+                raise self._value_error("option.too-small", value, minimum=self.minimum)
         elif not (self.minimum or 0.0) <= value <= self.maximum:
             if self.minimum == MIN_LENGTH_M:
-                raise self._refusal("option.not-a-length", value, maximum=self.maximum)
-            raise self._refusal(
+                raise self._value_error("option.not-a-length", value, maximum=self.maximum)
+            raise self._value_error(
                 "option.out-of-range",
                 value,
                 minimum=self.minimum or 0.0,
                 maximum=self.maximum,
             )
 
-    def _refusal(self, code: str, value: Any, **values: Any) -> UsageError:
+    def _value_error(self, code: str, value: Any, **values: Any) -> UsageError:
         return UsageError(Finding(code, value=value, **values), field=self.flag)
 
 

@@ -56,7 +56,7 @@ PathRank = tuple[int, float]
 
 @dataclass(frozen=True)
 class CostTrial:
-    """Cost that was compared, with the 95 % error of its plane (None without a plane)."""
+    """Cost that was compared, with the 95 % error of its plane (None if it has no plane)."""
 
     cost: str
     error95_deg: float | None
@@ -220,14 +220,14 @@ def rank_path(
         Points of the path in the World frame, m.
     local_resolution : callable
         Function that returns the effective resolution of the model near points (n, 3).
-    face_normal : Face, optional
+    face_normal : FaceNormalFunction, optional
         Function that returns the normal of the face near points (n, 3).
-    doubtful_ranges : sequence of Range, optional
+    doubtful_ranges : sequence of VertexRange, optional
         First and last row of each doubtful stretch.
 
     Returns
     -------
-    rank : Rank
+    rank : PathRank
     error95_deg : float or None
         Stated 95 % error of the plane, degrees; None if no plane can be fitted.
     """

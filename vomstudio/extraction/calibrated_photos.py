@@ -125,11 +125,11 @@ def open_photos(
     """
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.io.photos.cameras_file import Cameras
-    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import read_camera_file
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
     matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
-    file_cameras = read_own_cameras(cameras, _file_bounds(data, matrix))
+    file_cameras = read_camera_file(cameras, _file_bounds(data, matrix))
     if not file_cameras.views:
         raise InputError(
             Finding("cameras.no-poses"),
@@ -159,10 +159,10 @@ def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, di
     in the camera file.
     """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
-    from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.io.photos.own_cameras.result import ModelCameras
     from vomstudio.io.photos.photo_names import photo_finder
 
-    assert isinstance(file_cameras, OwnCameras)
+    assert isinstance(file_cameras, ModelCameras)
     row = photo_finder(names)(photo.as_posix())
     if row is None:
         raise UsageError(

@@ -412,7 +412,7 @@ def _fit_facet(
 
 
 def _sparse_spacing(areas: FloatArray) -> float:
-    """Return the spacing of sparse points (areas n,): few points that cover most of the area."""
+    """Return the spacing of the sparse points, which cover most of the area (areas n,)."""
     if len(areas) > _MAX_SAMPLE:
         areas = areas[:: len(areas) // _MAX_SAMPLE]
     sorted_areas = np.sort(areas)

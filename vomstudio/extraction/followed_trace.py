@@ -147,7 +147,7 @@ def followed_trace(
     way_points : (w, 3) array
         Way-points in the World frame, m.
     cost : str
-        One of `COSTS`, the name of a field, or "auto" for the best of `COSTS`.
+        One of `COST_NAMES`, the name of a field, or "auto" for the best of `COST_NAMES`.
     resolution : float
         Resolution of the model, m.
     model, frame : str

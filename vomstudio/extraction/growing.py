@@ -336,7 +336,7 @@ def facet_limits(planes: FacetPlanes, typical_tolerance: float) -> FloatArray:
 
     Parameters
     ----------
-    planes : Planes
+    planes : FacetPlanes
     typical_tolerance : float
         Median tolerance of the elements, m.
 

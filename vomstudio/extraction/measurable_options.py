@@ -20,7 +20,7 @@ MIN_POINTS, MAX_POINTS = 4, 1_000_000
 
 @dataclass(frozen=True)
 class MeasurableOptions(Options):
-    """Options for traces and model accuracy in the map.
+    """Options for the map of measurable planes: traces to pick, and accuracy of the model.
 
     Raises
     ------

@@ -129,9 +129,9 @@ class PhotoFollower:
             If the cost is not available for photos.
         """
         _require_cost(cost)
-        copied = copy(self)
-        copied.cost = cost
-        return copied
+        follower = copy(self)
+        follower.cost = cost
+        return follower
 
     def follow(self, way_points: FloatArray, *, is_alone: bool = False) -> PhotoPath:
         """Follow a path through way-points in the photo.

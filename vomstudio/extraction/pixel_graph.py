@@ -21,7 +21,7 @@ def pixel_graph(picture: ByteArray, box: PixelBox, mask: BoolArray) -> Graph:
     Parameters
     ----------
     picture : (h, w, 3) uint8 array
-    box : Box
+    box : PixelBox
         Part of the picture to use.
     mask : bool array
         Pixels to use, with the shape of the box.
@@ -67,7 +67,7 @@ def select_pixels_in_ellipse(
 
     Returns
     -------
-    box : Box
+    box : PixelBox
     mask : ndarray of bool
         Selected pixels of the box.
     """
@@ -94,7 +94,7 @@ def select_pixels_along_line(
 
     Returns
     -------
-    box : Box
+    box : PixelBox
     mask : ndarray of bool
         Selected pixels of the box.
     """

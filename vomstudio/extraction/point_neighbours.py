@@ -354,7 +354,7 @@ def _build_tree(positions: FloatArray) -> Any:
 def _fit_planes(
     positions: FloatArray, rows: IntArray, neighbours: Int32Array
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the normals and variations of the points `neighbours` (k, m) around each row (k,)."""
+    """Return normals and variations of the points `neighbours` (k, m) of each row (k,)."""
     results = np.empty((len(rows), 3)), np.empty(len(rows))
     fit_local_planes(positions, to_kernel_array(positions[rows], np.float64), neighbours, *results)
     return results

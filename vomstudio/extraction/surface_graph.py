@@ -86,7 +86,7 @@ class Graph:
 
     @cached_property
     def typical_arc_length(self) -> float:
-        """Median arc length in a regular sample of arcs; 0 for a graph without arcs."""
+        """Median arc length in a regular sample of arcs; 0 if the graph has no arcs."""
         if not len(self.neighbours):
             return 0.0
         sample = np.linspace(
@@ -419,7 +419,7 @@ class SurfaceGraph:
     ) -> FloatArray:
         """Return the roughness of vertices and of those that divisions of their faces add.
 
-        Only few costs require it, and that of the whole mesh takes seconds.
+        Only a few costs require it, and computing it for the whole mesh takes seconds.
         """
         compute_roughness = self._vertex_roughness[self._point_nodes[vertices]][:, None]
         for _ in range(level):

@@ -40,7 +40,7 @@ class BandFigures(PrintableResult):
     sets : tuple of BandSet
         Comparisons of sets with the band, in order of decreasing probability.
     none_probability : float or None
-        Probability that the plane belongs to none of the sets; None without sets.
+        Probability that the plane belongs to none of the sets; None if there are no sets.
     """
 
     trend_deg: float
@@ -55,8 +55,8 @@ class BandFigures(PrintableResult):
     none_probability: float | None
 
     @property
-    def likely(self) -> BandSet | None:
-        """Set with a probability above one half, or None."""
+    def likely_set(self) -> BandSet | None:
+        """Set with a probability above one half, or None if there is none."""
         first_set = self.sets[0] if self.sets else None
         return first_set if first_set is not None and first_set.probability > 0.5 else None
 
@@ -189,7 +189,7 @@ def band_findings(band: BandFigures, line: str, plane: str | None) -> list[Findi
         findings.append(Finding("trace.compatible-sets", sets=sets))
     elif band.sets:
         findings.append(Finding("trace.no-compatible-set"))
-    likely_set = band.likely
+    likely_set = band.likely_set
     if likely_set is not None and plane is not None:
         findings.append(Finding("trace.plane-of-set", set=likely_set.name, plane=plane))
     return findings

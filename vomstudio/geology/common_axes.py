@@ -62,7 +62,7 @@ def common_axis(
     ----------
     sets : mapping of str to (array_like, array_like)
         Dip directions and dips of each set, degrees.
-    rotation_errors : mapping of str to Turns, optional
+    rotation_errors : mapping of str to RotationErrors, optional
         Errors of the registrations of each set, which refer to the same rotations.
 
     Returns

@@ -66,7 +66,7 @@ def group_rotation_errors(rotations: Sequence[tuple[object, FloatArray | None]])
 
     Returns
     -------
-    Turns
+    RotationErrors
     """
     keys: dict[object, int] = {}
     covariances: list[FloatArray] = []
@@ -116,12 +116,12 @@ def differentiate_vectors(
     Parameters
     ----------
     vectors : (n, 3) array_like
-    rotations : Turns
+    rotations : RotationErrors
         Registrations of the vectors.
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     v = np.asarray(vectors, np.float64).reshape(-1, 3)
     derivatives = np.zeros((len(v), len(rotations.rotations), 3, 3))
@@ -136,11 +136,11 @@ def concatenate_vectors(parts: Sequence[VectorsWithDerivatives]) -> VectorsWithD
 
     Parameters
     ----------
-    parts : sequence of MovedVectors
+    parts : sequence of VectorsWithDerivatives
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     return VectorsWithDerivatives(
         np.concatenate([part.vectors for part in parts]),
@@ -159,7 +159,7 @@ def principal_axis(
 
     Parameters
     ----------
-    vectors_with_derivatives : MovedVectors
+    vectors_with_derivatives : VectorsWithDerivatives
     values, axes : (3,) and (3, 3) ndarray
         Eigenvalues and eigenvectors returned by `statistics.orientation_tensor`.
     index : int
@@ -167,7 +167,7 @@ def principal_axis(
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     x, axis = vectors_with_derivatives.vectors, axes[index]
     n = len(x)
@@ -188,13 +188,13 @@ def resultant(
 
     Parameters
     ----------
-    vectors_with_derivatives : MovedVectors
+    vectors_with_derivatives : VectorsWithDerivatives
     signs : (n,) ndarray, optional
         Factor of each vector, 1 or -1.
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     s = np.ones(len(vectors_with_derivatives.vectors)) if signs is None else signs
     total = s @ vectors_with_derivatives.vectors
@@ -213,13 +213,13 @@ def project_line(
 
     Parameters
     ----------
-    line : MovedVectors
-    plane : MovedVectors
+    line : VectorsWithDerivatives
+    plane : VectorsWithDerivatives
         Normal of the plane.
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     normal, direction = plane.vectors[0], line.vectors[0]
     projected_direction = direction - normal * (direction @ normal)
@@ -238,12 +238,12 @@ def intersect_planes(
 
     Parameters
     ----------
-    first, second : MovedVectors
+    first, second : VectorsWithDerivatives
         Normals of the planes.
 
     Returns
     -------
-    MovedVectors
+    VectorsWithDerivatives
     """
     a, b = first.vectors[0], second.vectors[0]
     cross_product = np.cross(a, b)

@@ -99,7 +99,7 @@ def apply_domain_verdict(axis: FoldAxis, one_axis_test: OneAxisTest) -> FoldAxis
     ----------
     axis : FoldAxis
         Axis of all planes.
-    one_axis_test : OneAxisFigures
+    one_axis_test : OneAxisTest
 
     Returns
     -------

@@ -124,7 +124,7 @@ def offset(points: FloatArray, stretch: VertexRange, fit: FittedPlane | None) ->
     ----------
     points : (n, 3) ndarray
         Points of the trace.
-    stretch : Range
+    stretch : VertexRange
         First and last vertex of the stretch.
     fit : FittedPlane or None
 

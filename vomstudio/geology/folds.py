@@ -12,8 +12,9 @@ independent and identically distributed.
 An axis is valid only if its region is small. Among folds with equal scatter, this favours those
 whose few poles have a small scatter by chance, and their regions contain the axis in less than 95 %
 of cases. The semi-axes are therefore widened by a factor of 1 + 1 / (n - 2), and with fewer than
-`MIN_PLANES_FOR_YES` planes no axis is valid without conditions. `tests/benchmarks/bench_folds.py`
-prints the coverage of the regions for all axes and for the valid ones. A region over 30 degrees has
+`MIN_PLANES_FOR_VALID_AXIS` planes no axis is valid without conditions. The script
+`tests/benchmarks/bench_folds.py` prints the coverage of the regions for all axes and for the valid
+ones. A region over 30 degrees has
 a coverage of 85 %, and from `MAX_USABLE_AXIS_ERROR_DEG` on a weak axis is reported. The error of
 the registration is common to the planes of a model and does not decrease with their number (see
 common_rotation_errors).
@@ -116,7 +117,7 @@ class FoldAxis:
         unknown.
     total : ConfidenceRegion or None
         Joint 95 % region including the registration; None if the region of the planes is unknown.
-    strays : tuple of Stray
+    strays : tuple of OutlyingPlane
         Outlying planes that are excluded from the verdict but included in beta.
     """
 
@@ -198,7 +199,7 @@ def fold_axis(
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
         At least two planes, degrees.
-    rotation_errors : Turns, optional
+    rotation_errors : RotationErrors, optional
         Errors of the registrations of the n planes.
     bowed_deg : float, optional
         Difference in dip between the edges of a bowed model, degrees.
@@ -444,7 +445,7 @@ def build_axis(
         Direction of the larger semi-axis.
     judge : callable
         Function that returns the verdict for a 95 % error of beta in degrees.
-    axis_with_derivatives : MovedVectors or None
+    axis_with_derivatives : VectorsWithDerivatives or None
         Beta with its derivatives with respect to the rotations of the registrations.
     notes : sequence of Finding
         Findings to append to the reasons of the verdict.
@@ -495,7 +496,7 @@ def plane_attitude(plane: Plane) -> PlaneAttitude:
 
     Returns
     -------
-    PlaneFigures
+    PlaneAttitude
     """
     return PlaneAttitude(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 

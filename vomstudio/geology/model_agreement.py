@@ -142,18 +142,18 @@ def compare_orientations(
     ]
     pairs += [(i, j, "nearness") for i, j in _mutual_nearest_pairs(first, second, *unmatched_rows)]
     pairs.sort()
-    matched = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
-    angles = np.array([plane.angle_deg for plane in matched])
-    agreements = [plane.agree for plane in matched if plane.agree is not None]
+    matched_planes = tuple(_match(first[i], second[j], by) for i, j, by in pairs)
+    angles = np.array([plane.angle_deg for plane in matched_planes])
+    agreements = [plane.agree for plane in matched_planes if plane.agree is not None]
     return Agreement(
-        len(matched),
-        sum(plane.by == "name" for plane in matched),
-        sum(plane.by == "nearness" for plane in matched),
-        (len(first) - len(matched), len(second) - len(matched)),
+        len(matched_planes),
+        sum(plane.by == "name" for plane in matched_planes),
+        sum(plane.by == "nearness" for plane in matched_planes),
+        (len(first) - len(matched_planes), len(second) - len(matched_planes)),
         float(np.median(angles)) if len(angles) else None,
         float(np.sqrt((angles**2).mean())) if len(angles) else None,
         sum(agreements) / len(agreements) if agreements else None,
-        matched,
+        matched_planes,
     )
 
 

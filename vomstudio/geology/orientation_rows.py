@@ -26,7 +26,7 @@ class OrientationRows(Protocol):
     dropped : tuple of int
         Line numbers of the table that contain no angles.
     warnings : tuple of Finding
-    turns : Turns or None
+    rotation_errors : RotationErrors or None
         Uncertain rotations of the rows due to the registrations of their models.
     repeats : int
         Number of rows excluded because they repeat other rows.

@@ -512,15 +512,15 @@ def _face_findings(
     resolution_m: float | None,
     thresholds: Thresholds,
 ) -> tuple[list[Finding], list[Finding]]:
-    """Return the objections to a trace that is parallel to the outcrop face.
+    """Return the findings about a trace that is parallel to the outcrop face.
 
-    They are reasons against a trace that is drawn on the face, and questions to the user whether
-    the face is the structure.
+    The first list rejects a trace that is merely drawn on the face; the second asks the user to
+    check whether the face is the structure.
     """
     if kind != "trace" or outcrop_normal is None:
         return [], []
-    face = np.asarray(outcrop_normal, dtype=np.float64)
-    angle = _axial_angle_deg(fit.normal, face)
+    face_normal = np.asarray(outcrop_normal, dtype=np.float64)
+    angle = _axial_angle_deg(fit.normal, face_normal)
     if (
         angle is None
         or angle >= thresholds.surface_effect_deg
@@ -528,7 +528,7 @@ def _face_findings(
         or fit.extent is None
     ):
         return [], []
-    unit = face / np.linalg.norm(face)
+    unit = face_normal / np.linalg.norm(face_normal)
     variance = float(np.sum(fit.eigenvalues * (fit.axes @ unit) ** 2)) * fit.trace
     relief = 4.0 * float(np.sqrt(max(variance, 0.0)))
     min_relief = max(

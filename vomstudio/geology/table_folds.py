@@ -67,7 +67,7 @@ class TableFold(PrintableResult, _TableProperties, _Domains, AxisFigures, _Count
         Rows that were not used, and the reasons.
     domains : mapping or None
         Axis of each domain; None if no domain column was given.
-    one_axis : OneAxisFigures or None
+    one_axis : OneAxisTest or None
         Result of the test whether a single axis fits all domains.
     convention : str
         Convention by which the table was interpreted.

@@ -34,7 +34,7 @@ class TiltedPlanes:
     axes : (n, 2, 3) ndarray
         Tangent vectors with the length of one standard deviation, radians; zero if there is no
         error.
-    turns : Turns or None
+    rotation_errors : RotationErrors or None
         See `OrientationRows`.
     """
 

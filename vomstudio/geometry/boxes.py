@@ -28,7 +28,7 @@ class ClipBox(Result):
 
     @classmethod
     def from_points(cls, points: FloatArray) -> ClipBox:
-        """Return the box of World points (n, 3)."""
+        """Return the bounding box of points (n, 3) in the World frame."""
         low, high = points.min(axis=0), points.max(axis=0)
         is_flat = high - low < 1e-3
         low, high = np.where(is_flat, low - 0.5, low), np.where(is_flat, high + 0.5, high)
@@ -81,14 +81,14 @@ class ClipBox(Result):
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))
 
     def intersects_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
-        """Return whether balls in World, (n, 3) and (n,), are partly inside."""
+        """Return whether balls, with World centres (n, 3) and radii (n,), intersect the box."""
         offset = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
         return np.asarray(np.einsum("ij,ij->i", offset, offset) <= radii * radii)
 
     def ray_range(
         self, origin: FloatArray, direction: FloatArray, max_distance: float = 0.0
     ) -> tuple[float, float] | None:
-        """Return the range of a World ray inside the box, or None if the ray misses the box.
+        """Return the range of a World ray inside the box, or None if it misses the box.
 
         `max_distance` enlarges the box along each axis.
         """
@@ -107,7 +107,7 @@ def box_range(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the distances at which a ray enters and leaves boxes (n, 3).
 
-    The ray misses a box if leave < enter.
+    The ray misses a box if `leave` is less than `enter`.
 
     Parameters
     ----------

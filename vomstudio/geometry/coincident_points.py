@@ -9,7 +9,7 @@ from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 
 
 def position_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
-    """Return a key per point: equal for equal coordinates.
+    """Return a key for each point; points with equal coordinates have equal keys.
 
     Two different points have the same key with a probability of 1e-19.
 

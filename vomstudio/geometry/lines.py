@@ -166,7 +166,7 @@ def nearest_approach(line: npt.ArrayLike, other_line: npt.ArrayLike) -> NearestA
 
     Returns
     -------
-    Approach
+    NearestApproach
     """
     base = np.asarray(line, np.float64)[0]
     p, q = (np.asarray(points, np.float64) - base for points in (line, other_line))

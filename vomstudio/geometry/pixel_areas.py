@@ -158,7 +158,7 @@ def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChan
 
     Returns
     -------
-    Change or None
+    MaskChange or None
         Change, or None if no pixel changed.
     """
     region = is_used[area.window]

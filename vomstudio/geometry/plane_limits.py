@@ -1,4 +1,4 @@
-"""Limits of points for fits of planes and lines, and findings on unsuitable points."""
+"""Limits for the points of plane and line fits, and findings about unsuitable points."""
 
 from __future__ import annotations
 

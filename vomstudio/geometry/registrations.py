@@ -122,7 +122,7 @@ class Registration:
     lens_bowing95_deg, lens_stretch95 : float or None
         95 % limits of the effects of lens errors on a model reconstructed by this program:
         difference of dips between opposite edges, degrees, and relative scale of depths.
-    read_north : ReadNorth or None
+    read_north : NorthReference or None
         North reference of the azimuths used, or None if no azimuths are used.
     observations : tuple of ObservationGroup
         Inputs of the adjustment by kind, empty if unknown.

@@ -78,7 +78,7 @@ def effective_resolution(
     Parameters
     ----------
     points : (n, 3) ndarray of float
-    tree : Tree
+    tree : NeighbourTree
         Index of the points.
     positions : (q, 3) ndarray
 

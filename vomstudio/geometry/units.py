@@ -99,7 +99,7 @@ def strip_metric_suffix(name: str, other_names: Container[str] = ()) -> str:
 
 
 def table_columns(names: Sequence[str], *, is_metric: bool) -> list[str]:
-    """Return the column names of a table, whose lengths are in metres if `is_metric`.
+    """Return the column names of a table, without metric suffixes unless `is_metric`.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def _element(subject: Subject) -> str | None:
     return None if subject.measured.line is None else "line"
 
 
-def place_of(subject: Subject) -> FloatArray | None:
+def feature_centre(subject: Subject) -> FloatArray | None:
     """Return the centre (3,) of a feature in the World frame, metres."""
     if subject.measured.fit is not None:
         return subject.measured.fit.centroid
@@ -83,7 +83,7 @@ def place_of(subject: Subject) -> FloatArray | None:
 
 def _place(axis: int) -> Value:
     def value(s: Subject) -> float | None:
-        position = place_of(s)
+        position = feature_centre(s)
         return None if position is None else float(position[axis])
 
     return value
@@ -200,7 +200,7 @@ KIND = _text(
     _("Feature type"),
     _type,
     words=("type",),
-    shown=lambda subject: subject.type.name if subject.type else "",
+    format_text=lambda subject: subject.type.name if subject.type else "",
 )
 ELEMENT = _text("element", _("Element"), _("Plane or line"), _element)
 SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
@@ -481,7 +481,7 @@ QUALITY = _text(
     _("Verdict on the plane or line, with its reasons"),
     _quality,
     words=("quality", "verdict"),
-    shown=_quality_text,
+    format_text=_quality_text,
 )
 REASONS = _text(
     "quality_reason",

@@ -104,7 +104,7 @@ def decode(stored_values: Mapping[str, Any], records: Mapping[str, Record] = NO_
 
 
 def encode_edit(edit: Edit) -> tuple[PlainValues, PlainValues]:
-    """Return the two maps of an edit from ID to None, a complete record, or changed fields."""
+    """Encode an edit as two mappings from id to None, a complete record, or changed fields."""
     before: PlainValues = {}
     after: PlainValues = {}
     for id_, new_record in edit.after.items():
@@ -177,10 +177,10 @@ def _read(
     if not isinstance(stored_record, Mapping):
         raise DocumentError(Finding("record.wrong-value"), field=id_)
     if "record" in stored_record:
-        decoded = decode(stored_record, records_by_id)
-        if decoded.id != id_:
+        decoded_record = decode(stored_record, records_by_id)
+        if decoded_record.id != id_:
             raise DocumentError(Finding("record.two-ids"), field="id")
-        return decoded
+        return decoded_record
     record = records.get(id_)
     if record is None:
         raise DocumentError(Finding("record.without-base", record=id_))

@@ -46,7 +46,7 @@ def registration_errors(
     Returns
     -------
     dict of str to float
-        Errors by name, with `_registration95` before the unit. Empty if the model is not registered
+        Errors by name, with "registration95" before the unit. Empty if the model is not registered
         or the error of the registration is unknown.
     """
     shape = _shape(model)

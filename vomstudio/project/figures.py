@@ -96,7 +96,7 @@ class Figure:
         Names in a filter, with the usual one first.
     attribute : str
         Field of the record that changes when the user edits the figure.
-    shown : callable or None
+    format_text : callable or None
         Function that returns the displayed text if it cannot be derived from the value.
     """
 
@@ -109,12 +109,12 @@ class Figure:
     short: str = ""
     words: tuple[str, ...] = ()
     attribute: str = ""
-    shown: Callable[[Subject], str] | None = None
+    format_text: Callable[[Subject], str] | None = None
 
     def text(self, subject: Subject) -> str:
         """Return the figure as text for the window."""
-        if self.shown is not None:
-            return self.shown(subject)
+        if self.format_text is not None:
+            return self.format_text(subject)
         return self.value_text(self.value(subject), is_metric=subject.measured.metric)
 
     def value_text(self, value: Any, *, is_metric: bool = True) -> str:

@@ -25,10 +25,10 @@ class FoldPlanes:
 
     Parameters
     ----------
-    features : tuple of Typed
+    features : tuple of TypedFeature
     azimuth_deg, dip_deg : (n,) float64
         Dip directions and dips.
-    turns : Turns or None
+    rotation_errors : RotationErrors or None
         Rotations of the registrations, or None if the planes have been rotated.
     bowed_deg : float or None
         Difference in dip between the edges of the most strongly bowed model.

@@ -112,7 +112,7 @@ class Sketch:
         Position of the label.
     sign : (3,) float64 or None
         Position of the orientation symbol, or None without a symbol.
-    faces : Painted or None
+    faces : PaintedFeature or None
         Part of a model that is painted instead of the line while the model is open.
     label : str or None
         Text next to the name, replacing the orientation.

@@ -147,7 +147,7 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is the attitude of this location only; None without a fit."""
+        """Whether a fitted plane is the attitude of this location only; None if not fitted."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"

@@ -74,7 +74,7 @@ SLIP_SENSE = text_figure(
     _sense,
     short="slip_sense",
     words=("slip",),
-    shown=_sense_text,
+    format_text=_sense_text,
 )
 SLIP_CONFIDENCE = text_figure(
     "slip_confidence",
@@ -83,7 +83,7 @@ SLIP_CONFIDENCE = text_figure(
     _confidence,
     short="slip_conf",
     words=("slip_confidence",),
-    shown=_confidence_text,
+    format_text=_confidence_text,
 )
 ON_PLANE = text_figure(
     "on_plane",

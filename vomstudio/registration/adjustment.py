@@ -151,7 +151,7 @@ def adjust(kinds: Sequence[ObservationKind], centre: FloatArray, size: float) ->
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     centre : (1, 3) array
         Centre of the rotation in the model frame, used if no observation determines the position.
     size : float

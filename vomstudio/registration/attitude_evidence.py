@@ -41,7 +41,7 @@ class AttitudeEvidence:
 
     Attributes
     ----------
-    kinds : tuple of Observed
+    kinds : tuple of ObservationKind
     angles, model : (n, 3) and (n, 3, 3) array
         Attitudes of the photos with a complete attitude: angles in the World frame (degrees), and
         rotations to the model.

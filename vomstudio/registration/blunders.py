@@ -149,7 +149,7 @@ def find_blunders(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     overall_fit : Adjustment
         Adjustment of `kinds`.
     centre, size
@@ -360,13 +360,13 @@ def select_observations(kind: ObservationKind, is_selected: Sequence[bool]) -> O
 
     Parameters
     ----------
-    kind : Observed
+    kind : ObservationKind
     is_selected : (n,) sequence of bool
         Mask of the observations to keep.
 
     Returns
     -------
-    Observed
+    ObservationKind
     """
     rows = np.flatnonzero(is_selected)
     n = len(kind.labels)

@@ -63,7 +63,7 @@ def positions_in_metres(
     positions = _drop_missing_heights(positions, findings)
     if to_grid is None:
         return positions, crs, None
-    locations = positions.places.copy()
+    locations = positions.coordinates.copy()
     degrees = _to_degrees(positions, to_grid[1])
     _refuse_swapped_degrees(positions, degrees, crs)
     for row, (longitude, latitude) in enumerate(degrees.tolist()):
@@ -76,7 +76,7 @@ def positions_in_metres(
         locations[row, :2] = grid_position
     median = np.median(degrees, axis=0)
     findings.append(_heights_finding(positions, float(median[0]), float(median[1])))
-    converted_positions = replace(positions, places=locations, is_in_degrees=False, crs=crs)
+    converted_positions = replace(positions, coordinates=locations, is_in_degrees=False, crs=crs)
     return converted_positions, crs, (float(median[0]), float(median[1]))
 
 
@@ -113,7 +113,7 @@ def _find_conversions(
             crs = code
     if positions.is_in_degrees:
         if crs is None:
-            first_position = positions.places[0]
+            first_position = positions.coordinates[0]
             zone = ""
             if check_longitude_latitude(float(first_position[0]), float(first_position[1])) is None:
                 zone = utm_zone(float(first_position[0]), float(first_position[1]))
@@ -145,8 +145,8 @@ def _unknown_crs_error(positions: Positions) -> InputError:
 
 def _to_degrees(positions: Positions, convert: ToGrid | None) -> FloatArray:
     """Return longitude and latitude (n, 2). Raises InputError if they are invalid."""
-    degrees = positions.places[:, :2].copy()
-    for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
+    degrees = positions.coordinates[:, :2].copy()
+    for row, (x, y) in enumerate(positions.coordinates[:, :2].tolist()):
         position = (x, y) if convert is None else convert(x, y)
         photo = positions.photos[row]
         if position is None:
@@ -188,7 +188,7 @@ def _swapped_degrees_error(
 
 # --- heights ----------------------------------------------------------------------------------
 def _drop_missing_heights(positions: Positions, findings: list[Finding]) -> Positions:
-    has_height = np.isfinite(positions.places[:, 2])
+    has_height = np.isfinite(positions.coordinates[:, 2])
     if not has_height.any():
         raise InputError(
             Finding("cameras.no-heights"),
@@ -222,7 +222,7 @@ def _drop_missing_heights(positions: Positions, findings: list[Finding]) -> Posi
     return replace(
         positions,
         photos=tuple(positions.photos[i] for i in rows),
-        places=positions.places[rows],
+        coordinates=positions.coordinates[rows],
         sigma=positions.sigma[rows],
         heights=tuple(positions.heights[i] for i in rows) if positions.heights else (),
     )

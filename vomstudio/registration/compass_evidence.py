@@ -53,7 +53,7 @@ def compass_findings(table: CompassTable, kinds: Sequence[ObservationKind]) -> l
     Parameters
     ----------
     table : CompassTable
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
         Observations of the table, without the excluded observations.
 
     Returns
@@ -75,7 +75,7 @@ def has_only_compass_evidence(kinds: Sequence[ObservationKind]) -> bool:
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
 
     Returns
     -------

@@ -78,14 +78,14 @@ def check_fixed_scale(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     centre, size
         See `adjust`.
 
     Returns
     -------
     ScaleContradiction or None
-    kinds : list of Observed
+    kinds : list of ObservationKind
         Observations. In case of a contradiction, the points are scaled about their mean to the
         fixed scale. The best rotation does not depend on the scale, whereas misfits due to a wrong
         scale would bias it.
@@ -123,7 +123,7 @@ def disagreement_findings(
 
     Parameters
     ----------
-    kinds, centre, size : sequence of Observed
+    kinds, centre, size : sequence of ObservationKind
         See `adjust`.
 
     Returns
@@ -212,8 +212,8 @@ def estimate_north_errors(
 
     Returns
     -------
-    norths : list of NorthTurn
-    kinds : list of Observed
+    norths : list of NorthError
+    kinds : list of ObservationKind
         Observations with corrected azimuths and without priors of the corrected norths. These give
         the best placement and are used to assess single readings.
     """

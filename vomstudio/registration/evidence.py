@@ -409,7 +409,7 @@ def _cameras(
     findings += positions.notes
     centres = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
     rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", findings)
-    world = positions.places[rows].copy()
+    world = positions.coordinates[rows].copy()
     for row, position in enumerate(world.tolist()):
         if (problem := check_coordinates((position[0], position[1], position[2]))) is not None:
             raise InputError(problem, field=positions.photos[rows[row]])
@@ -566,11 +566,11 @@ def attitude_residuals(evidence: Evidence, placement: ModelPlacement) -> list[At
     Parameters
     ----------
     evidence : Evidence
-    placement : Placed
+    placement : ModelPlacement
 
     Returns
     -------
-    list of AttitudeMiss
+    list of AttitudeResidual
     """
     table = evidence.attitudes
     if table is None:

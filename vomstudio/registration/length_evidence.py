@@ -128,7 +128,7 @@ def fixed_scale(
     ----------
     scale : float
         Metres per unit of the model.
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     extent : (n, 3) array or None
         Points of the model. If None, the points among `kinds` are used.
     scale_error : float, optional

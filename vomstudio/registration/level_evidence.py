@@ -158,7 +158,7 @@ def vertical_findings(kinds: Sequence[ObservationKind], rotation: FloatArray) ->
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     rotation : (3, 3) ndarray
         Rotation of the placed model.
 

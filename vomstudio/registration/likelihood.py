@@ -37,7 +37,7 @@ def widen_by_likelihood(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     result : Adjustment
     centre : (1, 3) ndarray
         Centre in the model frame; see `adjust`.

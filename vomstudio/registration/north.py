@@ -24,7 +24,7 @@ rocks and nearby steel."""
 FIRST_YEAR, LAST_YEAR = 1900, 2029
 """First and last year covered by the field model."""
 _MAX_LATITUDE_DEG = 89.9
-_MIN_HORIZONTAL_NT = 2000.0
+_MIN_HORIZONTAL_FIELD_NT = 2000.0
 """Horizontal field below which a compass does not work (WMM2025 report, "blackout zone")."""
 _YAW_CORRECTION_CODES = {
     "true": "north.true-yaws-corrected",
@@ -215,7 +215,7 @@ def declination_deg(
     noon = datetime.combine(day, time(12))
     east, north, _ = igrf(longitude_deg, latitude, height_m / 1000.0, noon)
     x, y = float(np.ravel(north)[0]), float(np.ravel(east)[0])
-    if np.hypot(x, y) < _MIN_HORIZONTAL_NT:
+    if np.hypot(x, y) < _MIN_HORIZONTAL_FIELD_NT:
         raise InputError(Finding("north.near-pole"))
     return float(np.degrees(np.arctan2(y, x)))
 
@@ -228,7 +228,7 @@ def convert_to_grid_north(
     Parameters
     ----------
     table : AttitudeTable
-    north : North
+    north : NorthInputs
     findings : list of Finding
         List to which a message about each correction is appended.
 
@@ -247,7 +247,7 @@ def convert_to_grid_north(
     for row, reference in enumerate(table.north_references):
         if not np.isfinite(angles[row, 0]):
             continue
-        longitude, latitude = table.places[row].tolist()
+        longitude, latitude = table.coordinates[row].tolist()
         location = (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
         # The field is practically constant within a hundredth of a degree.
         key = (reference, table.days[row], location and tuple(np.round(location, 2)))

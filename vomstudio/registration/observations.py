@@ -501,7 +501,7 @@ def kind_name(kind: ObservationKind) -> str:
 
     Parameters
     ----------
-    kind : Observed
+    kind : ObservationKind
 
     Returns
     -------

@@ -90,7 +90,7 @@ def place(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     check : Points, optional
         Check points, which do not affect the result.
     extent : (n, 3) array, optional
@@ -197,7 +197,7 @@ def place_robustly(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     check : Points, optional
         Check points.
     extent : (n, 3) ndarray, optional
@@ -209,7 +209,7 @@ def place_robustly(
 
     Returns
     -------
-    Placed
+    ModelPlacement
 
     Raises
     ------
@@ -606,11 +606,11 @@ def prepend_warnings(placement: ModelPlacement, warnings: Sequence[Finding]) -> 
 
     Parameters
     ----------
-    placement : Placed
+    placement : ModelPlacement
     warnings : sequence of Finding
 
     Returns
     -------
-    Placed
+    ModelPlacement
     """
     return replace(placement, warnings=(*warnings, *placement.warnings))

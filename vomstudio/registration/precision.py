@@ -59,7 +59,7 @@ def add_rounding(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
         Inputs of the fit.
     result : Adjustment
     centre, size

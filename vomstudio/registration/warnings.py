@@ -54,7 +54,7 @@ def fit_findings(result: Adjustment, kinds: Sequence[ObservationKind]) -> list[F
     Parameters
     ----------
     result : Adjustment
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
 
     Returns
     -------
@@ -159,7 +159,7 @@ def worst_axis_findings(placement: ModelPlacement) -> list[Finding]:
 
     Parameters
     ----------
-    placement : Placed
+    placement : ModelPlacement
 
     Returns
     -------
@@ -191,7 +191,7 @@ def vertical_error_findings(placement: ModelPlacement) -> list[Finding]:
 
     Parameters
     ----------
-    placement : Placed
+    placement : ModelPlacement
 
     Returns
     -------
@@ -254,7 +254,7 @@ def error_findings(
     ----------
     error : RotationError
     scale95 : float or None
-    known_parameters : Known
+    known_parameters : DeterminedParameters
     points : Points or None
         Points of the fit.
     is_named : bool
@@ -307,7 +307,7 @@ def blunder_findings(
 
     Parameters
     ----------
-    kinds : sequence of Observed
+    kinds : sequence of ObservationKind
     blunders : sequence of Blunder
     result : Adjustment
     centre, size : ndarray
@@ -458,7 +458,7 @@ def lens_findings(bend: LensDeformation | None, bowing: Bowing | None) -> list[F
 
     Parameters
     ----------
-    bend : LensBend or None
+    bend : LensDeformation or None
     bowing : Bowing or None
         Bowing by the residuals.
 

@@ -202,9 +202,9 @@ class Background:
         self.cancel_all()
         with self._lock:
             threads = list(self._threads)
-        end_s = time.monotonic() + wait_s
+        deadline_s = time.monotonic() + wait_s
         for thread in threads:
-            thread.join(max(0.0, end_s - time.monotonic()))
+            thread.join(max(0.0, deadline_s - time.monotonic()))
 
     def guard(self, call: Callable[[Value], object]) -> Callable[[Value], None]:
         """Wrap a callback so that it does nothing after `stop`, for jobs that end later."""

@@ -55,7 +55,7 @@ class DerivedQuantities:
         return self.measurements.measure(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """Return the pick nearest to a compass reading, or None without a pick."""
+        """Return the pick nearest to a compass reading, or None if there are no picks."""
         if self._nearest_picks is None:
             self._nearest_picks = nearest_picks(self._projects.records, self.measurements)
         return self._nearest_picks.get(reading_id)

@@ -197,7 +197,7 @@ def has_textures(data: ModelData) -> bool:
     )
 
 
-def mode_refusal(mode: str, models: list[ModelData]) -> Finding | None:
+def mode_problem(mode: str, models: list[ModelData]) -> Finding | None:
     """Return why a display mode is unavailable, or None if any of the models supports it."""
     if not models:
         return Finding("action.no-model")
@@ -213,8 +213,8 @@ def mode_refusal(mode: str, models: list[ModelData]) -> Finding | None:
 
 def effective_mode(mode: str, models: list[ModelData]) -> str:
     """Return the effective display mode, which differs from `mode` without textures."""
-    if mode == "textured" and models and mode_refusal(mode, models):
-        if not mode_refusal("vertex_colors", models):
+    if mode == "textured" and models and mode_problem(mode, models):
+        if not mode_problem("vertex_colors", models):
             return "vertex_colors"
         if all(isinstance(m, Mesh) for m in models):
             return "plain shaded"
@@ -226,12 +226,12 @@ def default_appearance(models: list[ModelData]) -> str:
     mode = effective_mode("textured", models)
     if mode == "vertex_colors":
         return tr("Own colours")
-    if mode == "plain shaded" or (models and mode_refusal(mode, models)):
+    if mode == "plain shaded" or (models and mode_problem(mode, models)):
         return tr("Without colours")
     return tr("Photo texture")
 
 
-def lighting_refusal(models: list[ModelData]) -> Finding | None:
+def lighting_problem(models: list[ModelData]) -> Finding | None:
     """Return why lighting is unavailable, or None if any of the models can be lit."""
     if not models:
         return Finding("action.no-model")
@@ -240,7 +240,7 @@ def lighting_refusal(models: list[ModelData]) -> Finding | None:
     return None
 
 
-def eye_dome_refusal(models: list[ModelData]) -> Finding | None:
+def eye_dome_problem(models: list[ModelData]) -> Finding | None:
     """Return why eye-dome lighting is unavailable, or None if any model supports it."""
     if not models:
         return Finding("action.no-model")

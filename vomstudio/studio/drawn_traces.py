@@ -77,7 +77,7 @@ class DrawingTarget:
     ----------
     model : Model
         Model on which they were drawn.
-    surface : PaintSurface or None
+    surface : SelectableSurface or None
         Surface of the model, used for the resolution and the outcrop face.
     type_id : str or None
         Feature type of new lines. If None, each line must name its type.

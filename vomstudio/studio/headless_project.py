@@ -144,17 +144,17 @@ class _ModelData:
 
     Attributes
     ----------
-    surface : PaintSurface or None
+    surface : SelectableSurface or None
         Surface of the model, or None if the file could not be read.
     bounds : (2, 3) float64 or None
         Bounding box in the file frame.
-    why_not : tuple of Finding
+    reasons : tuple of Finding
         Reasons why the file could not be read; empty if it was read.
     """
 
     surface: SelectableSurface | None = None
     bounds: FloatArray | None = None
-    why_not: tuple[Finding, ...] = ()
+    reasons: tuple[Finding, ...] = ()
 
     @classmethod
     def from_data(cls, data: Mesh | PointCloud) -> _ModelData:
@@ -352,12 +352,12 @@ class HeadlessProject:
         models = self.session.of(Model)
         # Checked first, because an invalid frame is an error even if the project contains the
         # file.
-        established = establish_frame(replace(loaded_model, path=path), options)
+        established_frame = establish_frame(replace(loaded_model, path=path), options)
         models_of_file = [m for m in models if m.content_hash == loaded_model.content_hash]
         if models_of_file:
             warning = Finding("model.already-added", model=models_of_file[0].name)
             return AddedModel(models_of_file[0], False, (warning,))
-        placement = established.placement
+        placement = established_frame.placement
         if isinstance(placement, Registration):
             placement = registration_in_project(self.session.records, placement)
         model = new_model(
@@ -369,7 +369,7 @@ class HeadlessProject:
         )
         self.session.apply(edits.add_model(self.session.records, model))
         self._model_data[model.id] = _ModelData.from_data(loaded_model.data)
-        return AddedModel(model, True, (*loaded_model.warnings, *established.findings))
+        return AddedModel(model, True, (*loaded_model.warnings, *established_frame.findings))
 
     def new_model_file(self, name: str) -> Path:
         """Return a free path in the folder `models` for a model that is created in memory."""
@@ -377,7 +377,7 @@ class HeadlessProject:
         folder = self.project.folder / MODELS
         folder.mkdir(exist_ok=True)
         numbered_names = (f"{stem}_{number}" for number in count(2))
-        paths = (folder / f"{each}.ply" for each in chain([stem], numbered_names))
+        paths = (folder / f"{file_stem}.ply" for file_stem in chain([stem], numbered_names))
         return next(path for path in paths if not path.exists())
 
     def add_picks(
@@ -428,9 +428,9 @@ class HeadlessProject:
             names.reserve(feature)
             features.append(feature)
         if not features:
-            example = ": ".join(map(str, skipped_picks[0])) if skipped_picks else ""
+            first_problem = ": ".join(map(str, skipped_picks[0])) if skipped_picks else ""
             code = "picks.no-plane" if shape == "trace" else "picks.none-usable"
-            raise GeometryError(Finding(code, count=len(picks), first=example))
+            raise GeometryError(Finding(code, count=len(picks), first=first_problem))
         changed_records: dict[str, Record | None] = {feature.id: feature for feature in features}
         subject = f"{len(features)} {SHAPE_NOUNS[shape]}"
         if len(features) == 1:
@@ -551,7 +551,7 @@ class HeadlessProject:
     def _to_file_points(self, model: Model, points: FloatArray) -> FloatArray:
         """Return World points (n, 3) in the file frame of a model. Raises GeometryError."""
         file_points = transform.apply(_to_file(model), points)
-        if (reason := self._points_refusal(model, file_points)) is not None:
+        if (reason := self._points_problem(model, file_points)) is not None:
             raise GeometryError(reason)
         return file_points
 
@@ -569,7 +569,7 @@ class HeadlessProject:
 
     def add_drawing(
         self,
-        brought_projected_lines: ProjectedLines,
+        projected_lines: ProjectedLines,
         names: Iterable[str],
         sidecar: Sidecar,
         drawing: Path,
@@ -583,7 +583,7 @@ class HeadlessProject:
 
         Parameters
         ----------
-        brought_projected_lines : ProjectedLines
+        projected_lines : ProjectedLines
             Lines projected onto the surface, in the World frame.
         names : iterable of str
             Names of the lines as stated by the drawing.
@@ -602,11 +602,11 @@ class HeadlessProject:
             As `create_drawn_traces`.
         """
         surface, findings = self._surface_for_planes(model)
-        lines = collect_lines(brought_projected_lines, names, sidecar, findings, _to_file(model))
+        lines = collect_lines(projected_lines, names, sidecar, findings, _to_file(model))
         reason = {
             line.name: reason
             for line in lines.lines
-            if (reason := self._points_refusal(model, np.array(line.surface_points))) is not None
+            if (reason := self._points_problem(model, np.array(line.surface_points))) is not None
         }
         lines = replace(lines, lines=tuple(line for line in lines.lines if line.name not in reason))
         type_id = None if feature_type is None else feature_type.id
@@ -654,10 +654,10 @@ class HeadlessProject:
         self.session.apply(edit)
         added_features = tuple(r for r in edit.after.values() if isinstance(r, Feature))
         return replace(
-            features, features=added_features, warnings=(*model_data.why_not, *features.warnings)
+            features, features=added_features, warnings=(*model_data.reasons, *features.warnings)
         )
 
-    def _points_refusal(self, model: Model, points: FloatArray) -> Finding | None:
+    def _points_problem(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in a model's file frame cannot lie on the model, or None."""
         bounds = self._read_model_data(model).bounds
         if bounds is None or not len(points):
@@ -690,16 +690,16 @@ class HeadlessProject:
         loaded_model = replace(self.read_model(model), path=path)
         result = register_model_of_project(loaded_model, model, options, self._progress, pairs)
         if result.reference is not None and not result.placed.known.all:
-            free = result.reference.fitted.free
-            raise GeometryError(Finding("registration.undetermined", parameters=free))
+            free_parameters = result.reference.fitted.free
+            raise GeometryError(Finding("registration.undetermined", parameters=free_parameters))
         assert result.registration is not None
         self.session.apply(
             edits.set_registration(self.session.records, result.registration, [model.id])
         )
         model_after = self.find_model(model.id)
         features = self.session.features()
-        figures = measure_all(self.session.records, features)
-        measurements_by_id = {f.id: m for f, m in zip(features, figures, strict=True)}
+        feature_measurements = measure_all(self.session.records, features)
+        measurements_by_id = {f.id: m for f, m in zip(features, feature_measurements, strict=True)}
         sets = set_rotations_deg(self.session.records, model, model_after, measurements_by_id)
         return RegisteredModel(result, rotation_deg(model, model_after), sets)
 
@@ -744,7 +744,7 @@ class HeadlessProject:
             if not outdated_features:
                 continue
             data = self._read_model_data(model)
-            findings += data.why_not
+            findings += data.reasons
             if data.surface is not None:
                 measured_fields |= {f.id: remeasure(data.surface, f) for f in outdated_features}
         if features and not measured_fields:
@@ -797,7 +797,7 @@ class HeadlessProject:
     ) -> tuple[SelectableSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, with findings about new planes if it is unavailable."""
         data = self._read_model_data(model)
-        return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
+        return data.surface, data.reasons and (*data.reasons, Finding("surroundings.unknown"))
 
     def _read_model_data(self, model: Model) -> _ModelData:
         """Read the data of a model's file, or the reason why the file cannot be read."""
@@ -805,7 +805,7 @@ class HeadlessProject:
             try:
                 self._model_data[model.id] = _ModelData.from_data(self.read_model(model).data)
             except VomError as error:
-                self._model_data[model.id] = _ModelData(why_not=(to_finding(error),))
+                self._model_data[model.id] = _ModelData(reasons=(to_finding(error),))
         return self._model_data[model.id]
 
 

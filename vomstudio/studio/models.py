@@ -57,7 +57,7 @@ class Models:
 
     Attributes
     ----------
-    open : dict of str to OpenModel
+    open_models : dict of str to OpenModel
         Data of the loaded models, keyed by id.
     loaded : Signal
         Emitted when a model has been read.

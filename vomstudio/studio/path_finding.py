@@ -1,4 +1,4 @@
-"""Paths over open models, which are computed in a thread."""
+"""Path searches on open models, run in a worker thread."""
 
 from __future__ import annotations
 

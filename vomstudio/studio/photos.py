@@ -139,10 +139,10 @@ class PhotoLinks:
             return None
         if (selected_path := self._selected_path(model_id, "cameras")) is not None:
             return selected_path
-        from vomstudio.io.photos.own_cameras.reading import find_own_cameras
+        from vomstudio.io.photos.own_cameras.reading import find_camera_file
 
         file = self._projects.project.find_model(record)
-        return None if file is None else find_own_cameras(file)
+        return None if file is None else find_camera_file(file)
 
     def _selected_path(self, model_id: str, subject: str) -> Path | None:
         """Resolve a stored path; paths within the project are relative, as it can be moved."""
@@ -236,11 +236,11 @@ def _read_photos(
     # Imported late, because importing the kernels takes 0.3 s and would delay the start.
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.io.photos.own_cameras.photos import find_photos
-    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import read_camera_file
     from vomstudio.io.photos.own_cameras.result import local_cameras
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
-    cameras_of_model = read_own_cameras(path, data.bounds)
+    cameras_of_model = read_camera_file(path, data.bounds)
     cameras = local_cameras(cameras_of_model)
     if tree is None:
         tree = RayTree(data, _MAX_RAY_DISTANCE_SPACINGS * resolution)

@@ -46,7 +46,7 @@ def create_feature(
         Points in the file frame of the model.
     model : Model
     kind : FeatureType
-    surface : PaintSurface or None
+    surface : SelectableSurface or None
         Surface of the model, which a patch requires.
 
     Raises
@@ -73,7 +73,7 @@ def create_line(
         Points in the file frame of the model, n >= 2.
     model : Model
     kind : FeatureType
-    surface : PaintSurface or None
+    surface : SelectableSurface or None
         Surface of the model, used for the resolution of a lineation.
 
     Raises
@@ -111,7 +111,7 @@ def create_patch(
         Sorted ids of the faces or points.
     model : Model
     kind : FeatureType
-    surface : PaintSurface
+    surface : SelectableSurface
         Surface of the model.
 
     Raises
@@ -133,7 +133,7 @@ def elements_inside(surface: SelectableSurface, ring: FloatArray) -> IntArray:
 
     Parameters
     ----------
-    surface : PaintSurface
+    surface : SelectableSurface
     ring : (n, 3) float64
         Outline in the file frame of the model, n >= 3.
 

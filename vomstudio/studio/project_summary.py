@@ -169,9 +169,9 @@ def fitted_records(
     rows = [row for row in table.rows if ids is None or row["id"] in ids]
     skipped = [item for item in table.skipped if ids is None or item["id"] in ids]
     # Stations, contact lines and rock areas have no orientation, so the table omits them.
-    missing = (ids or set()) - {item["id"] for item in (*rows, *skipped)}
+    missing_ids = (ids or set()) - {item["id"] for item in (*rows, *skipped)}
     for record in records.values():
-        if isinstance(record, Feature) and record.id in missing:
+        if isinstance(record, Feature) and record.id in missing_ids:
             reason = Finding("feature.without-plane")
             skipped.append({"id": record.id, "name": record.name, "reason": reason})
     return ProjectOrientations(tuple(rows), tuple(skipped), table.limits)

@@ -147,11 +147,11 @@ class Projects:
                 raise
             read.append((project, measurements))
 
-        def whole() -> None:
+        def work_without_gc() -> None:
             with pause_collection(is_long_lived=True):
                 work()
 
-        self._run_blocking(whole)
+        self._run_blocking(work_without_gc)
         return read[0]
 
     def _lock(self, folder: Path) -> ProjectFolder:

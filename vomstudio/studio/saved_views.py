@@ -37,9 +37,9 @@ class SavedViews:
 
     def all(self) -> list[SavedView]:
         """Return all readable views."""
-        stored = self._read_value(VIEW_KEY)
+        stored_views = self._read_value(VIEW_KEY)
         views: dict[str, SavedView] = {}
-        for item in stored if isinstance(stored, list) else []:
+        for item in stored_views if isinstance(stored_views, list) else []:
             if not isinstance(item, Mapping):
                 continue
             name, camera, box = item.get("name"), item.get("camera"), item.get("box")

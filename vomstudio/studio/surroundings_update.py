@@ -37,7 +37,7 @@ class SurroundingsUpdate:
         self._notices, self._background = notices, background
         self._offered_folder = ""
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why no feature can be updated, or None if one can."""
         if self._background.is_busy:
             return Finding("surroundings.running")
@@ -61,7 +61,7 @@ class SurroundingsUpdate:
 
     def update(self) -> None:
         """Remeasure all outdated features in a thread, and apply the edit at the end."""
-        if self.why_not() is not None:
+        if self.disabled_reason() is not None:
             return
         features = list(self._updatable_features())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}

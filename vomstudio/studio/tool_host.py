@@ -145,7 +145,7 @@ class ToolHost:
 
     def _close(self, tool: Tool) -> bool:
         """Finish the open feature of a tool, or discard it. Return whether this was possible."""
-        if not tool.is_finishing and tool.finish_refusal() is None:
+        if not tool.is_finishing and tool.finish_problem() is None:
             tool.finish()
         if tool.is_open and not tool.is_finishing:
             tool.cancel()
@@ -184,11 +184,11 @@ class ToolHost:
 
     @property
     def has_waiting_clicks(self) -> bool:
-        """Whether clicks wait until the feature of another tool is kept."""
+        """Whether clicks are pending until the feature of another tool is stored."""
         return bool(self._waiting)
 
     def undo_click(self) -> None:
-        """Remove the last click that waits, or else undo the last step of the open feature."""
+        """Remove the last pending click, or undo the last step of the open feature."""
         if self._waiting:
             self._waiting.pop()
             self.show(self._tool_preview)
@@ -355,9 +355,9 @@ class ToolHost:
         if hits:
             preview = preview or Preview(np.zeros((0, 3)))
             positions = self.world_positions(hits)
-            if preview.pending_places is not None:
-                positions = np.concatenate([preview.pending_places, positions])
-            preview = replace(preview, pending_places=positions)
+            if preview.pending_positions is not None:
+                positions = np.concatenate([preview.pending_positions, positions])
+            preview = replace(preview, pending_positions=positions)
         self.preview.emit(preview)
 
     def report(self, message: Finding | VomError) -> None:

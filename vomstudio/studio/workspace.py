@@ -307,23 +307,26 @@ class Workspace:
         """
         new_records = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
         old_records = {id_: edit.before[id_] for id_ in new_records}
-        renamed_features = {
+        renamed_ids = {
             i
             for i, r in old_records.items()
             if isinstance(r, Feature) and r.name != new_records[i].name
         }
         added_ids = {i for i, r in old_records.items() if r is None}
-        named_ids = renamed_features | (added_ids if len(added_ids) > 1 else set())
-        if not named_ids:
+        checked_ids = renamed_ids | (added_ids if len(added_ids) > 1 else set())
+        if not checked_ids:
             return
-        count = Counter(feature.name for feature in self.projects.session.features())
-        twice = sorted({new_records[i].name for i in named_ids if count[new_records[i].name] > 1})
-        if twice:
+        name_counts = Counter(feature.name for feature in self.projects.session.features())
+        duplicate_names = sorted(
+            {new_records[i].name for i in checked_ids if name_counts[new_records[i].name] > 1}
+        )
+        if duplicate_names:
             self.notices.warn(
                 Finding(
                     "feature.same-names",
-                    count=len(twice),
-                    names=", ".join(twice[:5]) + (" …" if len(twice) > 5 else ""),
+                    count=len(duplicate_names),
+                    names=", ".join(duplicate_names[:5])
+                    + (" …" if len(duplicate_names) > 5 else ""),
                 )
             )
 

@@ -87,20 +87,20 @@ def test_even_gaps_are_regular_and_random_ones_seldom() -> None:
 def test_the_interval_of_random_spacing_is_that_of_the_frequency() -> None:
     places = np.sort(np.random.default_rng(4).uniform(0.0, 20.0, 30))
     crossings = find_crossings(across(places), np.array([line(20.0)]))
-    found = measure_spacing(crossings, np.ones(30, np.bool_))
-    low, high = found.P10_95_1_per_m
-    assert found.mean_95_m == pytest.approx((1.0 / high, 1.0 / low))  # type: ignore[operator]
-    assert low <= found.P10_1_per_m <= high  # type: ignore[operator]
-    assert found.true_mean_95_m == pytest.approx(found.mean_95_m)
+    statistics = measure_spacing(crossings, np.ones(30, np.bool_))
+    low, high = statistics.P10_95_1_per_m
+    assert statistics.mean_95_m == pytest.approx((1.0 / high, 1.0 / low))  # type: ignore[operator]
+    assert low <= statistics.P10_1_per_m <= high  # type: ignore[operator]
+    assert statistics.true_mean_95_m == pytest.approx(statistics.mean_95_m)
 
 
 def test_regular_spacing_is_known_better_than_random_one() -> None:
     crossings = find_crossings(across(np.arange(0.5, 20.0)), np.array([line(20.0)]))
-    found = measure_spacing(crossings, np.ones(20, np.bool_))
-    assert found.mean_95_m == pytest.approx((1.0, 1.0))
-    low, high = found.P10_95_1_per_m
+    statistics = measure_spacing(crossings, np.ones(20, np.bool_))
+    assert statistics.mean_95_m == pytest.approx((1.0, 1.0))
+    low, high = statistics.P10_95_1_per_m
     assert 0.9 < low < 1.0 < high < 1.1  # type: ignore[operator]
-    assert found.dispersion < 0.1
+    assert statistics.dispersion < 0.1
 
 
 def test_a_second_scanline_across_the_same_traces_tells_nothing_new() -> None:
@@ -123,7 +123,9 @@ def test_a_window_cuts_one_trace_into_pieces_that_belong_together() -> None:
     """A window with a gap sees each of six traces twice: six events of weight two."""
     area = SQUARE.difference(shapely.box(4.0, -1.0, 6.0, 11.0))
     traces = shapely.linestrings([[(1.0, y), (9.0, y)] for y in (1.0, 2.5, 4.0, 6.0, 7.5, 9.0)])
-    found = fracture_network(np.asarray(traces), SamplingRegion(area)).found
-    assert found.pieces == 12
-    six = density_interval(np.full(6, 2.0), float(area.area), max(found.dispersion or 1.0, 1.0))
-    assert found.P20_95_1_per_m2 == pytest.approx(six)
+    statistics = fracture_network(np.asarray(traces), SamplingRegion(area)).statistics
+    assert statistics.pieces == 12
+    six = density_interval(
+        np.full(6, 2.0), float(area.area), max(statistics.dispersion or 1.0, 1.0)
+    )
+    assert statistics.P20_95_1_per_m2 == pytest.approx(six)

@@ -19,13 +19,13 @@ SQUARE = shapely.box(0, 0, 10, 10)
 
 
 def lines(*rows: list[tuple[float, float]]) -> np.ndarray:
-    found = np.empty(len(rows), object)
-    found[:] = [shapely.LineString(row) for row in rows]
-    return found
+    statistics = np.empty(len(rows), object)
+    statistics[:] = [shapely.LineString(row) for row in rows]
+    return statistics
 
 
-def counts(found: object) -> tuple[int, int, int]:
-    nodes = found.nodes  # type: ignore[attr-defined]
+def counts(statistics: object) -> tuple[int, int, int]:
+    nodes = statistics.nodes  # type: ignore[attr-defined]
     return nodes.I, nodes.Y, nodes.X
 
 
@@ -34,11 +34,11 @@ def test_a_grid_of_traces_has_the_nodes_it_was_drawn_with() -> None:
         *([(1.0, y), (9.0, y)] for y in (2.0, 4.0, 6.0)),
         *([(x, 1.0), (x, 6.0)] for x in (3.0, 5.0)),  # they abut on the last of the others
     )
-    found = fracture_network(grid).found
-    assert counts(found) == (8, 2, 4)
-    assert found.mended == ()
-    assert found.area_m2 is found.P21_1_per_m is found.P10_1_per_m is None
-    assert found.length.mean_m == found.length.naive_mean_m == pytest.approx(34 / 5)
+    statistics = fracture_network(grid).statistics
+    assert counts(statistics) == (8, 2, 4)
+    assert statistics.mended == ()
+    assert statistics.area_m2 is statistics.P21_1_per_m is statistics.P10_1_per_m is None
+    assert statistics.length.mean_m == statistics.length.naive_mean_m == pytest.approx(34 / 5)
 
 
 def test_pieces_end_at_the_edge_and_are_not_cut_at_nodes() -> None:
@@ -48,17 +48,17 @@ def test_pieces_end_at_the_edge_and_are_not_cut_at_nodes() -> None:
         [(8, 8), (12, 8), (12, 9), (8, 9)],  # leaves and comes back
         [(20, 20), (30, 30)],  # elsewhere
     )
-    found = fracture_network(traces, SamplingRegion(SQUARE)).found
-    assert (found.traces, found.pieces) == (4, 4)
-    assert found.area_m2 == 100.0
-    assert found.P20_1_per_m2 == pytest.approx(0.04)
-    assert found.P21_1_per_m == pytest.approx((10 + 6 + 2 + 2) / 100)
-    assert counts(found) == (4, 0, 1)
-    assert found.nodes.E == 4
-    assert found.P20_nodes_1_per_m2 == pytest.approx(4 / 2 / 100)
-    assert found.length.censored_share == 0.75
+    statistics = fracture_network(traces, SamplingRegion(SQUARE)).statistics
+    assert (statistics.traces, statistics.pieces) == (4, 4)
+    assert statistics.area_m2 == 100.0
+    assert statistics.P20_1_per_m2 == pytest.approx(0.04)
+    assert statistics.P21_1_per_m == pytest.approx((10 + 6 + 2 + 2) / 100)
+    assert counts(statistics) == (4, 0, 1)
+    assert statistics.nodes.E == 4
+    assert statistics.P20_nodes_1_per_m2 == pytest.approx(4 / 2 / 100)
+    assert statistics.length.censored_share == 0.75
     # All length over half of the ends inside.
-    assert found.length.mean_m == pytest.approx(20 / (4 / 2))
+    assert statistics.length.mean_m == pytest.approx(20 / (4 / 2))
 
 
 @pytest.mark.parametrize(("snap", "expected"), [(0.0, (6, 0, 1)), (0.1, (4, 2, 0))])
@@ -70,74 +70,76 @@ def test_gaps_and_overshoots_are_mended_within_the_tolerance_and_listed(
         [(3, 5), (3, 0.05)],  # stops short
         [(6, 5), (6, -0.05)],  # runs past
     )
-    found = fracture_network(traces, snap_m=snap).found
-    assert counts(found) == expected
-    listed = [(m.what, m.trace, m.other, round(m.distance_m, 9)) for m in found.mended]
+    statistics = fracture_network(traces, snap_m=snap).statistics
+    assert counts(statistics) == expected
+    listed = [(m.what, m.trace, m.other, round(m.distance_m, 9)) for m in statistics.mended]
     assert listed == ([("gap", 2, 1, 0.05), ("overshoot", 3, 1, 0.05)] if snap else [])
 
 
 def test_an_acute_overshoot_is_one_abutment() -> None:
     ran_past = (5 + 0.4, -0.04)
     traces = lines([(0, 0), (10, 0)], [(0, 0.5), ran_past])
-    assert counts(fracture_network(traces, snap_m=0.05).found) == (3, 1, 0)
+    assert counts(fracture_network(traces, snap_m=0.05).statistics) == (3, 1, 0)
 
 
 def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() -> None:
     traces = lines(
         [(0, 0), (1, 0)], [(1, 0), (2, 1)], [(5, 0), (5, 2)], [(4, 1), (6, 1)], [(4, 0), (6, 2)]
     )
-    found = fracture_network(traces).found
-    assert (found.nodes.L, found.nodes.other) == (1, 1)
-    assert counts(found) == (8, 0, 0)
-    assert by_code(found.warnings)["fractures.other-nodes"] == {"count": 1}
+    statistics = fracture_network(traces).statistics
+    assert (statistics.nodes.L, statistics.nodes.other) == (1, 1)
+    assert counts(statistics) == (8, 0, 0)
+    assert by_code(statistics.warnings)["fractures.other-nodes"] == {"count": 1}
 
 
 def test_a_trace_that_crosses_itself_is_one_piece_and_said() -> None:
     loop = lines([(-2, 3), (6, 3), (6, 6), (3, 6), (3, 1)])
-    found = fracture_network(loop, SamplingRegion(SQUARE)).found
-    assert found.pieces == 1
-    assert found.P21_1_per_m == pytest.approx((6 + 3 + 3 + 5) / 100)
-    assert by_code(found.warnings)["fractures.self-crossing"] == {"count": 1, "rows": (1,)}
+    statistics = fracture_network(loop, SamplingRegion(SQUARE)).statistics
+    assert statistics.pieces == 1
+    assert statistics.P21_1_per_m == pytest.approx((6 + 3 + 3 + 5) / 100)
+    assert by_code(statistics.warnings)["fractures.self-crossing"] == {"count": 1, "rows": (1,)}
 
 
 def test_a_closed_trace_has_no_ends() -> None:
-    found = fracture_network(lines([(2, 2), (4, 2), (4, 4), (2, 2)]), SamplingRegion(SQUARE)).found
-    assert (found.pieces, counts(found)) == (1, (0, 0, 0))
+    statistics = fracture_network(
+        lines([(2, 2), (4, 2), (4, 4), (2, 2)]), SamplingRegion(SQUARE)
+    ).statistics
+    assert (statistics.pieces, counts(statistics)) == (1, (0, 0, 0))
 
 
 def test_traces_that_run_over_each_other_are_counted_and_said() -> None:
-    found = fracture_network(lines([(0, 0), (4, 0)], [(2, 0), (6, 0)])).found
-    assert by_code(found.warnings)["fractures.overlaps"] == {"count": 1}
+    statistics = fracture_network(lines([(0, 0), (4, 0)], [(2, 0), (6, 0)])).statistics
+    assert by_code(statistics.warnings)["fractures.overlaps"] == {"count": 1}
 
 
 def test_a_circle_is_one_in_area_and_length() -> None:
     area = circle_area(3.0, -2.0, 5.0)
     assert area.area == pytest.approx(math.pi * 25, rel=1e-12)
-    found = fracture_network(
+    statistics = fracture_network(
         lines([(-10, -2), (10, -2)], [(3, 0), (3, 2)]),
         SamplingRegion(area, circle=(3.0, -2.0, 5.0)),
-    ).found
-    assert found.P21_1_per_m == pytest.approx(12 / (math.pi * 25), rel=1e-5)
+    ).statistics
+    assert statistics.P21_1_per_m == pytest.approx(12 / (math.pi * 25), rel=1e-5)
     # Mauldon and others (2001): n = 2 crossings of the rim, m = 2 ends inside.
-    assert found.circle is not None
-    assert (found.circle.n, found.circle.m) == (2, 2)
-    assert found.circle.intensity_1_per_m == pytest.approx(2 / 20)
-    assert found.circle.density_1_per_m2 == pytest.approx(2 / (2 * math.pi * 25))
-    assert found.circle.mean_length_m == pytest.approx(math.pi * 5 / 2)
+    assert statistics.circle is not None
+    assert (statistics.circle.n, statistics.circle.m) == (2, 2)
+    assert statistics.circle.intensity_1_per_m == pytest.approx(2 / 20)
+    assert statistics.circle.density_1_per_m2 == pytest.approx(2 / (2 * math.pi * 25))
+    assert statistics.circle.mean_length_m == pytest.approx(math.pi * 5 / 2)
 
 
 def test_a_hole_in_the_area_is_not_counted() -> None:
     area = SQUARE.difference(shapely.box(4, 4, 6, 6))
-    found = fracture_network(lines([(1, 5), (9, 5)]), SamplingRegion(area)).found
-    assert found.pieces == 2
-    assert found.P21_1_per_m == pytest.approx(6 / 96)
-    assert (counts(found), found.nodes.E) == ((2, 0, 0), 2)
+    statistics = fracture_network(lines([(1, 5), (9, 5)]), SamplingRegion(area)).statistics
+    assert statistics.pieces == 2
+    assert statistics.P21_1_per_m == pytest.approx(6 / 96)
+    assert (counts(statistics), statistics.nodes.E) == ((2, 0, 0), 2)
 
 
 def test_a_window_without_traces_has_none_and_one_outside_the_map_is_refused() -> None:
     corners = lines([(0, 0), (1, 0)], [(20, 20), (21, 20)])
-    found = fracture_network(corners, SamplingRegion(shapely.box(8, 8, 12, 12))).found
-    assert (found.pieces, found.P21_1_per_m, found.length.mean_m) == (0, 0.0, None)
+    statistics = fracture_network(corners, SamplingRegion(shapely.box(8, 8, 12, 12))).statistics
+    assert (statistics.pieces, statistics.P21_1_per_m, statistics.length.mean_m) == (0, 0.0, None)
     with refused("fractures.area-elsewhere", GeometryError):
         fracture_network(corners, SamplingRegion(shapely.box(100, 100, 110, 110)))
 
@@ -154,10 +156,10 @@ def test_figures_turn_and_grow_with_the_world() -> None:
     def moved(xy: np.ndarray) -> np.ndarray:
         return 2 * xy @ np.array([[c, -s], [s, c]]) + [4e5, 6e6]
 
-    one = fracture_network(traces, SamplingRegion(SQUARE)).found
+    one = fracture_network(traces, SamplingRegion(SQUARE)).statistics
     two = fracture_network(
         shapely.transform(traces, moved), SamplingRegion(shapely.transform(SQUARE, moved))
-    ).found
+    ).statistics
     assert counts(one) == counts(two)
     assert two.sets[0].strike_deg == pytest.approx(one.sets[0].strike_deg + 30, abs=1e-6)
     assert two.P21_1_per_m == pytest.approx(one.P21_1_per_m / 2, rel=1e-6)
@@ -175,11 +177,11 @@ def test_fifty_thousand_traces() -> None:
     traces = shapely.linestrings(np.stack([start, end], axis=1))
     area = shapely.box(100, 100, 900, 900)
     pieces = clip_traces(traces, area)
-    found = find_nodes(pieces, 0.0, area).counts
+    statistics = find_nodes(pieces, 0.0, area).counts
     # A Poisson process: density 0.05, P21 0.2, X = P21^2 / pi per area for all directions.
-    assert found.I / 2 / area.area == pytest.approx(0.05, rel=0.03)
+    assert statistics.I / 2 / area.area == pytest.approx(0.05, rel=0.03)
     assert pieces.lengths().sum() / area.area == pytest.approx(0.2, rel=0.03)
-    assert found.X / area.area == pytest.approx(0.2**2 / math.pi, rel=0.03)
+    assert statistics.X / area.area == pytest.approx(0.2**2 / math.pi, rel=0.03)
 
 
 def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
@@ -188,16 +190,16 @@ def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
     drawn = read_lines(data_dir / "fracture_traces" / "KB11_traces.geojson")
     area, _ = read_area(data_dir / "fracture_traces" / "KB11_area.geojson")
     for snap in (0.0, 0.001):
-        found = fracture_network(drawn.shapes, SamplingRegion(area), snap_m=snap).found
-        assert (found.traces, found.pieces) == (707, 709)
-        assert counts(found) == (476, 826, 268)
-        assert found.area_m2 == pytest.approx(1237.9, abs=0.05)
-        assert found.P21_1_per_m == pytest.approx(1.26308754, rel=1e-8)
-        assert found.P21_unclipped_1_per_m == pytest.approx(1.29, abs=0.005)
-        assert found.P20_1_per_m2 == pytest.approx(0.57, abs=0.005)
-        assert found.P20_nodes_1_per_m2 == pytest.approx(0.52589047, rel=1e-7)
-        assert found.length.naive_mean_m == pytest.approx(2.20532656, rel=1e-8)
-        assert found.length.longest_m == pytest.approx(33.1085306, rel=1e-8)
+        statistics = fracture_network(drawn.shapes, SamplingRegion(area), snap_m=snap).statistics
+        assert (statistics.traces, statistics.pieces) == (707, 709)
+        assert counts(statistics) == (476, 826, 268)
+        assert statistics.area_m2 == pytest.approx(1237.9, abs=0.05)
+        assert statistics.P21_1_per_m == pytest.approx(1.26308754, rel=1e-8)
+        assert statistics.P21_unclipped_1_per_m == pytest.approx(1.29, abs=0.005)
+        assert statistics.P20_1_per_m2 == pytest.approx(0.57, abs=0.005)
+        assert statistics.P20_nodes_1_per_m2 == pytest.approx(0.52589047, rel=1e-7)
+        assert statistics.length.naive_mean_m == pytest.approx(2.20532656, rel=1e-8)
+        assert statistics.length.longest_m == pytest.approx(33.1085306, rel=1e-8)
 
 
 def test_an_area_beyond_the_traces_is_said() -> None:
@@ -207,8 +209,10 @@ def test_an_area_beyond_the_traces_is_said() -> None:
 
     def share_percent(x: float, y: float, radius: float) -> float | None:
         area = shapely.Point(x, y).buffer(radius, 256)
-        found = fracture_network(lines, SamplingRegion(area=area, circle=(x, y, radius))).found
-        note = by_code(found.notes).get("fractures.area-beyond-traces")
+        statistics = fracture_network(
+            lines, SamplingRegion(area=area, circle=(x, y, radius))
+        ).statistics
+        note = by_code(statistics.notes).get("fractures.area-beyond-traces")
         return None if note is None else note["share_percent"]
 
     assert share_percent(5, 5, 4) is None

@@ -30,8 +30,8 @@ CONTROL_FORMAT = ControlFormat(
     points=lambda path: [ControlPoint("A", (1.0, 2.0, 3.0), 0.002)],
     marks=lambda path: [Mark("A", "a.jpg", 10.0, 20.0)],
     crs=lambda path: "EPSG:32633",
-    holds_marks=True,
-    found_as=("station.xml",),
+    has_marks=True,
+    default_names=("station.xml",),
 )
 """
 

@@ -74,7 +74,7 @@ def test_decimal_commas_of_other_tables(tmp_path: Path) -> None:
 
 def test_whole_numbers_with_accuracies_are_no_decimal_commas(tmp_path: Path) -> None:
     text = "a.jpg,398000,4980000,320,2,2,5\nb.jpg,398020,4980010,321,2,2,5\n"
-    assert read_positions(written(tmp_path, text)).places[0].tolist() == [398000, 4980000, 320]
+    assert read_positions(written(tmp_path, text)).coordinates[0].tolist() == [398000, 4980000, 320]
 
 
 @pytest.mark.parametrize(

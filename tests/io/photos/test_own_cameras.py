@@ -18,7 +18,7 @@ from tests.io.photos import camera_files as files
 from tests.messages import by_code, refused
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
-from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+from vomstudio.io.photos.own_cameras.reading import find_camera_file, read_camera_file
 from vomstudio.io.photos.own_cameras.result import local_cameras
 
 Array = npt.NDArray[np.float64]
@@ -44,30 +44,30 @@ def same(
 
 def test_colmap_text(tmp_path: Path) -> None:
     folder = files.colmap_text(tmp_path / "sparse" / "0", VIEWS)
-    same(read_own_cameras(folder).views, VIEWS)
-    same(read_own_cameras(folder / "images.txt").views, VIEWS)
+    same(read_camera_file(folder).views, VIEWS)
+    same(read_camera_file(folder / "images.txt").views, VIEWS)
 
 
 @pytest.mark.parametrize("binary", [True, False])
 def test_colmap_as_it_writes_itself(tmp_path: Path, binary: bool) -> None:
     folder = files.colmap_itself(tmp_path / "0", VIEWS, binary)
-    same(read_own_cameras(folder).views, VIEWS)
+    same(read_camera_file(folder).views, VIEWS)
     if binary:
         data = (folder / "images.bin").read_bytes()
         (folder / "images.bin").write_bytes(data[: len(data) // 2])
         with refused("file.damaged", format="COLMAP") as error:
-            read_own_cameras(folder)
+            read_camera_file(folder)
         assert error.value.field
 
 
 def test_metashape_with_the_transform_of_its_chunk(tmp_path: Path) -> None:
     path = files.metashape_xml(tmp_path / "cameras.xml", VIEWS, 3.0, TURN, np.array([90.0, 8, -5]))
-    same(read_own_cameras(path, BOX).views, VIEWS)
-    same(read_own_cameras(path).views, VIEWS)
+    same(read_camera_file(path, BOX).views, VIEWS)
+    same(read_camera_file(path).views, VIEWS)
     # A model that was exported in the inner frame of the chunk.
     inner = [v.moved(1 / 3.0, TURN.T, -TURN.T @ [30.0, 8 / 3, -5 / 3]) for v in VIEWS]
     middle = TURN.T @ -np.array([90.0, 8, -5]) / 3.0
-    found = read_own_cameras(path, middle + BOX / 3.0)
+    found = read_camera_file(path, middle + BOX / 3.0)
     same(found.views, inner)
     assert "cameras.frame" in by_code(found.warnings)
 
@@ -97,7 +97,7 @@ def test_metashape_on_earth(tmp_path: Path) -> None:
     shift = np.mean([v.centre for v in geocentric], axis=0)
     wkt = CRS.from_epsg(32633).to_wkt().replace("<", "&lt;")
     files.metashape_xml(path, geocentric, 2.0, TURN, shift, wkt)
-    found = read_own_cameras(path, BOX + origin).views
+    found = read_camera_file(path, BOX + origin).views
     for view in on_map:
         there = found[view.name.removesuffix(".jpg")]
         turned = Rotation.from_matrix(there.rotation @ view.rotation.T).magnitude()
@@ -107,29 +107,29 @@ def test_metashape_on_earth(tmp_path: Path) -> None:
 
 def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
     assert by_code(found.warnings)["cameras.several-parts"] == {"count": 2}
     origin = np.array([500_000.0, 4_000_000.0, 0.0])
     on_map = [v.moved(1.0, np.eye(3), origin) for v in VIEWS]
     shots = files.shots_geojson(tmp_path / "odm_report" / "shots.geojson", on_map)
-    same(read_own_cameras(shots, BOX + origin).views, on_map, lens=False)
+    same(read_camera_file(shots, BOX + origin).views, on_map, lens=False)
     # OpenDroneMap takes an offset off its meshes.
     (tmp_path / "odm_georeferencing").mkdir()
     (tmp_path / "odm_georeferencing" / "coords.txt").write_text(
         "WGS84 UTM 33N\n500000.0 4000000.0\n"
     )
-    found = read_own_cameras(shots, BOX)
+    found = read_camera_file(shots, BOX)
     same(found.views, VIEWS, lens=False)
     assert "cameras.frame" in by_code(found.warnings)
 
 
 def test_openmvg(tmp_path: Path) -> None:
     path = files.openmvg_json(tmp_path / "sfm_data.json", VIEWS)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
     assert not found.warnings
-    assert find_own_cameras(tmp_path / "model.ply") == path
+    assert find_camera_file(tmp_path / "model.ply") == path
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_poses_without_lenses_are_read_and_the_missing_lens_is_named(
     for part in data if isinstance(data, list) else [data]:
         part[key] = type(part[key])()
     path.write_text(json.dumps(data))
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     missing = by_code(found.warnings)["cameras.lenses-missing"]
     assert len(missing["photos"]) == len(VIEWS)
     assert len(missing["lenses"]) == 1
@@ -158,9 +158,9 @@ def test_poses_without_lenses_are_read_and_the_missing_lens_is_named(
 @pytest.mark.parametrize("version", [(1, 0, 0), (1, 2, 0), (1, 2, 6)])
 def test_alicevision(tmp_path: Path, version: tuple[int, int, int]) -> None:
     path = files.alicevision_json(tmp_path / "cameras.sfm", VIEWS, version)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
-    assert find_own_cameras(tmp_path / "model.obj") == path
+    assert find_camera_file(tmp_path / "model.obj") == path
 
 
 def test_models_of_meshroom_are_turned_against_their_cameras(tmp_path: Path) -> None:
@@ -170,18 +170,18 @@ def test_models_of_meshroom_are_turned_against_their_cameras(tmp_path: Path) -> 
     away = [view.moved(1.0, np.eye(3), shift) for view in VIEWS]
     files.alicevision_json(path, away, (1, 2, 6))
     corners = np.sort((BOX + shift) @ flip, axis=0)
-    found = read_own_cameras(path, corners)
+    found = read_camera_file(path, corners)
     same(found.views, [view.moved(1.0, flip, np.zeros(3)) for view in away])
     assert "cameras.frame" in by_code(found.warnings)
 
 
 def test_nerfstudio(tmp_path: Path) -> None:
     path = files.nerfstudio_json(tmp_path / "transforms.json", VIEWS)
-    same(read_own_cameras(path, BOX).views, VIEWS)
+    same(read_camera_file(path, BOX).views, VIEWS)
     # The axes that nerfstudio exchanges when it takes cameras from COLMAP.
     applied = np.array([[1.0, 0, 0, 40.0], [0, 0, 1, 0], [0, -1, 0, 0]])
     files.nerfstudio_json(path, VIEWS, applied)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, VIEWS)
     assert "cameras.frame" in by_code(found.warnings)
 
@@ -193,16 +193,16 @@ def with_lens(lens: Intrinsics) -> list[View]:
 def test_bundler_takes_sizes_from_the_photos(tmp_path: Path) -> None:
     views = with_lens(Intrinsics("RADIAL", 400, 300, (320.0, 200.0, 150.0, -0.05, 0.01)))
     path = files.bundler_out(tmp_path / "bundle.out", views)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, views, lens=False)
     assert by_code(found.warnings)["cameras.sizes-unknown"]["count"] == len(views)
     files.photos_of(tmp_path, views)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     same(found.views, views)
     assert not found.warnings
     (tmp_path / "list.txt").unlink()
     with refused("cameras.no-photo-list", photos=len(views) + 1):
-        read_own_cameras(path)
+        read_camera_file(path)
 
 
 @pytest.mark.parametrize("k4", [0.0, 0.02])
@@ -211,7 +211,7 @@ def test_reality_capture(tmp_path: Path, k4: float) -> None:
     views = with_lens(Intrinsics("FULL_OPENCV", 400, 300, params))
     path = files.reality_capture_csv(tmp_path / "registration.csv", views, k4)
     files.photos_of(tmp_path, views)
-    found = read_own_cameras(path, BOX)
+    found = read_camera_file(path, BOX)
     assert not found.warnings
     same(found.views, views, lens=k4 == 0.0)
     if k4:
@@ -228,22 +228,22 @@ def test_reality_capture(tmp_path: Path, k4: float) -> None:
 def test_micmac(tmp_path: Path) -> None:
     folder = files.micmac_folder(tmp_path / "Ori-All", VIEWS, PLACES)
     for path in (folder, folder / f"Orientation-{VIEWS[0].name}.xml"):
-        found = read_own_cameras(path, BOX)
+        found = read_camera_file(path, BOX)
         same(found.views, VIEWS)
         assert not found.warnings
-    assert find_own_cameras(tmp_path / "model.ply") == folder
+    assert find_camera_file(tmp_path / "model.ply") == folder
     # Points that are seen elsewhere show that lens or pose were not understood.
     files.micmac_folder(tmp_path / "Ori-Other", VIEWS, PLACES)
     lens = tmp_path / "Ori-Other" / "AutoCal_Foc-28000.xml"
     lens.write_text(lens.read_text().replace("<F>3200.0", "<F>3300.0"))
-    found = read_own_cameras(lens.parent, BOX)
+    found = read_camera_file(lens.parent, BOX)
     assert by_code(found.warnings)["cameras.unknown-lens"]["photos"] == len(VIEWS)
-    assert find_own_cameras(tmp_path / "model.ply") is None
+    assert find_camera_file(tmp_path / "model.ply") is None
 
 
 def test_tables_of_centres(tmp_path: Path) -> None:
     for write in (files.metashape_reference, files.metashape_angles):
-        found = read_own_cameras(write(tmp_path / "a.txt", VIEWS))
+        found = read_camera_file(write(tmp_path / "a.txt", VIEWS))
         assert not found.views
         for view in VIEWS:
             there = found.centres[view.name.removesuffix(".jpg")]
@@ -254,20 +254,20 @@ def test_our_own_files(tmp_path: Path) -> None:
     own = Cameras(tuple(VIEWS), Path("photos"), (100, 200, 300))
     moved = [v.moved(1.0, np.eye(3), np.array([100.0, 200, 300])) for v in VIEWS]
     write_cameras(tmp_path / "cameras.json", own)
-    same(read_own_cameras(tmp_path / "cameras.json").views, moved, lens=False)
+    same(read_camera_file(tmp_path / "cameras.json").views, moved, lens=False)
     write_cameras_csv(tmp_path / "cameras.csv", own)
-    same(read_own_cameras(tmp_path / "cameras.csv").views, moved, lens=False, metres=1e-5)
+    same(read_camera_file(tmp_path / "cameras.csv").views, moved, lens=False, metres=1e-5)
 
 
 def test_errors_and_weak_photos_are_written_with_our_own_files(tmp_path: Path) -> None:
     weak = frozenset({VIEWS[1].name})
     own = Cameras(tuple(VIEWS), Path("photos"), is_scaled=True, weak_names=weak)
     write_cameras(tmp_path / "cameras.json", own)
-    found = read_own_cameras(tmp_path / "cameras.json")
+    found = read_camera_file(tmp_path / "cameras.json")
     assert found.weak_names == local_cameras(found).weak_names == weak
     errors = {view.name: (0.01 * i, 0.2 * i) for i, view in enumerate(VIEWS)}
     write_cameras_csv(tmp_path / "cameras.csv", own, errors)
-    same(read_own_cameras(tmp_path / "cameras.csv").views, VIEWS, lens=False, metres=1e-5)
+    same(read_camera_file(tmp_path / "cameras.csv").views, VIEWS, lens=False, metres=1e-5)
     with (tmp_path / "cameras.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert float(rows[1]["position_error95_m"]) == pytest.approx(0.01)
@@ -276,18 +276,18 @@ def test_errors_and_weak_photos_are_written_with_our_own_files(tmp_path: Path) -
 
 def test_they_are_found_beside_the_model(tmp_path: Path) -> None:
     model = tmp_path / "model.ply"
-    assert find_own_cameras(model) is None
+    assert find_camera_file(model) is None
     (tmp_path / "cameras.json").write_text('{"v2 dji": {"projection_type": "brown"}}')
-    assert find_own_cameras(model) is None
+    assert find_camera_file(model) is None
     files.colmap_text(tmp_path / "sparse" / "0", VIEWS)
-    assert find_own_cameras(model) == tmp_path / "sparse" / "0"
+    assert find_camera_file(model) == tmp_path / "sparse" / "0"
     files.metashape_xml(tmp_path / "cameras.xml", VIEWS, 1.0, np.eye(3), np.zeros(3))
-    assert find_own_cameras(model) == tmp_path / "cameras.xml"
+    assert find_camera_file(model) == tmp_path / "cameras.xml"
 
 
 def test_cameras_that_look_elsewhere_are_doubted(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
-    far = read_own_cameras(path, BOX + 1000.0)
+    far = read_camera_file(path, BOX + 1000.0)
     assert "cameras.not-looking" in by_code(far.warnings)
 
 
@@ -359,7 +359,7 @@ def test_what_is_wrong_is_said_with_its_place(
     path = tmp_path / name
     path.write_text(text)
     with refused(code, line=line, field=field) as error:
-        read_own_cameras(path)
+        read_camera_file(path)
     assert error.value.file is not None
 
 
@@ -370,21 +370,21 @@ def test_what_is_wrong_with_files_of_colmap_is_said(tmp_path: Path) -> None:
     for cells in (["1", "0", "0"], ["1", *"9999000", "1", "A"]):
         images.write_text("\n".join([whole[0], " ".join(cells), "", *whole[3:]]))
         with refused("file.damaged", format="COLMAP", file=images, line=2):
-            read_own_cameras(folder)
+            read_camera_file(folder)
     (folder / "cameras.txt").write_text("1 OPENCV 40 30 1 2 3\n")
     with refused("file.damaged", format="COLMAP", line=1):
-        read_own_cameras(folder)
+        read_camera_file(folder)
     (folder / "cameras.bin").write_bytes(struct.pack("<Qii", 1, 1, 99) + bytes(16))
     (folder / "images.bin").write_bytes(bytes(8))
     with refused("file.damaged", format="COLMAP"):
-        read_own_cameras(folder)
+        read_camera_file(folder)
 
 
 @pytest.mark.parametrize("model", ["SIMPLE_RADIAL_FISHEYE 4 3 2 2 1.5 0.1", "FOV 4 3 2 2 2 1.5 1"])
 def test_lenses_that_are_not_known_are_named(tmp_path: Path, model: str) -> None:
     folder = files.colmap_text(tmp_path / "0", VIEWS)
     (folder / "cameras.txt").write_text(f"1 {model}\n")
-    found = read_own_cameras(folder)
+    found = read_camera_file(folder)
     assert len(found.views) == len(VIEWS)
     unknown = by_code(found.warnings).get("cameras.unknown-lens")
     assert (unknown is not None and unknown["model"] == "FOV") == model.startswith("FOV")

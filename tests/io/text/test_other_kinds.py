@@ -20,7 +20,7 @@ from PIL import Image
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import HEAD_BYTES, recognise_kind
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+from vomstudio.io.photos.own_cameras.reading import read_camera_file
 from vomstudio.io.text.tables import read_table
 
 
@@ -206,5 +206,5 @@ def test_points_of_a_model_and_cameras_name_the_kind_too(tmp_path: Path) -> None
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InputError) as caught:
-            read_own_cameras(tmp_path / name)
+            read_camera_file(tmp_path / name)
         assert (caught.value.code, caught.value.values["kind"]) == ("file.other-kind", kind)

@@ -44,9 +44,9 @@ def test_only_as_many_photos_are_worked_on_at_once_as_the_memory_holds(free):
 
 def test_one_photo_is_always_worked_on(free):
     free(0.1)
-    assert memory.workers_at_once(GB, 8) == 1
+    assert memory.worker_count(GB, 8) == 1
     free(1000)
-    assert memory.workers_at_once(GB, 8) == 8
+    assert memory.worker_count(GB, 8) == 8
 
 
 def test_depths_of_photos_that_fit_are_sought_at_the_wanted_size(free):
@@ -59,23 +59,23 @@ def test_with_little_memory_or_very_many_photos_depths_are_sought_in_smaller_pho
     small = memory_limits.fitting_size(3200, [(6000, 4000)] * 12)
     assert small < 3200
     pixels = round(small * small / 1.5)
-    assert depthmaps.memory_needed(small, round(small / 1.5)) < 0.7 * 3 * GB
-    assert fusion.memory_needed(12 * pixels, pixels) < 1.01 * 0.7 * 3 * GB
+    assert depthmaps.peak_memory_bytes(small, round(small / 1.5)) < 0.7 * 3 * GB
+    assert fusion.peak_memory_bytes(12 * pixels, pixels) < 1.01 * 0.7 * 3 * GB
     free(16)
     assert memory_limits.fitting_size(3200, [(6000, 4000)] * 1000) < 1600
 
 
 def test_a_surface_of_little_memory_has_fewer_points(free):
     free(2)
-    assert meshing.fitting_points() * meshing._BYTES_PER_POINT <= 0.7 * 2 * GB
+    assert meshing.max_points_in_memory() * meshing._BYTES_PER_POINT <= 0.7 * 2 * GB
     free(100)
-    assert meshing.fitting_points() == meshing.MeshingOptions.max_points
+    assert meshing.max_points_in_memory() == meshing.MeshingOptions.max_points
 
 
 def test_a_photo_of_100_megapixels_takes_as_much_as_was_measured_to_be_straightened():
     """`tests/benchmarks/bench_memory`: 648 MB to 3200 pixels, 2110 MB to its own size."""
-    assert 648e6 < undistortion.memory_needed(12000, 9000, 3200) < 1300e6
-    assert 2110e6 < undistortion.memory_needed(12000, 9000, None) < 4200e6
+    assert 648e6 < undistortion.peak_memory_bytes(12000, 9000, 3200) < 1300e6
+    assert 2110e6 < undistortion.peak_memory_bytes(12000, 9000, None) < 4200e6
 
 
 def test_the_peak_of_a_run_that_was_stopped_counts(tmp_path, monkeypatch):

@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.dense.depthmaps import (
     DepthTask,
     depth_map,
     make_task,
-    memory_needed,
+    peak_memory_bytes,
 )
 from vomstudio.photogrammetry.dense.fusion import fuse_depth_maps, neighbours_by_name
 from vomstudio.photogrammetry.dense.pairs import select_pairs
@@ -254,5 +254,5 @@ def test_a_map_comes_back_from_its_file_and_half_a_file_is_refused(front, tmp_pa
 
 
 def test_memory_grows_with_pixels_and_sources():
-    assert memory_needed(2000, 1500, 4) > 3 * memory_needed(1000, 750, 4) - 200_000_000
-    assert memory_needed(4000, 3000, 8) > memory_needed(4000, 3000, 4)
+    assert peak_memory_bytes(2000, 1500, 4) > 3 * peak_memory_bytes(1000, 750, 4) - 200_000_000
+    assert peak_memory_bytes(4000, 3000, 8) > peak_memory_bytes(4000, 3000, 4)

@@ -53,16 +53,16 @@ PLACED = PlacedPhotos((Cameras(VIEWS, Path("photos")),))
 POINT = (0.7, 0.3, -0.9)
 
 
-def marked(*photos: str, label: str = "A", point=POINT) -> ControlMarks:
+def set_mark(*photos: str, label: str = "A", point=POINT) -> ControlMarks:
     made = ControlMarks()
     for name in photos:
         view = next(v for v in VIEWS if v.name == name)
-        made = made.marked(label, name, by_hand(view, point))
+        made = made.set_mark(label, name, by_hand(view, point))
     return made
 
 
 def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
-    sight = PLACED.predict(marked("a.jpg", "b.jpg"), "A")
+    sight = PLACED.predict(set_mark("a.jpg", "b.jpg"), "A")
     assert set(sight.expected) == {"c.jpg"}, "the far one does not show it"
     assert sight.expected["c.jpg"] == pytest.approx(by_hand(VIEWS[2], POINT), abs=1e-4)
     assert max(sight.residuals_px.values()) < 1e-4
@@ -71,14 +71,14 @@ def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
 
 
 def test_one_mark_predicts_nothing() -> None:
-    sight = PLACED.predict(marked("a.jpg"), "A")
+    sight = PLACED.predict(set_mark("a.jpg"), "A")
     assert not sight.expected
     assert not sight.residuals_px
     assert sight.worst is None
 
 
 def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
-    made = marked("a.jpg")
+    made = set_mark("a.jpg")
     line = PLACED.epipolar_line(made, "A", "c.jpg")
     truth = by_hand(VIEWS[2], POINT)
     a, ab = line[:-1], np.diff(line, axis=0)
@@ -86,7 +86,7 @@ def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
     assert np.hypot(*(a + share[:, None] * ab - truth).T).min() < 0.05
     assert VIEWS[2].contains(line).all()
     assert not len(PLACED.epipolar_line(made, "A", "a.jpg")), "it is marked there"
-    assert not len(PLACED.epipolar_line(marked("a.jpg", "b.jpg"), "A", "c.jpg")), (
+    assert not len(PLACED.epipolar_line(set_mark("a.jpg", "b.jpg"), "A", "c.jpg")), (
         "two marks tell more"
     )
 
@@ -97,7 +97,7 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
     made = ControlMarks()
     for view in views:
         x, y = by_hand(view, POINT)
-        made = made.marked("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
+        made = made.set_mark("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
     sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
     assert sight.worst is not None
     name, residual = sight.worst
@@ -115,7 +115,7 @@ def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> No
     for number, view in enumerate(views):
         x, y = by_hand(view, POINT)
         dx, dy = way if number == wrong else (0.0, 0.0)
-        made = made.marked("A", view.name, (x + dx, y + dy))
+        made = made.set_mark("A", view.name, (x + dx, y + dy))
     sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
     assert sight.worst is not None
     assert sight.worst[0] == f"{wrong}.jpg"
@@ -131,11 +131,11 @@ def world(point) -> tuple[float, float, float]:
 def test_three_marked_control_points_tell_where_the_others_are() -> None:
     made = ControlMarks()
     for label, point in (("A", POINT), ("B", (-1.0, 0.0, 0.8)), ("C", (1.2, 0.5, 1.0))):
-        made = made.placed(ControlPoint(label, world(point)))
+        made = made.set_coordinates(ControlPoint(label, world(point)))
         for view in VIEWS[:2]:
-            made = made.marked(label, view.name, by_hand(view, point))
+            made = made.set_mark(label, view.name, by_hand(view, point))
     other = (-0.6, 0.2, -0.2)
-    made = made.placed(ControlPoint("D", world(other)))
+    made = made.set_coordinates(ControlPoint("D", world(other)))
     sight = PLACED.predict(made, "D")
     assert set(sight.expected) == {"a.jpg", "b.jpg", "c.jpg"}
     for view in VIEWS[:3]:
@@ -152,11 +152,11 @@ def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
 def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     """A tie point is predicted in the part in which it is marked twice, and in no other."""
     other = tuple(View(f"p{v.name}", v.intrinsics, v.rotation, v.translation) for v in VIEWS[:3])
-    placed = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
-    made = marked("a.jpg", "b.jpg").marked("A", "pc.jpg", (5.0, 5.0))
-    assert set(placed.predict(made, "A").expected) == {"c.jpg"}
-    assert placed.part_of("pb.jpg") == 1
-    finding, begun = missing(made, placed)
+    set_coordinates = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
+    made = set_mark("a.jpg", "b.jpg").set_mark("A", "pc.jpg", (5.0, 5.0))
+    assert set(set_coordinates.predict(made, "A").expected) == {"c.jpg"}
+    assert set_coordinates.part_of("pb.jpg") == 1
+    finding, begun = missing(made, set_coordinates)
     assert (finding.code, finding.values["size"]) == ("join.few-markers", 3)
     assert (begun.code, begun.values["component"]) == ("join.begun-markers", 2)
     assert finding.values["not_located"] == ("A",)
@@ -167,18 +167,18 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
     made = ControlMarks(points)
     for label in "BC":
         for photo in ("a.jpg", "b.jpg"):
-            made = made.marked(label, photo, (1.0, 2.0))
-    made = made.marked("A", "a.jpg", (1.0, 2.0))
+            made = made.set_mark(label, photo, (1.0, 2.0))
+    made = made.set_mark("A", "a.jpg", (1.0, 2.0))
     (finding,) = missing(made)
     values = {"count": 2, "total": 3, "least": 3, "photos": 2, "labels": ("A",)}
     assert finding.code == "control.too-few"
     assert values.items() <= finding.values.items()
     assert "A (1 mark)" in finding.message
     assert find_usable_points(made) == ["B", "C"]
-    assert missing(made.marked("A", "b.jpg", (3.0, 3.0))) == []
-    (finding,) = missing(made.removed("A"))
+    assert missing(made.set_mark("A", "b.jpg", (3.0, 3.0))) == []
+    (finding,) = missing(made.remove_point("A"))
     assert (finding.values["count"], finding.values["total"]) == (2, 2)
-    assert missing(made.removed("A").removed("B").removed("C")) == []
+    assert missing(made.remove_point("A").remove_point("B").remove_point("C")) == []
     assert find_usable_points(made, ["a.jpg"]) == []
 
 
@@ -188,30 +188,30 @@ def test_control_points_in_one_line_are_told_of() -> None:
     )
     for label in "ABC":
         for photo in ("a.jpg", "b.jpg"):
-            made = made.marked(label, photo, (1.0, 2.0))
+            made = made.set_mark(label, photo, (1.0, 2.0))
     assert [finding.code for finding in missing(made)] == ["control.collinear"]
 
 
 def test_points_are_changed_renamed_and_removed() -> None:
-    made = ControlMarks().begun_with("tie1").marked("tie1", "a.jpg", (1.0, 2.0))
+    made = ControlMarks().add_label("tie1").set_mark("tie1", "a.jpg", (1.0, 2.0))
     assert made.free_label() == "tie2"
-    assert made.begun == ()
+    assert made.new_labels == ()
     assert made.role("tie1") == "tie"
-    made = made.marked("tie1", "a.jpg", (3.0, 4.0))
+    made = made.set_mark("tie1", "a.jpg", (3.0, 4.0))
     assert made.marks == (Mark("tie1", "a.jpg", 3.0, 4.0),)
-    named = made.renamed("tie1", "corner")
+    named = made.rename_point("tie1", "corner")
     assert named.labels == ("corner",)
     with refused("label.in-use", GeometryError):
-        named.begun_with("x").renamed("x", "corner")
+        named.add_label("x").rename_point("x", "corner")
     for bad in ("", " a", "a\nb"):
         with refused("label.invalid", GeometryError):
-            named.renamed("corner", bad)
-    made = named.placed(ControlPoint("corner", (1.0, 2.0, 3.0), None, True))
+            named.rename_point("corner", bad)
+    made = named.set_coordinates(ControlPoint("corner", (1.0, 2.0, 3.0), None, True))
     assert made.role("corner") == "check"
-    assert made.unplaced("corner").role("corner") == "tie"
-    gone = made.unmarked("corner", "a.jpg")
+    assert made.remove_coordinates("corner").role("corner") == "tie"
+    gone = made.remove_mark("corner", "a.jpg")
     assert gone.labels == ("corner",)
-    assert made.removed("corner") == ControlMarks()
+    assert made.remove_point("corner") == ControlMarks()
 
 
 def test_photos_are_known_by_the_last_part_of_their_name() -> None:
@@ -219,6 +219,6 @@ def test_photos_are_known_by_the_last_part_of_their_name() -> None:
     made, strangers = ControlMarks().add_marks(
         [Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)], photos
     )
-    assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}
+    assert made.marks_in_photo("right/two.jpg") == {"A": (1.0, 2.0)}
     assert strangers == ["x"]
-    assert made.within("x"), "kept for when the photo is there again"
+    assert made.marks_in_photo("x"), "kept for when the photo is there again"

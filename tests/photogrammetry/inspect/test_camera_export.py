@@ -19,7 +19,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.registration_file import write_registration
-from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+from vomstudio.io.photos.own_cameras.reading import read_camera_file
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.photogrammetry.inspect.camera_export import export_cameras
 
@@ -43,7 +43,7 @@ def test_a_reconstruction_comes_back(made: Made, tmp_path: Path, name: str, worl
     shift = np.array(ORIGIN, float) * world
     expected = {view.name: view for view in made.scene.views}
     # The paths of photos in transforms.json are relative to it.
-    found = {Path(n).name: v for n, v in read_own_cameras(tmp_path / name).views.items()}
+    found = {Path(n).name: v for n, v in read_camera_file(tmp_path / name).views.items()}
     same_poses(found, expected, shift)
     for photo, view in found.items():
         pixels = view.project(made.scene.points[:20] + shift)
@@ -99,7 +99,7 @@ def test_a_registration_beside_the_cameras_leads_to_the_world(tmp_path: Path) ->
     (path.parent / "model.ply").write_bytes(b"ply")
     write_registration(registration, [path.parent / "model.ply"])
     result = export_cameras(path, tmp_path / "out", world=True)
-    found = read_own_cameras(tmp_path / "out").views
+    found = read_camera_file(tmp_path / "out").views
     assert (result.frame, result.crs) == ("world", "EPSG:32633")
     for view in views:
         centre = matrix[:3, :3] @ view.centre + matrix[:3, 3]
@@ -119,7 +119,7 @@ def test_what_nerfstudio_cannot_store_is_reported(tmp_path: Path) -> None:
     result = export_cameras(tmp_path / "cameras.json", tmp_path / "transforms.json")
     simplified = by_code(result.warnings)["cameras.lenses-simplified"]
     assert simplified["photos"] == (views[1].name,)
-    found = read_own_cameras(tmp_path / "transforms.json").views
+    found = read_camera_file(tmp_path / "transforms.json").views
     assert found[views[0].name].intrinsics == lenses[0]
 
 

@@ -219,7 +219,7 @@ def test_a_long_strip_without_points_that_reaches_the_rim_is_closed_and_the_rim_
     outside = np.maximum(np.maximum(1 - z, z - 2), 0)
     distance = np.maximum(outside, np.maximum(0.1 - np.abs(z - 1.5), 0))
     distance[x > 3.8] = 1.0
-    kept, _ = _trim(vertices, faces, distance, max_distance=0.16, max_hole=0.3)
+    kept, _ = _trim(vertices, faces, distance, max_distance=0.16, max_hole_width=0.3)
     middle = vertices[faces].mean(axis=1)
     strip = (np.abs(middle[:, 2] - 1.5) < 0.1) & (middle[:, 0] < 3.3)
     assert kept[strip].all()

@@ -266,7 +266,7 @@ def test_texels_follow_the_pixels_of_the_best_photo(slanting_deg: float) -> None
     assert made.report.texel_ratio == pytest.approx(texel_ratio(made, taken), rel=0.05)
     assert made.report.texel_ratio < 1.3
     assert "texture.pages-full" not in {w.code for w in made.report.warnings}
-    small = TextureOptions(atlas=AtlasOptions(page=64, most_pages=1))
+    small = TextureOptions(atlas=AtlasOptions(page=64, max_pages=1))
     report = make_texture(mesh, taken, small).report
     assert report.texel_ratio > 1.3
     finding = by_code(report.warnings)["texture.pages-full"]
@@ -294,7 +294,7 @@ def test_a_part_in_close_up_has_finer_texels_than_the_rest() -> None:
 
 def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
     """A sheet folded into an S: three layers along one direction, most of it out of sight."""
-    monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MAX_UNSEEN", 1.0)
+    monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MAX_UNSEEN_SHARE", 1.0)
     s = np.linspace(0, 3, 61)
     x = np.where(s < 1, s, np.where(s < 2, 2 - s, s - 2))
     y = s * 0.2

@@ -12,8 +12,8 @@ from tests.io.photos import photo_maker
 from tests.messages import refused, with_code
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.photogrammetry.survey.plan_camera import PlanCamera, camera_of
-from vomstudio.photogrammetry.survey.planning import depth_of_field, distance_for, plan_survey
+from vomstudio.photogrammetry.survey.plan_camera import PlanCamera, parse_camera
+from vomstudio.photogrammetry.survey.planning import depth_of_field, distance_for_gsd, plan_survey
 from vomstudio.photogrammetry.survey.survey_options import PlanOptions
 from vomstudio.products.report.field_sheet import draw_field_sheet, write_field_sheet
 
@@ -31,7 +31,7 @@ def test_eq_18_and_what_follows_from_it() -> None:
 
 def test_the_distance_for_a_wanted_pixel_gives_that_pixel() -> None:
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, gsd_m=0.002))
-    assert plan.distance_m == pytest.approx(distance_for(APSC, 0.002)) == pytest.approx(12.0)
+    assert plan.distance_m == pytest.approx(distance_for_gsd(APSC, 0.002)) == pytest.approx(12.0)
     assert plan.gsd_m == pytest.approx(0.002)
     # Both given: the distance counts, and the wish is not kept silent.
     plan = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=24.0, gsd_m=0.002))
@@ -71,7 +71,7 @@ def test_nobody_is_sent_to_where_they_stand() -> None:
 def test_a_camera_with_an_endless_name_is_refused_like_another() -> None:
     for words in ("q" * 10_000, "a\0b"):
         with refused("plan.unknown-camera", UsageError) as caught:
-            camera_of(words)
+            parse_camera(words)
         assert len(str(caught.value)) < 400
 
 
@@ -202,7 +202,7 @@ def test_a_plan_of_countless_photos_is_refused() -> None:
     ],
 )
 def test_a_camera_is_given_by_its_numbers(words: str) -> None:
-    found = camera_of(words)
+    found = parse_camera(words)
     assert (found.sensor_width_mm, found.focal_mm) == (23.5, 35)
     assert (found.width_px, found.height_px) == (6000, 4000)
 
@@ -213,29 +213,29 @@ def test_a_camera_is_given_by_its_numbers(words: str) -> None:
 )
 def test_numbers_that_are_no_camera_are_refused(words: str) -> None:
     with pytest.raises(UsageError, match="camera"):
-        camera_of(words)
+        parse_camera(words)
 
 
 def test_a_camera_is_found_by_name_with_its_lens() -> None:
-    assert camera_of("DJI Air 2S").focal_mm == 8.38
-    assert camera_of("canon eos 450d", 50.0).focal_mm == 50
+    assert parse_camera("DJI Air 2S").focal_mm == 8.38
+    assert parse_camera("canon eos 450d", 50.0).focal_mm == 50
     with refused("plan.no-focal-length", UsageError):
-        camera_of("Canon EOS 450D")
+        parse_camera("Canon EOS 450D")
     with refused("plan.unknown-camera", UsageError):
-        camera_of("Nikon D9O")
+        parse_camera("Nikon D9O")
 
 
 def test_a_photo_stands_for_its_camera(tmp_path: Path, data_dir: Path) -> None:
-    found = camera_of(str(data_dir / "brighton_beach" / "images" / "DJI_0018.JPG"))
+    found = parse_camera(str(data_dir / "brighton_beach" / "images" / "DJI_0018.JPG"))
     # A pixel at 40 m by the focal length of 2222 px.
-    assert distance_for(found, 0.018) == pytest.approx(0.018 * 2222.22, rel=1e-4)
+    assert distance_for_gsd(found, 0.018) == pytest.approx(0.018 * 2222.22, rel=1e-4)
     assert (found.width_px, found.height_px) == (4000, 2250)
     bare = photo_maker.write_photo(tmp_path / "a.jpg")
     with refused("plan.photo-without-camera", UsageError):
-        camera_of(str(bare))
+        parse_camera(str(bare))
     (tmp_path / "b.jpg").write_text("x")
     with pytest.raises(InputError, match=r"b\.jpg"):
-        camera_of(str(tmp_path / "b.jpg"))
+        parse_camera(str(tmp_path / "b.jpg"))
 
 
 # -- the sheet -----------------------------------------------------------------------------------
@@ -285,14 +285,14 @@ def test_a_sheet_of_another_kind_is_refused(tmp_path: Path) -> None:
 def test_cameras_have_their_true_pixels_not_those_of_an_enlarged_mode(
     name: str, width: int
 ) -> None:
-    camera = camera_of(name)
+    camera = parse_camera(name)
     assert camera.width_px == width
     gsd = plan_survey(camera, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0)).gsd_m
     assert gsd == pytest.approx(camera.sensor_width_mm / width * 20.0 / camera.focal_mm)
 
 
 def test_an_aperture_that_cannot_be_set_is_kept_and_said() -> None:
-    phone = camera_of("Mi 9T Pro")
+    phone = parse_camera("Mi 9T Pro")
     plan = plan_survey(phone, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     assert plan.f_number == 1.75
     assert not with_code(plan.warnings, "plan.fixed-aperture")

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import vomstudio as vs
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
-from vomstudio.photogrammetry.survey.plan_camera import camera_of
+from vomstudio.photogrammetry.survey.plan_camera import parse_camera
 from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
 from vomstudio.photogrammetry.survey.planning import SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.registration_forecast import forecast
@@ -24,7 +24,7 @@ Z95 = 1.959963984540054
 
 def plan(width: float, height: float, distance: float, manner: str = "drone") -> SurveyPlan:
     made = plan_survey(
-        camera_of(CAMERA, None),
+        parse_camera(CAMERA, None),
         PlanOptions(width_m=width, height_m=height, distance_m=distance, manner=manner),
     )
     return made

@@ -19,19 +19,19 @@ from vomstudio.io.photos.reading import read_photos
 from vomstudio.photogrammetry.survey.camera_positions import (
     metres_from_gps,
     rotation_error95_deg,
-    straightness,
+    width_to_length_ratio,
 )
 from vomstudio.photogrammetry.survey.check import check_photos, pixel_size
 from vomstudio.photogrammetry.survey.check_results import ADVICE, SurveyReport, assess
 from vomstudio.photogrammetry.survey.overlap import (
-    choose_pairs,
+    choose_check_pairs,
     compare_pair,
     compare_photos,
-    features_of,
+    extract_features,
     optical_axes,
 )
-from vomstudio.photogrammetry.survey.photo_limits import expected_planes, planes_in_short
-from vomstudio.photogrammetry.survey.photo_quality import blur, interpolation_period, linear_light
+from vomstudio.photogrammetry.survey.photo_limits import expected_planes, planes_summary
+from vomstudio.photogrammetry.survey.photo_quality import blur, linear_light, measure_resampling
 
 
 def codes(report: SurveyReport, *, grave: bool = True) -> set[str]:
@@ -101,9 +101,9 @@ def test_more_blur_is_always_more_on_real_photos(data_dir: Path) -> None:
 def test_interpolation_leaves_its_period() -> None:
     rng = np.random.default_rng(2)
     sharp = rng.integers(0, 255, (700, 700)).astype(np.uint8)
-    assert interpolation_period(sharp) < 8
+    assert measure_resampling(sharp) < 8
     larger = cv2.resize(sharp, (1100, 1100), interpolation=cv2.INTER_CUBIC)
-    assert interpolation_period(larger) > 40
+    assert measure_resampling(larger) > 40
 
 
 def test_linear_light_is_srgb() -> None:
@@ -117,7 +117,7 @@ def pair(tmp_path: Path, *stations, focal=(720.0, 720.0)):
     for i, (where, f) in enumerate(zip(stations, focal, strict=True)):
         wall.write_set(tmp_path / str(i), [where], focal=f)
     photos = [read_photos(tmp_path / str(i)).photos[0] for i in range(2)]
-    a, b = (features_of(photo) for photo in photos)
+    a, b = (extract_features(photo) for photo in photos)
     assert a is not None
     assert b is not None
     return compare_pair(0, 1, a, b)
@@ -150,7 +150,7 @@ def test_turning_on_the_spot_has_no_baseline(tmp_path: Path) -> None:
 def test_other_rock_does_not_match(tmp_path: Path) -> None:
     photo_maker.write_photo(tmp_path / "a.jpg", pixels=wall.render((0, 3, 8), (0, 3, 0)))
     photo_maker.write_photo(tmp_path / "b.jpg", pixels=wall.render((0, 3, 8), (0, 3, 0), seed=9))
-    a, b = (features_of(photo) for photo in read_photos(tmp_path).photos)
+    a, b = (extract_features(photo) for photo in read_photos(tmp_path).photos)
     assert a is not None
     assert b is not None
     assert compare_pair(0, 1, a, b) is None
@@ -160,7 +160,7 @@ def test_other_rock_does_not_match(tmp_path: Path) -> None:
 def test_view_directions_are_chained_over_the_set(tmp_path: Path) -> None:
     stations = few(6)
     wall.write_set(tmp_path, stations)
-    look = compare_photos([features_of(photo) for photo in read_photos(tmp_path).photos])
+    look = compare_photos([extract_features(photo) for photo in read_photos(tmp_path).photos])
     axes, known = optical_axes(look, len(stations))
     assert known.all()
     truth = np.array([wall.rotation_to(*s)[2] for s in stations])
@@ -172,13 +172,13 @@ def test_view_directions_are_chained_over_the_set(tmp_path: Path) -> None:
 
 
 def test_large_sets_are_compared_with_their_neighbours_only() -> None:
-    assert len(choose_pairs(20)) == 190
-    chosen = choose_pairs(500)
+    assert len(choose_check_pairs(20)) == 190
+    chosen = choose_check_pairs(500)
     assert len(chosen) < 500 * 8
     assert (0, 1) in chosen
     # Neighbours in place are found though they were taken long after one another.
     places = np.column_stack([np.r_[np.arange(250.0), np.arange(250.0)], np.zeros(500)])
-    assert (10, 260) in choose_pairs(500, places)
+    assert (10, 260) in choose_check_pairs(500, places)
 
 
 @pytest.mark.full
@@ -187,10 +187,10 @@ def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path:
 
     # As if eight photos were many: only neighbours in order are compared at first.
     monkeypatch.setattr(overlap, "_MAX_PHOTOS_ALL_PAIRS", 2)
-    monkeypatch.setattr(overlap, "_NEIGHBOURS", 1)
+    monkeypatch.setattr(overlap, "_N_NEIGHBOURS", 1)
     there = [((x, 3, 8), (x, 3, 0)) for x in (-6.0, 6.0, -5.0, 5.0, -2.0, 2.0)]
     wall.write_set(tmp_path, there, gps=False)
-    look = compare_photos([features_of(photo) for photo in read_photos(tmp_path).photos])
+    look = compare_photos([extract_features(photo) for photo in read_photos(tmp_path).photos])
     assert len(look.components(6)) == 1
 
 
@@ -420,10 +420,10 @@ def test_the_rotation_error_is_that_of_a_simulation() -> None:
 def test_positions_in_a_line_hold_nothing() -> None:
     line = np.arange(5.0)[:, None] * [1.0, 2.0, 0.5]
     assert rotation_error95_deg(line, 0.1)[0] == 180
-    assert straightness(line) == pytest.approx(0, abs=1e-12)
+    assert width_to_length_ratio(line) == pytest.approx(0, abs=1e-12)
     assert rotation_error95_deg(np.zeros((3, 3)), 0.1)[0] == 180
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
-    assert straightness(square) == pytest.approx(1)
+    assert width_to_length_ratio(square) == pytest.approx(1)
 
 
 def test_the_size_of_a_pixel_needs_a_distance(tmp_path: Path) -> None:
@@ -438,8 +438,8 @@ def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None
     planes = PlaneSizes.from_pixel_size(pixel)
     large = length_text(1000 * pixel, 2)
     small = length_text(planes.size_for_error(5.0), 2)
-    assert small in planes_in_short(planes)
-    assert f"{large} (1000 px)" in planes_in_short(planes)
+    assert small in planes_summary(planes)
+    assert f"{large} (1000 px)" in planes_summary(planes)
     assert expected_planes(planes).values["textbook_size"] == large
     _, covered, expected = assess([], pixel)
     assert covered == Finding("survey.pixel-size", pixel=length_text(pixel, 2))

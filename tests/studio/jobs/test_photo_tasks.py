@@ -20,7 +20,7 @@ def test_a_check_is_repeated_only_for_other_photos(tmp_path: Path) -> None:
         shutil.copy(path, folder)
 
     def check() -> SurveyReport:
-        return CHECK_PHOTOS.do(PhotosRequest(folder, cache), SilentProgress())
+        return CHECK_PHOTOS.function(PhotosRequest(folder, cache), SilentProgress())
 
     first = check()
     (stored,) = (cache / "checks").iterdir()

@@ -95,7 +95,7 @@ def test_the_type_for_planes_is_not_that_of_lines(line, context):
 def test_one_click_is_no_line(line, context):
     clicks(line, STRIA[:1])
     few = Finding("feature.too-few-points", count=1, minimum=2)
-    assert line.finish_refusal() == few
+    assert line.finish_problem() == few
     assert line.finish() is None
     assert line.is_open
     clicks(line, STRIA[:1])
@@ -219,7 +219,7 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
     measure.choose(kind=kind)
     for count, point in enumerate(ring, 1):
         clicks(measure, [point])
-        why = measure.finish_refusal()
+        why = measure.finish_problem()
         assert (why is None) == (count >= points), why
         if count < points:
             assert measure.finish() is None

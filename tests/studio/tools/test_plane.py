@@ -109,7 +109,7 @@ def patches(context) -> list[Patch]:
 
 def within(place, radius=0.3) -> set[int]:
     hit = at(Pointer.MOVE, place).hit
-    return set(create_surface(MESH).within(hit.index, hit.position, radius).tolist())
+    return set(create_surface(MESH).connected_ids_in_ball(hit.index, hit.position, radius).tolist())
 
 
 def chosen(tool) -> set[int]:
@@ -177,17 +177,17 @@ def test_clicks_wait_for_the_neighbour_graph_with_marks(tool, context):
     context.elements.is_slow = True
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0)))
     assert tool.is_open
-    assert len(context.shown[-1].pending_places) == 1
+    assert len(context.shown[-1].pending_positions) == 1
     tool.finish()
     tool.pointer(at(Pointer.CLICK, (3.0, 3.0)))
     assert tool.is_finishing
-    assert len(context.shown[-1].pending_places) == 2
+    assert len(context.shown[-1].pending_positions) == 2
     assert patches(context) == []
     context.elements.be_done()
     assert len(patches(context)) == 1
     assert tool.count > 0
     assert not tool.is_finishing
-    assert context.shown[-1].pending_places is None
+    assert context.shown[-1].pending_positions is None
 
 
 def test_undo_and_escape_remove_waiting_clicks_first(tool, context):
@@ -345,7 +345,7 @@ def test_enter_closes_a_polygon_before_it_keeps_the_plane(tool, context):
     tool.set_mode("polygon")
     for x, y in ((150, 100), (250, 100)):
         tool.pointer(PointerEvent(Pointer.CLICK, x, y, Button.LEFT))
-    assert tool.finish_refusal().code == "feature.too-few-points"
+    assert tool.finish_problem().code == "feature.too-few-points"
     assert tool.finish() is None
     assert tool.drawing
     tool.pointer(PointerEvent(Pointer.CLICK, 250, 200, Button.LEFT))
@@ -517,7 +517,7 @@ def test_there_is_nothing_to_remove_from_at_first(tool, context):
 def test_too_many_elements_are_no_plane(tool, context, monkeypatch):
     assert MAX_PLANE_ELEMENTS > 1_000_000
     monkeypatch.setattr("vomstudio.studio.tools.plane.MAX_PLANE_ELEMENTS", 100)
-    tool.changes.everything()
+    tool.changes.select_all()
     assert tool.finish() is None
     assert context.said[-1].code == "selection.too-many"
     assert context.said[-1].values["maximum"] == 100
@@ -591,9 +591,9 @@ def test_the_ring_of_the_brush_lies_on_the_surface(tool, context):
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     ring = context.shown[-1].brush
     assert abs(ring.normal @ DIP[:, 2]) > 0.99
-    assert not ring.removes
+    assert not ring.is_removing
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0), alt=True))
-    assert context.shown[-1].brush.removes
+    assert context.shown[-1].brush.is_removing
     tool.pointer(at(Pointer.MOVE, None))
     assert context.shown[-1] is None
     tool.set_mode("lasso")
@@ -605,9 +605,9 @@ def test_the_first_brush_suits_the_model(context):
     tool = PlaneTool(context)
     tool.pointer(at(Pointer.MOVE, (1.0, 1.0)))
     assert tool.radius == pytest.approx(0.05)
-    tool.larger()
+    tool.enlarge_brush()
     assert tool.radius > 0.05
-    tool.smaller()
+    tool.shrink_brush()
     assert tool.radius == pytest.approx(0.05, rel=0.05)
 
 

@@ -26,5 +26,5 @@ def test_each_tool_is_made_idle_and_says_what_to_do() -> None:
         tool = entry.tool(Context(Session(journal), journal))
         assert not tool.is_open
         assert tool.hint().endswith("."), "a sentence for the status line"
-        assert tool.cancel_refusal()
-        assert tool.finish_refusal()
+        assert tool.cancel_problem()
+        assert tool.finish_problem()

@@ -110,11 +110,11 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     tool.set_mode("rectangle")
     drag(tool, 150, 100, 250, 200)
     first = tool.selection.mask.copy()
-    tool.changes.wider()
-    wider = tool.selection.mask.copy()
-    assert (first & ~wider).sum() == 0
-    assert wider.sum() > first.sum()
-    tool.changes.narrower()
+    tool.changes.expand()
+    expand = tool.selection.mask.copy()
+    assert (first & ~expand).sum() == 0
+    assert expand.sum() > first.sum()
+    tool.changes.shrink()
     assert np.array_equal(tool.selection.mask, first)
     tool.changes.cut_out()
     model_id, mask = context.elements.cut[-1]
@@ -124,7 +124,7 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
     assert tool.selection is None
     assert np.array_equal(context.elements.hidden("m1"), first)
     # What is hidden is not chosen again, by whatever way.
-    tool.changes.everything()
+    tool.changes.select_all()
     assert np.array_equal(tool.selection.mask, ~first)
     tool.cancel()
     assert context.feature_discarded[0].label == UNDO_LABELS["hide"]
@@ -155,7 +155,7 @@ def test_by_field_and_by_colour(tool, context):
 
 
 def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):
-    tool.changes.everything()
+    tool.changes.select_all()
     assert context.session.draft is not None
     context.session.apply(edits.remove_model(context.session.records, "m1"))
     tool.document_changed()
@@ -204,8 +204,8 @@ def test_features_inside_a_shape_are_selected(tool, context):
 
 
 def test_enter_closes_a_shape_and_nothing_else(tool):
-    tool.changes.everything()
-    assert tool.finish_refusal().code == "tool.no-shape"
+    tool.changes.select_all()
+    assert tool.finish_problem().code == "tool.no-shape"
     assert tool.finish() is None
     assert tool.count == len(MESH.faces)
 

@@ -89,7 +89,7 @@ def _parser_words(
 
 
 def bash_script(commands: Sequence[CommandWords]) -> str:
-    """Return the script for bash.
+    """Return the completion script for bash.
 
     Parameters
     ----------
@@ -184,5 +184,5 @@ def fish_script(commands: Sequence[CommandWords]) -> str:
 
 
 def _quote(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
-    return f"'{escaped}'"
+    escaped_text = text.replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{escaped_text}'"

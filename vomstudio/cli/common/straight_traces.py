@@ -92,7 +92,7 @@ def band_lines(band: BandFigures) -> list[str]:
     """Describe the possible planes of a straight trace."""
     from vomstudio.geology.band_figures import band_findings
 
-    likely_plane = band.likely
+    likely_plane = band.likely_set
     plane = (
         None
         if likely_plane is None

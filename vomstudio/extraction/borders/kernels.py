@@ -128,7 +128,7 @@ def _is_surrounded(points, cell_starts, columns, c, p, max_offset, radius, table
 
 
 @part
-def _list_arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arcs):  # type: ignore[no-untyped-def]
+def _list_arcs(points, cell_starts, columns, c, p, max_offset, radius, neighbours, arcs):  # type: ignore[no-untyped-def]
     """List neighbours with the arcs (start, width) that they exclude; return their number."""
     x, y = points[p, 0], points[p, 1]
     count = 0
@@ -137,10 +137,10 @@ def _list_arcs(points, cell_starts, columns, c, p, max_offset, radius, near, arc
         for q in range(cell_starts[first - max_offset], cell_starts[first + max_offset + 1]):
             dx, dy = points[q, 0] - x, points[q, 1] - y
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance >= 2.0 * radius or distance == 0.0 or count == len(near):
+            if distance >= 2.0 * radius or distance == 0.0 or count == len(neighbours):
                 continue
             half_angle = math.acos(distance / (2.0 * radius))
-            near[count] = q
+            neighbours[count] = q
             arcs[count, 0], arcs[count, 1] = math.atan2(dy, dx) - half_angle, 2.0 * half_angle
             count += 1
     return count
@@ -164,7 +164,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     cell_starts,
     max_offset,
     radius,
-    spacing_factor,
+    skip_interior,
     table,
     is_queued,
     queue,
@@ -175,7 +175,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     """Write the pairs of points between which an empty disc rolls, and return their number.
 
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
-    `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `spacing_factor`, only gaps
+    `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `skip_interior`, only gaps
     that reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
     `is_queued` must be False on entry; `queue`, `neighbours` and `arcs` are work arrays.
     """
@@ -184,7 +184,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
     for row in range(max_offset + 1, rows - max_offset - 1):
         for c in range(row * columns + max_offset + 1, (row + 1) * columns - max_offset - 1):
             if cell_starts[c] == cell_starts[c + 1] or (
-                spacing_factor and _is_interior(cell_starts, columns, c)
+                skip_interior and _is_interior(cell_starts, columns, c)
             ):
                 continue
             for p in range(cell_starts[c], cell_starts[c + 1]):

@@ -65,7 +65,7 @@ def compute_evidence(graph: Graph, cost: str) -> FloatArray:
     ----------
     graph : Graph
     cost : str
-        One of `COSTS` except "colour", or the name of a field whose low values are searched.
+        One of `COST_NAMES` except "colour", or the name of a field whose low values are searched.
 
     Returns
     -------

@@ -73,10 +73,10 @@ class Neighbours(Protocol):
             Elements to exclude.
         """
 
-    def wider(self, selection: BoolArray) -> BoolArray:
+    def expand(self, selection: BoolArray) -> BoolArray:
         """Add the neighbours of the selected elements (n,)."""
 
-    def narrower(self, selection: BoolArray) -> BoolArray:
+    def shrink(self, selection: BoolArray) -> BoolArray:
         """Remove selected elements (n,) that have a neighbour outside the selection."""
 
 
@@ -166,7 +166,7 @@ class MeshNeighbours:
         queue = np.empty(min(MAX_PIECE, n), np.int32)
         if not np.isfinite(self._normals[seed, 0]):
             # If the face has no area, start from one of its neighbours.
-            ring = np.flatnonzero(self.wider(_single_mask(seed, n)))
+            ring = np.flatnonzero(self.expand(_single_mask(seed, n)))
             usable_ring = ring[np.isfinite(self._normals[ring, 0])]
             if not len(usable_ring):
                 return GrownPiece(_single_mask(seed, n), 1, False)
@@ -188,7 +188,7 @@ class MeshNeighbours:
         mask[queue[:count]] = True
         return GrownPiece(mask, count, count == len(queue) < n)
 
-    def wider(self, selection: BoolArray) -> BoolArray:
+    def expand(self, selection: BoolArray) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import find_marked_faces, mark_nodes
 
         is_selected = to_kernel_array(selection, np.bool_)
@@ -205,8 +205,8 @@ class MeshNeighbours:
         run_in_blocks(read, len(out), SilentProgress(), _BLOCK_SIZE)
         return out
 
-    def narrower(self, selection: BoolArray) -> BoolArray:
-        return selection & ~self.wider(~selection)
+    def shrink(self, selection: BoolArray) -> BoolArray:
+        return selection & ~self.expand(~selection)
 
 
 class CloudNeighbours:
@@ -275,10 +275,10 @@ class CloudNeighbours:
         mask[self._rows[queue[:count]]] = True
         return GrownPiece(mask, count, count == len(queue) < n)
 
-    def wider(self, selection: BoolArray) -> BoolArray:
+    def expand(self, selection: BoolArray) -> BoolArray:
         return self._change_ring(selection, includes_outer=True)
 
-    def narrower(self, selection: BoolArray) -> BoolArray:
+    def shrink(self, selection: BoolArray) -> BoolArray:
         return self._change_ring(selection, includes_outer=False)
 
     def _sort_selection(self, selection: BoolArray) -> tuple[BoolArray, Int32Array]:

@@ -63,7 +63,7 @@ def compute_face_normals(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[::1], i4[::1], f4[:,::1], i8, f4[:,::1])")
 def smooth_normals(corners, starts, neighbours, raw_normals, first, out):  # type: ignore[no-untyped-def]
-    """Average the area-weighted normals of faces that share a corner; NaN without an area.
+    """Average the area-weighted normals of faces that share a corner; NaN if the area is 0.
 
     Only faces within 60 degrees of the face `first` + row are used, regardless of their
     orientation. `corners` (m, 3) are the corner positions of these faces; near[starts[i]:starts[i +

@@ -35,7 +35,7 @@ class Interval:
         Names of the lower and upper boundary.
     base_m, top_m : float
         Distances of the boundaries above the lowest one, perpendicular to the bedding, m.
-    thickness_m : Measured
+    thickness_m : MeasuredValue
         True thickness with the half-width of its 95 % interval (None if no errors are known).
     lithology : str
         Lithology as written in the input.
@@ -60,7 +60,7 @@ class BedLog(PrintableResult):
 
     Attributes
     ----------
-    total_m : Measured
+    total_m : MeasuredValue
         True thickness from the lowest to the highest boundary, m.
     reordered : tuple of str
         Names of the boundaries whose input order differs from the order of their heights.

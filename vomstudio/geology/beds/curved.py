@@ -162,7 +162,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
 def _fit_polynomials(
     u: FloatArray, v: FloatArray, w: FloatArray, trace_offsets: IntArray
 ) -> list[_PolynomialFit]:
-    """Fit polynomials of increasing degree, as far as the points determine them.
+    """Fit polynomials of increasing degree up to the highest that the points determine.
 
     The correlation of neighbours is estimated from the residuals of the highest degree, because a
     bend that a lower degree does not fit is not noise.

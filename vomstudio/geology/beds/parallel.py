@@ -100,7 +100,7 @@ class ParallelBeds:
         determine a plane.
     beds : tuple of Bed
         Traces in upward order along the normal.
-    same : tuple of SamePlane
+    same : tuple of SamePlaneTest
         Tests of pairs of traces.
     """
 
@@ -458,7 +458,7 @@ def _weighted_t95(fractions: FloatArray, degrees_of_freedom: FloatArray) -> floa
 
 
 def _two_sided_p(t: float, fractions: FloatArray, degrees_of_freedom: FloatArray) -> float:
-    """Return the two-sided p-value for which the weighted mean of Student's quantiles is t."""
+    """Return the two-sided p-value of t from a weighted mean of Student's t quantiles."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit
 

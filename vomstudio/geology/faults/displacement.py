@@ -67,15 +67,15 @@ class Displacement:
     ----------
     what : str
         "net slip", or "separation" if the slip is unknown.
-    net_m : Measured
+    net_m : MeasuredValue
         Length of the displacement, m.
-    throw_m : Measured
+    throw_m : MeasuredValue
         Vertical component, positive downward, m.
-    heave_m : Measured
+    heave_m : MeasuredValue
         Horizontal component perpendicular to the strike, positive if the walls moved apart, m.
-    strike_slip_m : Measured
+    strike_slip_m : MeasuredValue
         Component along the right-hand-rule strike, positive if sinistral, m.
-    dip_slip_m : Measured
+    dip_slip_m : MeasuredValue
         Component up the dip, positive if reverse, m.
     slip_rake_deg : float or None
         Directed rake, -180 to 180 degrees, positive with a reverse component.
@@ -103,11 +103,11 @@ class Separations:
 
     Attributes
     ----------
-    stratigraphic_m : Measured
+    stratigraphic_m : MeasuredValue
         Separation perpendicular to the bed.
     dip : Displacement or None
         Separation along the dip of the fault; None if the bed is parallel to this direction.
-    strike_m : Measured or None
+    strike_m : MeasuredValue or None
         Separation along the strike, positive if sinistral; None if the bed is parallel to the
         strike.
     """

@@ -42,7 +42,7 @@ class LimbFigures:
 
     Attributes
     ----------
-    planes : (PlaneFigures, PlaneFigures)
+    planes : (PlaneAttitude, PlaneAttitude)
         Mean planes of the limbs.
     n : (int, int)
         Number of planes in each limb.

@@ -119,7 +119,7 @@ class FacetSlopes(PrintableResult):
     warnings: tuple[Finding, ...]
 
     def shares(self, mode: str) -> FloatArray:
-        """Return the critical shares (facets,) of one of MODES; NaN without planes."""
+        """Return the critical shares (facets,) of one of MODES; NaN if there are no planes."""
         fractions = [getattr(facet, mode).share for facet in self.facets]
         return np.array([np.nan if share is None else share for share in fractions], np.float64)
 

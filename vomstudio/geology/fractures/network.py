@@ -190,12 +190,12 @@ class FractureNetwork(PrintableResult):
 
 @dataclass(frozen=True, eq=False)
 class MappedNetwork:
-    """Figures of a network, with the trace pieces that they describe, for plots.
+    """Figures of a fracture network and the trace pieces that they describe, for plots.
 
     `y_axis` is the meaning of y: north, y of a local frame, or up in a picture of a face.
     """
 
-    found: FractureNetwork
+    statistics: FractureNetwork
     region: SamplingRegion
     pieces: TracePieces
     sets: tuple[str, ...]

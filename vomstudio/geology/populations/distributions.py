@@ -103,7 +103,7 @@ class KentFigures:
     trend_deg, plunge_deg : float
         Mean direction, degrees.
     kappa, beta : float
-    major : LineFigures
+    major : LineAttitude
         Direction of the elongation.
     max_confidence95_deg, min_confidence95_deg : float
         Semi-axes of the joint 95 % ellipse of the mean in degrees; the larger one is along `major`.
@@ -146,7 +146,7 @@ def line_attitude(vector: FloatArray) -> LineAttitude:
 
     Returns
     -------
-    LineFigures
+    LineAttitude
     """
     line = Line.from_vector(vector)
     return LineAttitude(line.trend_deg, line.plunge_deg)
@@ -177,7 +177,7 @@ def assess_uniformity(v: FloatArray, is_directed: bool) -> UniformityTest:
 
     Returns
     -------
-    UniformityFigures
+    UniformityTest
     """
     n = len(v)
     if is_directed:

@@ -154,7 +154,7 @@ def mean_regions(
     vectors : (n, 3) array_like
     fisher_mean : Fisher
     is_directed : bool
-    rotation_errors : Turns or None
+    rotation_errors : RotationErrors or None
         Errors of the registrations of the vectors.
     weights : (n,) ndarray, optional
 
@@ -197,7 +197,7 @@ def set_statistics(
     of : {"poles", "lines"}
     is_directed : bool
         True if the lines are directed.
-    rotation_errors : Turns, optional
+    rotation_errors : RotationErrors, optional
         Errors of the registrations of the vectors.
     errors : OrientationErrors, optional
         Individual errors from which weights are computed.

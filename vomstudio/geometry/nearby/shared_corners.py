@@ -170,16 +170,17 @@ def _is_free_side(nodes: IntArray) -> BoolArray:
 
 
 def _side_keys(nodes: IntArray) -> IntArray:
-    """Return a number for each side of faces (k, 3), equal for equal ends."""
+    """Return an integer key for each edge of faces (k, 3); edges with equal ends share it."""
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
     return np.asarray(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
 
 
 def _weld_within(positions: FloatArray, tolerance: float) -> IntArray:
-    """Return common numbers of positions (n, 3) much closer than the tolerance.
+    """Return equal numbers for positions (n, 3) that are much closer than the tolerance.
 
-    These are in one cell of this side in one of four grids, shifted by a quarter each.
+    Such positions share a cell in at least one of four grids, whose cell size is the tolerance and
+    which are shifted by a quarter cell each.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

@@ -70,7 +70,7 @@ class RayTree:
 
     def __init__(self, data: Mesh | PointCloud, max_distance: float = 0.0) -> None:
         self.data = data
-        self.reach = max_distance
+        self.max_distance = max_distance
         if isinstance(data, Mesh):
             points = data.vertices
             self._faces = to_kernel_array(data.faces, np.int32)
@@ -136,14 +136,14 @@ class RayTree:
                 *allocate_stack(),
             )
         elif isinstance(self.data, PointCloud):
-            thickness = SURFACE_THICKNESS * self.reach
+            thickness = SURFACE_THICKNESS * self.max_distance
             find_first_points(
                 self._points,
                 *tree,
                 begins,
                 directions,
                 ends,
-                self.reach,
+                self.max_distance,
                 thickness,
                 index,
                 distance,

@@ -72,7 +72,7 @@ class AttitudeTable:
         Whether the yaws come from a compass, which may have a common error.
     days : tuple of date or None
         Dates of the readings, if known.
-    places : (n, 2) float64
+    coordinates : (n, 2) float64
         Longitude and latitude; NaN if unknown.
     notes : tuple of Finding
         Assumptions, or the reasons why the table contains no photos.
@@ -85,7 +85,7 @@ class AttitudeTable:
     is_doubted: bool
     down: FloatArray
     days: tuple[date | None, ...]
-    places: FloatArray
+    coordinates: FloatArray
     notes: tuple[Finding, ...] = ()
 
 
@@ -177,9 +177,9 @@ def gravity_directions(table: AttitudeTable) -> FloatArray:
     The direction is measured or computed from pitch and roll; NaN if neither is known.
     """
     down = table.down.copy()
-    has_tilt = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
-    tilts = np.column_stack([np.zeros(int(has_tilt.sum())), table.angles[has_tilt, 1:]])
-    down[has_tilt] = -camera_rotations(tilts)[:, 2, :]
+    is_computed = np.isnan(down[:, 0]) & np.isfinite(table.angles[:, 1:]).all(axis=1)
+    tilts = np.column_stack([np.zeros(int(is_computed.sum())), table.angles[is_computed, 1:]])
+    down[is_computed] = -camera_rotations(tilts)[:, 2, :]
     return down
 
 

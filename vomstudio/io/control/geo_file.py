@@ -36,7 +36,7 @@ class GeoFile:
         CRS in a form that pyproj accepts.
     line : int
         Line number of the header.
-    places : (n, 3) float64
+    coordinates : (n, 3) float64
         Coordinates as written; NaN for a missing height.
     angles : (n, 3) float64
         Yaw, pitch and roll; NaN if not stated.
@@ -49,7 +49,7 @@ class GeoFile:
     line: int
     photos: tuple[str, ...]
     lines: tuple[int, ...]
-    places: FloatArray
+    coordinates: FloatArray
     angles: FloatArray
     sigma: FloatArray
 

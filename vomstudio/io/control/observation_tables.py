@@ -123,7 +123,7 @@ class Positions:
 
     Attributes
     ----------
-    places : (n, 3) float64
+    coordinates : (n, 3) float64
         Coordinates as written; NaN for a missing height.
     is_in_degrees : bool
         Whether x and y are longitude and latitude.
@@ -139,7 +139,7 @@ class Positions:
     """
 
     photos: tuple[str, ...]
-    places: FloatArray
+    coordinates: FloatArray
     is_in_degrees: bool
     sigma: FloatArray
     crs: str | None = None
@@ -311,7 +311,9 @@ def read_positions(path: str | Path) -> Positions:
     if is_geo(path):
         geo = read_geo(path)
         sigma = geo.sigma[:, [0, 0, 1]]
-        return Positions(geo.photos, geo.places, False, sigma, geo.crs, file=path, line=geo.line)
+        return Positions(
+            geo.photos, geo.coordinates, False, sigma, geo.crs, file=path, line=geo.line
+        )
     table = NamedTable(path, ("photo", "x", "y", "z"))
     photos = table.words(PHOTO_NAMES, "photo")
     table.require_unique(photos)

@@ -287,16 +287,16 @@ def _read(
     shapes, surfaces = shapes_from_wkb(raw_layer.shapes)
     columns = dict(raw_layer.columns or {})
     excluded_findings: list[Finding] = []
-    is_kept = np.ones(len(shapes), np.bool_)
+    is_included = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        is_kept, excluded_findings = select_lines(path, columns, surfaces)
+        is_included, excluded_findings = select_lines(path, columns, surfaces)
     elif surfaces.any():
         excluded_findings.append(excluded_surfaces_finding(int(surfaces.sum())))
     # Report a surface only once, not again as a shape without coordinates.
-    is_kept = is_kept & ~(shapely.is_missing(shapes) & (surfaces > 0))
-    if not is_kept.all():
-        shapes = shapes[is_kept]
-        columns = {name: values[is_kept] for name, values in columns.items()}
+    is_included = is_included & ~(shapely.is_missing(shapes) & (surfaces > 0))
+    if not is_included.all():
+        shapes = shapes[is_included]
+        columns = {name: values[is_included] for name, values in columns.items()}
     shapes, world_points = _convert_to_world(path, shapes, raw_layer.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(

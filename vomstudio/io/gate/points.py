@@ -22,7 +22,7 @@ from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
-from vomstudio.io.gis.axis_units import StatedAxes, axes_refusal, unit_findings, unit_text
+from vomstudio.io.gis.axis_units import StatedAxes, axes_problem, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
 
@@ -118,7 +118,7 @@ def points_to_world(
     bounds = _bounds(points)
     if target is not None and (options.to_crs is not None or not _is_same_crs(axes, target)):
         return _reproject(points, axes, target, findings, file)
-    reason = axes_refusal(axes, bounds)
+    reason = axes_problem(axes, bounds)
     if reason is not None:
         raise InputError(reason, file=file, field="CRS")
     findings += unit_findings(axes)
@@ -171,7 +171,7 @@ def _reproject(
     """Convert points to another CRS and check that it is metric there."""
     source = axes.crs
     if source is None:
-        reason = axes_refusal(axes, _bounds(points))
+        reason = axes_problem(axes, _bounds(points))
         finding = reason or crs_reading_finding(file, axes.kind)
         raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")

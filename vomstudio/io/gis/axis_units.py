@@ -277,7 +277,7 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def axes_refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
+def axes_problem(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
     """Return the reason why coordinates have no true scale or up direction, or None.
 
     Parameters

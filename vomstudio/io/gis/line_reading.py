@@ -79,7 +79,7 @@ class GisLines:
 
     Parameters
     ----------
-    lines : tuple of ReadLine
+    lines : tuple of GisLine
     systems : tuple of str
         CRSs of the layers.
     described : mapping of str to str

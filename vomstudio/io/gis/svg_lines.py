@@ -113,7 +113,7 @@ class SvgDrawing:
 
     Parameters
     ----------
-    lines : tuple of ReadLine
+    lines : tuple of GisLine
         Visible lines with their transforms applied.
     images : tuple of SvgImage
         Pictures, including hidden ones because lines may have been drawn on them.

@@ -109,7 +109,7 @@ def read_layers(
         Names of the layers; None for the only layer.
     columns : collection of str or None
         Names of the columns to read, in lower case; None for all.
-    read_error, progress
+    reading_error, progress
         As for `list_layers`.
     is_flat : bool
         Whether to drop heights.

@@ -36,7 +36,7 @@ from vomstudio.geometry.streaming.octree import (
     parent_rows,
     split_cloud,
 )
-from vomstudio.io.gis.axis_units import axes_refusal, stated_axes, unit_findings
+from vomstudio.io.gis.axis_units import axes_problem, stated_axes, unit_findings
 from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
@@ -171,7 +171,7 @@ class CopcFile:
             text, problem = sidecar_crs(self.path, self.top.bounds)
             findings += [problem] if problem else []
         self._axes = stated_axes(text, reference.height_unit)
-        self.refusal_finding = axes_refusal(self._axes, self.top.bounds)
+        self.refusal_finding = axes_problem(self._axes, self.top.bounds)
         self.warnings = (
             *findings,
             *(unit_findings(self._axes) if self.refusal_finding is None else ()),

@@ -106,7 +106,7 @@ def save(loaded_model: LoadedModel, folder: Path) -> LoadedModel:
             order_future = pool.submit(_point_order, data)
             _write(draft, arrays)
             arrangement = order_future.result()
-            order_arrays = {} if arrangement is None else _order_arrays(arrangement)
+            order_arrays = {} if arrangement is None else _get_order_arrays(arrangement)
             _write(draft, order_arrays)
             spacing_value = spacing_future.result()
         arrays |= order_arrays
@@ -144,7 +144,7 @@ def _point_order(data: Mesh | PointCloud) -> ProgressiveOrder | None:
     return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
 
 
-def _order_arrays(order: ProgressiveOrder) -> dict[str, AnyArray]:
+def _get_order_arrays(order: ProgressiveOrder) -> dict[str, AnyArray]:
     return {f"order_{name}": getattr(order, name) for name in _ORDER_FIELDS}
 
 

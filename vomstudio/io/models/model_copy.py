@@ -171,12 +171,12 @@ def _read_cameras(path: Path, model: Path | None = None) -> Cameras | None:
 def _read_other_cameras(path: Path, model: Path | None) -> Cameras | None:
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.own_cameras import photos
-    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import read_camera_file
     from vomstudio.io.photos.own_cameras.result import local_cameras
 
     try:
         bounds = None if model is None else read_model(model).data.bounds
-        cameras = local_cameras(read_own_cameras(path, bounds))
+        cameras = local_cameras(read_camera_file(path, bounds))
     except InputError:
         return None
     files = photos.find_photos(path, [view.name for view in cameras.views])

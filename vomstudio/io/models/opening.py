@@ -37,7 +37,7 @@ from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN_UNITS,
     StatedAxes,
-    axes_refusal,
+    axes_problem,
     unit_findings,
 )
 from vomstudio.io.gis.crs import sidecar_crs
@@ -326,7 +326,7 @@ def convert_axes(
         )
     if options.to_crs is not None and not axes.unusual_directions:
         return _reproject(loaded_model, axes, options, findings), None
-    refusal_finding = axes_refusal(axes, loaded_model.data.bounds)
+    refusal_finding = axes_problem(axes, loaded_model.data.bounds)
     findings += unit_findings(axes) if refusal_finding is None else ()
     has_crs = axes.kind not in ("none", "local") and refusal_finding is None
     if axes.crs is None and has_crs and not axes.unusual_directions:

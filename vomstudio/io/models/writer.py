@@ -22,7 +22,7 @@ class WriteRequest:
     data : Mesh or PointCloud
         Geometry in the World frame, with the properties of `axes`.
     crs : str or None
-        "EPSG:n" or WKT, or None without a CRS.
+        "EPSG:n" or WKT, or None if there is no CRS.
     force : bool
         Whether existing files may be replaced, except `inputs`, from which the model was read.
     """

@@ -225,7 +225,7 @@ class OrientationColumns:
         )
 
     def _overturned_polarity(self, rows: IntArray) -> tuple[bool | None, ...] | None:
-        """Return whether the polarity is -1, as in GemPy, or None without such a column."""
+        """Return whether the polarity is -1, as in GemPy, or None if there is no such column."""
         column = self.find("polarity")
         if column is None:
             return None

@@ -51,7 +51,7 @@ def repeats_finding(count: int) -> Finding:
 
 
 def repeats_note(count: int) -> tuple[str, ...]:
-    """Return the note of a figure about excluded repeats; empty without repeats."""
+    """Return the note about excluded repeats for a figure; empty if there are none."""
     if not count:
         return ()
     return (repeats_finding(count).message,)

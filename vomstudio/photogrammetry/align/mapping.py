@@ -327,7 +327,7 @@ def point_errors(scene: SparseScene) -> Float32Array:
 
 
 def mean_error(scene: SparseScene) -> float:
-    """Return the mean error over the points in pixels, or 0 without points."""
+    """Return the mean error of the points, pixels; 0 if there are no points."""
     errors = point_errors(scene)
     return float(np.nanmean(errors)) if len(errors) else 0.0
 

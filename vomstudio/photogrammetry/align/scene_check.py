@@ -12,13 +12,13 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.lens_check import lens_findings
-from vomstudio.photogrammetry.survey.camera_positions import straightness
+from vomstudio.photogrammetry.survey.camera_positions import width_to_length_ratio
 from vomstudio.photogrammetry.survey.check_limits import Limits
 from vomstudio.photogrammetry.survey.check_results import (
     PhotoFigures,
     SurveyReport,
-    advice_for,
     assess,
+    collect_advice,
     sort_by_severity,
 )
 
@@ -72,7 +72,7 @@ def check_scene(
             total=len(unregistered_names),
         )
         return SurveyReport(
-            "after", (), (finding,), assess([finding], None), None, None, advice_for([finding])
+            "after", (), (finding,), assess([finding], None), None, None, collect_advice([finding])
         )
     gsd = photo_pixel_sizes(scene)
     views = mean_views(scene)
@@ -116,7 +116,7 @@ def check_scene(
         assess(findings, median, is_metric=is_metric, planes=planes),
         median if is_metric else None,
         textbook_findings if is_metric else None,
-        advice_for(findings),
+        collect_advice(findings),
         () if expected_planes is None else expected_planes.curve(is_metric=is_metric),
         None if is_metric else median,
         None if is_metric else textbook_findings,
@@ -268,7 +268,7 @@ def _point_findings(
             )
         )
     view_counts = count_views_of_points(scene)
-    if len(names) >= limits.fewest_photos and len(view_counts):
+    if len(names) >= limits.min_photos and len(view_counts):
         median = float(np.median(view_counts))
         if median < limits.views:
             photos_with_few_views = tuple(
@@ -351,7 +351,7 @@ def _position_findings(scene: SparseScene, gsd: FloatArray, limits: Limits) -> l
             distance = float(np.nanmean([gsd[i] * focal[0], gsd[j] * focal[1]]))
             if not math.isfinite(distance):
                 continue
-            if np.linalg.norm(centres[i] - centres[j]) > limits.same_place * distance:
+            if np.linalg.norm(centres[i] - centres[j]) > limits.max_baseline_ratio * distance:
                 continue
             angle = math.degrees(math.acos(float(np.clip(a.direction @ b.direction, -1, 1))))
             first_focal, second_focal = (
@@ -377,8 +377,8 @@ def _line_findings(scene: SparseScene, limits: Limits) -> list[Finding]:
     """Find collinear cameras, which cannot register a model (textbook 3.2.2)."""
     if len(scene.views) < 3:
         return []
-    width = straightness(scene.centres)
-    if width >= limits.straight:
+    width = width_to_length_ratio(scene.centres)
+    if width >= limits.min_width_ratio:
         return []
     crosswise_width = width * float(np.linalg.norm(scene.centres.std(axis=0)))
     return [Finding("collinear", photos=(), value=width, width=crosswise_width)]

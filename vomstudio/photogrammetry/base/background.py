@@ -200,7 +200,7 @@ def _remove_background_bodies(
 
 
 def _rock_depths(scene: SparseScene, depths: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighted median depth (v,) of the points of each photo; NaN without weight."""
+    """Return the weighted median depth (v,) of the points of each photo; NaN if none count."""
     weight = np.where(depths > 0, weights[scene.track_points], 0.0)
     return _weighted_quantiles(depths, weight, scene.track_views, len(scene.views), 0.5)
 
@@ -225,7 +225,7 @@ def _weighted_quantiles(
 
 
 def _depth_ratio_limit(ratios: FloatArray) -> float:
-    """Return the depth ratio in the middle of the widest gap, or _MAX_FACTOR without a gap."""
+    """Return the depth ratio at the middle of the widest gap; _MAX_FACTOR if there is none."""
     low, high = math.log(_MIN_FACTOR), math.log(_MAX_FACTOR)
     values = np.log(ratios)
     ends = np.sort(np.concatenate([[low], values[(values > low) & (values < high)], [high]]))

@@ -34,8 +34,8 @@ def peak_bytes() -> int:
     return int(maximum) if sys.platform == "darwin" else int(maximum) * 1024
 
 
-def workers_at_once(needed_bytes: int, threads: int) -> int:
-    """Return how many of `threads` fit into memory at `needed_bytes` bytes each, at least one."""
+def worker_count(needed_bytes: int, threads: int) -> int:
+    """Return how many of `threads` workers of `needed_bytes` fit into memory; at least 1."""
     if needed_bytes <= 0 or threads <= 1:
         return max(threads, 1)
     return int(min(max(MAX_MEMORY_SHARE * available_bytes() // needed_bytes, 1), threads))

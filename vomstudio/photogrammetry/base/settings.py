@@ -105,6 +105,6 @@ class PipelineSettings(Result):
         Region.of(self.region)
 
     @property
-    def steps(self) -> Quality:
-        """Sizes of the selected quality."""
+    def quality_sizes(self) -> Quality:
+        """Sizes that the selected quality level defines."""
         return QUALITIES[self.quality]

@@ -11,30 +11,30 @@ from vomstudio.geometry.kernels.jit import kernel
 def convert_disparities(  # type: ignore[no-untyped-def]
     disparities,
     other_mask,
-    lowest,
+    first_disparity,
     count,
     first_column,
     first_row,
-    jump,
+    max_jump,
     rectification,
     coefficients,
-    valid,
-    inverse,
+    valid_mask,
+    inverse_depths,
 ):
     """Convert disparities of a rectified pair to inverse depths in the photo.
 
     disparities : (H, W) disparities by SGBM, in sixteenths of a pixel
     other_mask : (H, W) mask of the second picture
-    lowest, count : range of the searched disparities
+    first_disparity, count : range of the searched disparities
     first_column, first_row : rectified coordinates of the centre of the first pixel
-    jump : maximum difference between neighbours on one surface, in sixteenths of a pixel
+    max_jump : maximum difference between neighbours on one surface, in sixteenths of a pixel
     rectification : (3, 3) homography from the photo's pixel centres to rectified ones
     coefficients : alpha, beta and gamma of the reference plane's disparity, 1 / (f B), f, and the
         third row of the rotation from the rectified frame to the photo's frame
-    valid : (h, w) mask of the photo
-    inverse : (h, w) result, 0 if unknown
+    valid_mask : (h, w) mask of the photo
+    inverse_depths : (h, w) result, 0 if unknown
     """
-    h, w = inverse.shape
+    h, w = inverse_depths.shape
     height, width = disparities.shape
     alpha, beta, gamma, unit, f = (
         coefficients[0],
@@ -43,11 +43,11 @@ def convert_disparities(  # type: ignore[no-untyped-def]
         coefficients[3],
         coefficients[4],
     )
-    min_disparity, max_disparity = lowest * 16, (lowest + count - 1) * 16
+    min_disparity, max_disparity = first_disparity * 16, (first_disparity + count - 1) * 16
     for j in range(h):
         for i in range(w):
-            inverse[j, i] = 0.0
-            if valid[j, i] == 0:
+            inverse_depths[j, i] = 0.0
+            if valid_mask[j, i] == 0:
                 continue
             x, y = i + 0.5, j + 0.5
             d = rectification[2, 0] * x + rectification[2, 1] * y + rectification[2, 2]
@@ -72,7 +72,7 @@ def convert_disparities(  # type: ignore[no-untyped-def]
                 disparities[r + 1, c + 1],
             )
             a, b = column - c, row - r
-            if low < min_disparity or high - low > jump:
+            if low < min_disparity or high - low > max_jump:
                 # At an edge, or at the border of the matches, use the nearest pixel only.
                 value = float(disparities[r + (b >= 0.5), c + (a >= 0.5)])
                 if value < min_disparity:
@@ -93,36 +93,43 @@ def convert_disparities(  # type: ignore[no-untyped-def]
             disparity = alpha * u + beta * v + gamma + (1.0 - alpha) * residual_disparity
             depth_factor = (coefficients[5] * u + coefficients[6] * v) / f + coefficients[7]
             if disparity > 0.0 and depth_factor > 0.0:
-                inverse[j, i] = disparity * unit / depth_factor
+                inverse_depths[j, i] = disparity * unit / depth_factor
 
 
 @kernel("void(f4[:,:,::1], f4[::1], f4, f4, f4, i8, f4[:,::1], u1[:,::1])")
 def merge_depths(  # type: ignore[no-untyped-def]
-    inverse, steps, tolerance, min_inverse, max_inverse, min_count, merged, agreement_counts
+    inverse_depths,
+    steps,
+    tolerance,
+    min_inverse,
+    max_inverse,
+    min_count,
+    merged_inverse_depths,
+    agreement_counts,
 ):
     """Merge the inverse depths on which most sources agree.
 
-    inverse : (n, h, w), 0 = none
+    inverse_depths : (n, h, w), 0 = none
     steps : (n,) change of inverse depth per pixel of disparity
     tolerance : maximum difference of agreeing sources, pixels
     min_inverse, max_inverse : range of inverse depths
     min_count : minimum number of agreeing sources
-    merged : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
+    merged_inverse_depths : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
     agreeing : (h, w) number of agreeing sources
     """
-    n, h, w = inverse.shape
+    n, h, w = inverse_depths.shape
     for j in range(h):
         for i in range(w):
-            merged[j, i] = 0.0
+            merged_inverse_depths[j, i] = 0.0
             agreement_counts[j, i] = 0
             best_score = 0.0
             for a in range(n):
-                q = inverse[a, j, i]
+                q = inverse_depths[a, j, i]
                 if q < min_inverse or q > max_inverse:
                     continue
                 weight, total, votes = 0.0, 0.0, 0
                 for b in range(n):
-                    p = inverse[b, j, i]
+                    p = inverse_depths[b, j, i]
                     if p < min_inverse or p > max_inverse:
                         continue
                     if abs(p - q) <= tolerance * max(steps[a], steps[b]):
@@ -132,31 +139,33 @@ def merge_depths(  # type: ignore[no-untyped-def]
                         votes += 1
                 if votes >= min_count and weight > best_score:
                     best_score = weight
-                    merged[j, i] = total / weight
+                    merged_inverse_depths[j, i] = total / weight
                     agreement_counts[j, i] = votes
 
 
 @kernel("void(f4[:,::1], f4, i8, i8, f8, f8, f8, f8, f4[:,:,::1], f4[:,::1])")
-def plane_normals(  # type: ignore[no-untyped-def]
-    inverse, steepness, radius, stride, fx, fy, cx, cy, normals, fitted_inverse
+def fit_plane_normals(  # type: ignore[no-untyped-def]
+    inverse_depths, max_steepness, radius, stride, fx, fy, cx, cy, normals, smoothed_inverse_depths
 ):
     """Fit planes, affine in inverse depth, and return unit normals towards the camera.
 
-    inverse : (h, w), 0 = none
-    steepness : relative difference in inverse depth, per pixel of distance, that separates surfaces
+    inverse_depths : (h, w), 0 = none
+    max_steepness : relative difference in inverse depth, per pixel of distance, that separates
+        surfaces
     radius, stride : window radius and spacing of the neighbours, pixels
     cx, cy : principal point, counted from the centre of the first pixel
     normals : (h, w, 3) in the camera frame; 0 if there are too few neighbours
-    fitted_inverse : (h, w) inverse depths of the planes; unchanged if there are too few neighbours
+    smoothed_inverse_depths : (h, w) inverse depths of the planes; unchanged if there are too few
+        neighbours
     """
-    h, w = inverse.shape
+    h, w = inverse_depths.shape
     for j in range(h):
         for i in range(w):
             normals[j, i, 0] = 0.0
             normals[j, i, 1] = 0.0
             normals[j, i, 2] = 0.0
-            q = inverse[j, i]
-            fitted_inverse[j, i] = q
+            q = inverse_depths[j, i]
+            smoothed_inverse_depths[j, i] = q
             if q <= 0.0:
                 continue
             n, su, sv, sq = 0.0, 0.0, 0.0, 0.0
@@ -169,11 +178,11 @@ def plane_normals(  # type: ignore[no-untyped-def]
                     x = i + du
                     if x < 0 or x >= w:
                         continue
-                    p = inverse[y, x]
+                    p = inverse_depths[y, x]
                     if p <= 0.0:
                         continue
                     e = p - q
-                    if abs(e) > steepness * q * (1 + max(abs(du), abs(dv))):
+                    if abs(e) > max_steepness * q * (1 + max(abs(du), abs(dv))):
                         continue
                     n += 1.0
                     su += du
@@ -196,7 +205,7 @@ def plane_normals(  # type: ignore[no-untyped-def]
                 continue
             a = (suq * svv - svq * suv) / det
             b = (svq * suu - suq * suv) / det
-            fitted_inverse[j, i] = q + (sq - a * su - b * sv) / n
+            smoothed_inverse_depths[j, i] = q + (sq - a * su - b * sv) / n
             # q = a u + b v + c is the plane (fx a, fy b, a cx + b cy + c) in the camera frame.
             nx, ny = fx * a, fy * b
             nz = q + a * (cx - i) + b * (cy - j)

@@ -37,7 +37,7 @@ def compare(  # type: ignore[no-untyped-def]
     other_normals,
     other_confidence,
     other_lens,
-    move,
+    transform,
     is_later,
     limits,
     sums,
@@ -46,8 +46,8 @@ def compare(  # type: ignore[no-untyped-def]
     """Compare another depth map with each pixel of this one.
 
     depth, normals, lens : map of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
-    other_depths, other_normals, other_confidence, other_lens : map of the other photo; trust2 is
-    its confidence move : (3, 4) transformation from this camera's frame to the other's
+    other_depths, other_normals, other_confidence, other_lens : map of the other photo
+    move : (3, 4) transformation from this camera's frame to the other's
     is_later : whether the other photo comes later, which decides between equal footprints
     limits : pixels, relative depth, cosine between normals, ratio of equal footprints
     sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; this view is added
@@ -66,11 +66,15 @@ def compare(  # type: ignore[no-untyped-def]
                 continue
             x = (i + 0.5 - cx) / fx * z
             y = (j + 0.5 - cy) / fy * z
-            b2 = move[2, 0] * x + move[2, 1] * y + move[2, 2] * z + move[2, 3]
+            b2 = transform[2, 0] * x + transform[2, 1] * y + transform[2, 2] * z + transform[2, 3]
             if b2 <= 0.0:
                 continue
-            b0 = (move[0, 0] * x + move[0, 1] * y + move[0, 2] * z + move[0, 3]) / b2
-            b1 = (move[1, 0] * x + move[1, 1] * y + move[1, 2] * z + move[1, 3]) / b2
+            b0 = (
+                transform[0, 0] * x + transform[0, 1] * y + transform[0, 2] * z + transform[0, 3]
+            ) / b2
+            b1 = (
+                transform[1, 0] * x + transform[1, 1] * y + transform[1, 2] * z + transform[1, 3]
+            ) / b2
             u, v = gx * b0 + dx, gy * b1 + dy
             c, r = math.floor(u), math.floor(v)
             if c < 0 or r < 0 or c >= width or r >= height:
@@ -86,9 +90,9 @@ def compare(  # type: ignore[no-untyped-def]
                 continue
             # Project the point of the other surface into this photo.
             e = ray_depth - b2
-            p0 = move[0, 0] * b0 + move[1, 0] * b1 + move[2, 0]
-            p1 = move[0, 1] * b0 + move[1, 1] * b1 + move[2, 1]
-            p2 = move[0, 2] * b0 + move[1, 2] * b1 + move[2, 2]
+            p0 = transform[0, 0] * b0 + transform[1, 0] * b1 + transform[2, 0]
+            p1 = transform[0, 1] * b0 + transform[1, 1] * b1 + transform[2, 1]
+            p2 = transform[0, 2] * b0 + transform[1, 2] * b1 + transform[2, 2]
             new_depth = z + e * p2
             if new_depth <= 0.0:
                 continue
@@ -101,19 +105,25 @@ def compare(  # type: ignore[no-untyped-def]
                     votes[j, i, 1] += 1
                 continue
             m0, m1, m2 = normals[j, i, 0], normals[j, i, 1], normals[j, i, 2]
-            t0 = move[0, 0] * m0 + move[0, 1] * m1 + move[0, 2] * m2
-            t1 = move[1, 0] * m0 + move[1, 1] * m1 + move[1, 2] * m2
-            t2 = move[2, 0] * m0 + move[2, 1] * m1 + move[2, 2] * m2
+            t0 = transform[0, 0] * m0 + transform[0, 1] * m1 + transform[0, 2] * m2
+            t1 = transform[1, 0] * m0 + transform[1, 1] * m1 + transform[1, 2] * m2
+            t2 = transform[2, 0] * m0 + transform[2, 1] * m1 + transform[2, 2] * m2
             if t0 * n0 + t1 * n1 + t2 * n2 < min_cosine:
                 continue
-            trust = other_confidence[r, c] / 255.0
-            weight = trust * (gx / other_depth) ** 2
+            confidence = other_confidence[r, c] / 255.0
+            weight = confidence * (gx / other_depth) ** 2
             sums[j, i, 0] += weight
             sums[j, i, 1] += weight * (t0 * b0 + t1 * b1 + t2) * e
-            sums[j, i, 2] *= 1.0 - trust
-            sums[j, i, 3] += weight * (move[0, 0] * n0 + move[1, 0] * n1 + move[2, 0] * n2)
-            sums[j, i, 4] += weight * (move[0, 1] * n0 + move[1, 1] * n1 + move[2, 1] * n2)
-            sums[j, i, 5] += weight * (move[0, 2] * n0 + move[1, 2] * n1 + move[2, 2] * n2)
+            sums[j, i, 2] *= 1.0 - confidence
+            sums[j, i, 3] += weight * (
+                transform[0, 0] * n0 + transform[1, 0] * n1 + transform[2, 0] * n2
+            )
+            sums[j, i, 4] += weight * (
+                transform[0, 1] * n0 + transform[1, 1] * n1 + transform[2, 1] * n2
+            )
+            sums[j, i, 5] += weight * (
+                transform[0, 2] * n0 + transform[1, 2] * n1 + transform[2, 2] * n2
+            )
             if votes[j, i, 0] < 254:
                 votes[j, i, 0] += 1
             level = math.floor(math.log(z / fx) * unit)

@@ -11,7 +11,7 @@ from vomstudio.geometry.kernels.jit import fastmath_part, kernel, step
 RADIUS = 4
 STRIDE = 2
 PATCH_SAMPLES = (2 * RADIUS // STRIDE + 1) ** 2
-WORST = 2.0
+MAX_COST = 2.0
 """Cost of pixels that cannot be compared, and of opposite patches."""
 
 # Decay of a neighbour's weight: it halves over a seventh of the brightness range.
@@ -40,13 +40,13 @@ def _patch_cost(  # type: ignore[no-untyped-def]
     """
     d = z * (nx * rx + ny * ry + nz)
     if d > np.float32(-1e-20):
-        return np.float32(WORST)
+        return np.float32(MAX_COST)
     g0, g1 = nx * lens[0] / d, ny * lens[1] / d
     g2 = nz / d - g0 * lens[2] - g1 * lens[3]
     h00, h01, h02 = a[0, 0] + b[0] * g0, a[0, 1] + b[0] * g1, a[0, 2] + b[0] * g2
     h10, h11, h12 = a[1, 0] + b[1] * g0, a[1, 1] + b[1] * g1, a[1, 2] + b[1] * g2
     h20, h21, h22 = a[2, 0] + b[2] * g0, a[2, 1] + b[2] * g1, a[2, 2] + b[2] * g2
-    one_f32 = np.float32(1.0)
+    unity = np.float32(1.0)
     s1, s2, s12 = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     k = 0
     for dy in range(-RADIUS, RADIUS + 1, STRIDE):
@@ -58,11 +58,11 @@ def _patch_cost(  # type: ignore[no-untyped-def]
             x = u + np.float32(dx)
             w = h20 * x + h21 * y + h22
             if w <= np.float32(1e-6):
-                return np.float32(WORST)
-            w = one_f32 / w
+                return np.float32(MAX_COST)
+            w = unity / w
             p, q = (h00 * x + h01 * y + h02) * w, (h10 * x + h11 * y + h12) * w
             if not (p >= 0.0 and q >= 0.0 and p < width - 1 and q < height - 1):
-                return np.float32(WORST)
+                return np.float32(MAX_COST)
             i, j = int(p), int(q)
             fx, fy = p - np.float32(i), q - np.float32(j)
             upper_value = source[j, i] + (source[j, i + 1] - source[j, i]) * fx
@@ -75,9 +75,9 @@ def _patch_cost(  # type: ignore[no-untyped-def]
             k += 1
     variance = s2 - s1 * s1
     if variance < np.float32(1e-5) or moments[1] < np.float32(1e-5):
-        return np.float32(WORST)
+        return np.float32(MAX_COST)
     r = (s12 - s1 * moments[0]) / math.sqrt(variance * moments[1])
-    return min(max(one_f32 - r, np.float32(0.0)), np.float32(WORST))
+    return min(max(unity - r, np.float32(0.0)), np.float32(MAX_COST))
 
 
 @fastmath_part
@@ -126,10 +126,10 @@ def _select_sources(trial, selection, count):  # type: ignore[no-untyped-def]
 @step
 def _neighbour_pixel(k, x, y, radius):  # type: ignore[no-untyped-def]
     """Return a neighbour of a pixel, one of the four adjacent or the four distant ones."""
-    far_off = 1 if k < 4 else radius
+    distance = 1 if k < 4 else radius
     side = k % 4
-    i = x + (far_off if side == 0 else (-far_off if side == 1 else 0))
-    j = y + (far_off if side == 2 else (-far_off if side == 3 else 0))
+    i = x + (distance if side == 0 else (-distance if side == 1 else 0))
+    j = y + (distance if side == 2 else (-distance if side == 3 else 0))
     return i, j
 
 
@@ -155,12 +155,12 @@ def _random_trial(k, q, random, low, high, unit, spread):  # type: ignore[no-unt
 
 
 @step
-def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
+def _ray_depth(ax, ay, az, neighbour_depth, p, q, fx, fy, rx, ry):  # type: ignore[no-untyped-def]
     """Return the depth at which a ray (rx, ry, 1) intersects the plane of a neighbour.
 
     Returns 0 if the ray grazes the plane.
 
-    deep : depth of the neighbour on the ray (p fx, q fy, 1)
+    neighbour_depth : depth of the neighbour on the ray (p fx, q fy, 1)
     """
     scaled_depth = ax * p * fx
     scaled_depth += ay * q * fy + az
@@ -168,7 +168,7 @@ def _ray_depth(ax, ay, az, deep, p, q, fx, fy, rx, ry):  # type: ignore[no-untyp
     return (
         np.float32(0.0)
         if direction_product > np.float32(-0.05)
-        else deep * scaled_depth / direction_product
+        else neighbour_depth * scaled_depth / direction_product
     )
 
 

@@ -40,7 +40,7 @@ def compute_cuda_depth_maps(
     ----------
     scene : SparseScene
     pairs : DepthMapPlans
-    photos : sequence of Undistorted
+    photos : sequence of UndistortedPhoto
         One photo for each view of the scene.
     folder : Path
         Empty folder for the workspace.
@@ -64,13 +64,13 @@ def compute_cuda_depth_maps(
     options.depth_min = min(plan.near for plan in pairs.plans)
     options.depth_max = max(plan.far for plan in pairs.plans)
     options.geom_consistency = True
-    finished_folder = folder / "stereo" / "depth_maps"
+    depth_folder = folder / "stereo" / "depth_maps"
     run_cancellable(
         lambda token: pycolmap.patch_match_stereo(
             folder, options=options, cancellation_token=token
         ),
         progress,
-        lambda: len(list(finished_folder.glob("*.geometric.bin"))),
+        lambda: len(list(depth_folder.glob("*.geometric.bin"))),
     )
     maps = []
     for plan in pairs.plans:
@@ -94,7 +94,7 @@ def write_workspace(
     ----------
     folder : Path
     scene : SparseScene
-    photos : sequence of Undistorted
+    photos : sequence of UndistortedPhoto
         One photo for each view of the scene.
     shift : float
         Offset that is added to the principal points.
@@ -107,8 +107,8 @@ def write_workspace(
     import cv2
 
     pycolmap = colmap()
-    for part in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
-        (folder / part).mkdir(parents=True)
+    for subfolder in ("images", "sparse", "stereo/depth_maps", "stereo/normal_maps"):
+        (folder / subfolder).mkdir(parents=True)
     model = pycolmap.Reconstruction()
     feature_rows = np.zeros(len(scene.track_views), np.int64)
     files = [f"{number:06d}.png" for number in range(len(photos))]

@@ -50,7 +50,7 @@ class DepthTask:
 
     Attributes
     ----------
-    reference : Undistorted
+    reference : UndistortedPhoto
         Photo of the depth map.
     sources, methods : tuple
         Source photos, and the method for each, "sgbm" or "patchmatch".
@@ -167,18 +167,18 @@ def depth_map(task: DepthTask) -> DepthMap:
         return _empty_depth_map(view, is_valid.shape)
     reference = (view, task.reference.gray(), is_valid)
     other_photos = [(source.view, source.gray(), source.valid) for source in task.sources]
-    merged_depths, agreeing_photos = _rectified_depths(task, reference, other_photos)
+    inverse_depths, agreement_counts = _match_rectified_pairs(task, reference, other_photos)
     # Remove the noise that small windows leave, without smoothing across edges.
-    merged_depths = _fit_planes(view, merged_depths, 1.0, 1, 1)[1]
+    inverse_depths = _fit_planes(view, inverse_depths, 1.0, 1, 1)[1]
     if (
         PATCHMATCH in task.methods
-        and _measured_share(task, merged_depths) < task.options.min_measured_share
+        and _measured_share(task, inverse_depths) < task.options.min_measured_share
     ):
-        _fill_by_patchmatch(task, reference, other_photos, merged_depths, agreeing_photos)
-    return _finish_depth_map(reference, other_photos, merged_depths, agreeing_photos)
+        _fill_by_patchmatch(task, reference, other_photos, inverse_depths, agreement_counts)
+    return _finish_depth_map(reference, other_photos, inverse_depths, agreement_counts)
 
 
-def memory_needed(width: int, height: int, sources: int = N_SOURCES) -> int:
+def peak_memory_bytes(width: int, height: int, sources: int = N_SOURCES) -> int:
     """Estimate the peak memory of `depth_map` including its inputs, in bytes.
 
     Measured with four sources: 50 to 70 bytes per pixel if all pairs can be rectified, and 122 with
@@ -187,42 +187,42 @@ def memory_needed(width: int, height: int, sources: int = N_SOURCES) -> int:
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
 
-Photo = tuple[View, ByteArray, BoolArray]
+PhotoArrays = tuple[View, ByteArray, BoolArray]
 
 
-def _rectified_depths(
-    task: DepthTask, reference: Photo, other_photos: Sequence[Photo]
+def _match_rectified_pairs(
+    task: DepthTask, reference: PhotoArrays, other_photos: Sequence[PhotoArrays]
 ) -> tuple[Float32Array, ByteArray]:
     """Return inverse depths from rectified pairs, and the number of agreeing sources."""
     from vomstudio.photogrammetry.dense._depth_kernels import merge_depths
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
 
     shape = reference[1].shape
-    merged_inverse, agreement_counts = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
-    inverse, steps = [], []
+    merged_inverse_depths, agreement_counts = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    pair_inverse_depths, steps = [], []
     for other_photo, method in zip(other_photos, task.methods, strict=True):
         if method == SGBM:
             pair_depths = pair_inverse_depth(
                 reference, other_photo, task.points, task.near, task.far
             )
             if pair_depths is not None:
-                inverse.append(pair_depths[0])
+                pair_inverse_depths.append(pair_depths[0])
                 steps.append(pair_depths[1])
-    if inverse:
+    if pair_inverse_depths:
         merge_depths(
-            np.stack(inverse),
+            np.stack(pair_inverse_depths),
             np.array(steps, np.float32),
             np.float32(task.options.max_mark_distance_px),
             np.float32(1.0 / task.far),
             np.float32(1.0 / task.near),
-            min(task.options.min_sources, len(inverse)),
-            merged_inverse,
+            min(task.options.min_sources, len(pair_inverse_depths)),
+            merged_inverse_depths,
             agreement_counts,
         )
-    return merged_inverse, agreement_counts
+    return merged_inverse_depths, agreement_counts
 
 
-def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
+def _measured_share(task: DepthTask, inverse_depths: Float32Array) -> float:
     """Return the share of the photo's unmasked tie points that have a depth."""
     view, is_valid = task.reference.view, task.reference.valid
     pixels = view.project(task.points)
@@ -233,25 +233,27 @@ def _measured_share(task: DepthTask, inverse: Float32Array) -> float:
     )
     column, row = column[is_on_photo], row[is_on_photo]
     is_unmasked = is_valid[row, column]
-    return float(np.mean(inverse[row, column][is_unmasked] > 0)) if is_unmasked.any() else 0.0
+    return (
+        float(np.mean(inverse_depths[row, column][is_unmasked] > 0)) if is_unmasked.any() else 0.0
+    )
 
 
 def _fill_by_patchmatch(
     task: DepthTask,
-    reference: Photo,
-    other_photos: Sequence[Photo],
-    inverse: Float32Array,
+    reference: PhotoArrays,
+    other_photos: Sequence[PhotoArrays],
+    inverse_depths: Float32Array,
     agreement_counts: ByteArray,
 ) -> None:
     """Fill missing depths with PatchMatch, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match_patches
 
-    is_unmeasured = reference[2] & (inverse == 0)
+    is_unmeasured = reference[2] & (inverse_depths == 0)
     result = match_patches(
         reference[0],
         reference[1],
         is_unmeasured,
-        inverse,
+        inverse_depths,
         other_photos,
         task.points,
         task.near,
@@ -260,8 +262,8 @@ def _fill_by_patchmatch(
         threads=task.options.threads,
     )
     # Each pixel was fitted separately, so a plane through its neighbours is more accurate.
-    smooth_planes = _fit_planes(reference[0], result.inverse, 2.0, 3, 1)[1]
-    inverse[is_unmeasured] = smooth_planes[is_unmeasured]
+    smoothed_inverse_depths = _fit_planes(reference[0], result.inverse_depths, 2.0, 3, 1)[1]
+    inverse_depths[is_unmeasured] = smoothed_inverse_depths[is_unmeasured]
     agreement_counts[is_unmeasured] = result.agreement_counts[is_unmeasured]
 
 
@@ -288,9 +290,9 @@ def _check_task(task: DepthTask) -> None:
 
 
 def _finish_depth_map(
-    reference: Photo,
-    other_photos: Sequence[Photo],
-    inverse: Float32Array,
+    reference: PhotoArrays,
+    other_photos: Sequence[PhotoArrays],
+    inverse_depths: Float32Array,
     agreement_counts: ByteArray,
 ) -> DepthMap:
     """Remove depths that no other photo confirms.
@@ -301,16 +303,16 @@ def _finish_depth_map(
     from vomstudio.photogrammetry.dense.patchmatch import count_similar_sources
 
     view = reference[0]
-    normals = _fit_planes(view, inverse, 4.0, 4, 2)[0]
-    is_measured = (inverse > 0) & normals.any(axis=2)
-    depth = np.zeros_like(inverse)
-    np.divide(1.0, inverse, out=depth, where=is_measured)
-    similar_count = count_similar_sources(view, reference[1], depth, normals, other_photos)
-    is_measured &= similar_count > 0
+    normals = _fit_planes(view, inverse_depths, 4.0, 4, 2)[0]
+    is_measured = (inverse_depths > 0) & normals.any(axis=2)
+    depth = np.zeros_like(inverse_depths)
+    np.divide(1.0, inverse_depths, out=depth, where=is_measured)
+    similar_counts = count_similar_sources(view, reference[1], depth, normals, other_photos)
+    is_measured &= similar_counts > 0
     is_measured &= ~find_sky_fringe(reference[1], reference[2], is_measured)
     depth[~is_measured] = 0.0
     normals[~is_measured] = 0.0
-    agreement_counts = np.maximum(agreement_counts, similar_count)
+    agreement_counts = np.maximum(agreement_counts, similar_counts)
     confidence = np.where(
         is_measured, 255.0 * (1.0 - 0.5 ** agreement_counts.astype(np.float32)), 0.0
     )
@@ -318,16 +320,16 @@ def _finish_depth_map(
 
 
 def _fit_planes(
-    view: View, inverse: Float32Array, max_steepness: float, radius: int, stride: int
+    view: View, inverse_depths: Float32Array, max_steepness: float, radius: int, stride: int
 ) -> tuple[Float32Array, Float32Array]:
     """Fit planes to neighbouring pixels; return normals (h, w, 3) and inverse depths (h, w)."""
-    from vomstudio.photogrammetry.dense._depth_kernels import plane_normals
+    from vomstudio.photogrammetry.dense._depth_kernels import fit_plane_normals
 
     (fx, fy), (cx, cy) = view.intrinsics.focal, view.intrinsics.centre
-    normals = np.empty((*inverse.shape, 3), np.float32)
-    fitted_inverse = np.empty(inverse.shape, np.float32)
-    plane_normals(
-        to_kernel_array(inverse, np.float32),
+    normals = np.empty((*inverse_depths.shape, 3), np.float32)
+    smoothed_inverse_depths = np.empty(inverse_depths.shape, np.float32)
+    fit_plane_normals(
+        to_kernel_array(inverse_depths, np.float32),
         np.float32(max_steepness / min(fx, fy)),
         radius,
         stride,
@@ -336,9 +338,9 @@ def _fit_planes(
         cx - 0.5,
         cy - 0.5,
         normals,
-        fitted_inverse,
+        smoothed_inverse_depths,
     )
-    return normals, fitted_inverse
+    return normals, smoothed_inverse_depths
 
 
 def _empty_depth_map(view: View, shape: tuple[int, ...]) -> DepthMap:

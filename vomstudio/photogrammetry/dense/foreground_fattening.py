@@ -7,7 +7,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, ByteArray
 
 # Distance by which matching windows extend beyond an edge, pixels.
-_REACH_PX = 16
+_MAX_FRINGE_WIDTH_PX = 16
 _WINDOW_SIZE_PX = 5
 # Limits of the standard deviation in a featureless window, in grey values of 0..255. Between them,
 # the threshold is 1.5 times the deviation of the smoothest parts of the photo, which is its noise.
@@ -38,13 +38,15 @@ def find_sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) 
     """
     import cv2
 
-    value = gray.astype(np.float32)
-    size = (_WINDOW_SIZE_PX, _WINDOW_SIZE_PX)
-    mean = cv2.blur(value, size)
-    spread = np.sqrt(np.maximum(cv2.blur(value * value, size) - mean * mean, 0))
-    noise = float(np.percentile(spread[::3, ::3], _NOISE_PERCENTILE))
+    gray_values = gray.astype(np.float32)
+    texture_window_size = (_WINDOW_SIZE_PX, _WINDOW_SIZE_PX)
+    mean = cv2.blur(gray_values, texture_window_size)
+    deviation = np.sqrt(
+        np.maximum(cv2.blur(gray_values * gray_values, texture_window_size) - mean * mean, 0)
+    )
+    noise = float(np.percentile(deviation[::3, ::3], _NOISE_PERCENTILE))
     # Rock in deep shade is also featureless, but dark.
-    is_featureless = spread < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
+    is_featureless = deviation < np.clip(1.5 * noise, _MIN_DEVIATION, _MAX_DEVIATION)
     is_featureless &= mean > np.median(gray[::3, ::3])
     # Mortar and plaster have gaps too, but only sky fills a complete square without depth.
     window_size = (_SKY_WINDOW_SIZE_PX, _SKY_WINDOW_SIZE_PX)
@@ -52,19 +54,21 @@ def find_sky_fringe(gray: ByteArray, is_valid: BoolArray, has_depth: BoolArray) 
         cv2.blur((is_featureless & is_valid & ~has_depth).astype(np.float32), window_size)
         > _MIN_SKY_SHARE
     )
-    grown_mask = np.asarray(
+    dilated_mask = np.asarray(
         cv2.dilate(is_open_sky.astype(np.uint8), np.ones(window_size, np.uint8)), np.uint8
     )
-    is_reached = grown_mask & ~has_depth
+    is_near_sky = dilated_mask & ~has_depth
     cross_kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(_REACH_PX):
-        is_reached = np.where(is_featureless, cv2.dilate(is_reached, cross_kernel), is_reached)
-    is_fringe = np.asarray(has_depth & (is_reached > 0))
+    for _ in range(_MAX_FRINGE_WIDTH_PX):
+        is_near_sky = np.where(is_featureless, cv2.dilate(is_near_sky, cross_kernel), is_near_sky)
+    is_fringe = np.asarray(has_depth & (is_near_sky > 0))
     if not is_fringe.any():
         return is_fringe
-    sky = (is_featureless & (is_reached > 0)).astype(np.float32)
+    sky = (is_featureless & (is_near_sky > 0)).astype(np.float32)
     window_size = (2 * _WINDOW_SIZE_PX - 1, 2 * _WINDOW_SIZE_PX - 1)
     sky_share = cv2.blur(sky, window_size)
-    brightness = cv2.blur(sky * value, window_size) / np.maximum(sky_share, 1e-6)
-    is_like_sky = (sky_share > 1e-3) & (np.abs(value - brightness) < _MAX_BRIGHTNESS_DIFFERENCE)
-    return np.asarray(has_depth & ((is_reached > 0) | is_like_sky))
+    brightness = cv2.blur(sky * gray_values, window_size) / np.maximum(sky_share, 1e-6)
+    is_like_sky = (sky_share > 1e-3) & (
+        np.abs(gray_values - brightness) < _MAX_BRIGHTNESS_DIFFERENCE
+    )
+    return np.asarray(has_depth & ((is_near_sky > 0) | is_like_sky))

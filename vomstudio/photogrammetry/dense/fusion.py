@@ -78,7 +78,7 @@ def fuse_depth_maps(
         Names of the photos. `depth_maps` and `photos` have the same order and may be read on
         access.
     depth_maps : sequence of DepthMap
-    photos : sequence of Undistorted or None
+    photos : sequence of UndistortedPhoto or None
         Photos from which the points are coloured.
     neighbours : mapping, optional
         See `neighbours_by_name`. By default, each photo is compared with all others.
@@ -101,8 +101,8 @@ def fuse_depth_maps(
     if len(names) != len(depth_maps) or (photos is not None and len(photos) != len(depth_maps)):
         raise ValueError("names, maps and photos differ in number")
     rows = {name: row for row, name in enumerate(names)}
-    cache = _Cache(depth_maps, options.cache_bytes)
-    parts = []
+    cache = _DepthMapCache(depth_maps, options.cache_bytes)
+    photo_results = []
     progress.stage(tr("Fusing depth maps"), len(depth_maps))
     for row, name in enumerate(names):
         progress.step(row)
@@ -111,19 +111,19 @@ def fuse_depth_maps(
             if neighbours is None
             else _rows_of_names(neighbours.get(name, ()), rows)
         )
-        part = _fuse_photo(
+        photo_result = _fuse_photo(
             row, [other_row for other_row in other_rows if other_row != row], cache, options
         )
-        if part is not None:
-            colors = np.zeros((len(part[0]), 0), np.uint8)
+        if photo_result is not None:
+            colors = np.zeros((len(photo_result[0]), 0), np.uint8)
             if photos is not None:
-                colors = photos[row].pixels()[part[0], part[1]]
-            parts.append((*part[2:], colors))
+                colors = photos[row].pixels()[photo_result[0], photo_result[1]]
+            photo_results.append((*photo_result[2:], colors))
     progress.step(len(depth_maps))
-    if not parts:
+    if not photo_results:
         raise GeometryError(Finding("dense.no-agreement"))
-    columns = [list(column) for column in zip(*parts, strict=True)]
-    parts.clear()
+    columns = [list(column) for column in zip(*photo_results, strict=True)]
+    photo_results.clear()
     points, normals, confidence, views, colors = (_concatenate(column) for column in columns)
     return PointCloud(
         points,
@@ -133,7 +133,7 @@ def fuse_depth_maps(
     )
 
 
-def memory_needed(pixels: int, max_pixels: int) -> int:
+def peak_memory_bytes(pixels: int, max_pixels: int) -> int:
     """Estimate the peak memory of `fuse_depth_maps`, in bytes.
 
     MeasuredValue: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
@@ -151,7 +151,7 @@ def _concatenate(parts: list[Any]) -> Any:
     return joined_array
 
 
-class _Cache:
+class _DepthMapCache:
     """Cache of recently used maps, limited in bytes."""
 
     def __init__(self, depth_maps: Sequence[DepthMap], max_bytes: int) -> None:
@@ -165,13 +165,13 @@ class _Cache:
             return self._entries[row]
         depth_map = self._depth_maps[row]
         self._entries[row] = depth_map
-        self._bytes += _size(depth_map)
+        self._bytes += _size_bytes(depth_map)
         while self._bytes > self._max_bytes and len(self._entries) > 2:
-            self._bytes -= _size(self._entries.popitem(last=False)[1])
+            self._bytes -= _size_bytes(self._entries.popitem(last=False)[1])
         return depth_map
 
 
-def _size(depth_map: DepthMap) -> int:
+def _size_bytes(depth_map: DepthMap) -> int:
     return depth_map.depth.nbytes + depth_map.normals.nbytes + depth_map.confidence.nbytes
 
 
@@ -184,25 +184,27 @@ def _lens_parameters(depth_map: DepthMap) -> FloatArray:
     return np.array([*lens.focal, *lens.centre])
 
 
-def _fuse_photo(row: int, other_rows: Sequence[int], depth_maps: _Cache, options: FusionOptions):  # type: ignore[no-untyped-def]
+def _fuse_photo(  # type: ignore[no-untyped-def]
+    row: int, other_rows: Sequence[int], depth_maps: _DepthMapCache, options: FusionOptions
+):
     """Return rows, columns, points, normals, confidence and views of the used pixels."""
     from vomstudio.photogrammetry.dense._fusion_kernels import compare
 
-    own_map = depth_maps[row]
-    shape = own_map.depth.shape
-    if not (own_map.depth > 0).any():
+    reference_map = depth_maps[row]
+    shape = reference_map.depth.shape
+    if not (reference_map.depth > 0).any():
         return None
-    confidence_share = own_map.confidence.astype(np.float32) / np.float32(255.0)
-    has_depth = own_map.depth > 0
+    confidence_share = reference_map.confidence.astype(np.float32) / np.float32(255.0)
+    has_depth = reference_map.depth > 0
     weight = np.zeros(shape, np.float32)
     weight[has_depth] = (
         confidence_share[has_depth]
-        * (np.float32(own_map.view.intrinsics.focal[0]) / own_map.depth[has_depth]) ** 2
+        * (np.float32(reference_map.view.intrinsics.focal[0]) / reference_map.depth[has_depth]) ** 2
     )
     sums = np.zeros((*shape, 6), np.float32)
     sums[..., 0] = weight
     sums[..., 2] = 1.0 - confidence_share
-    sums[..., 3:] = weight[..., None] * own_map.normals
+    sums[..., 3:] = weight[..., None] * reference_map.normals
     votes = np.zeros((*shape, 3), np.uint8)
     limits = np.array(
         [
@@ -212,23 +214,23 @@ def _fuse_photo(row: int, other_rows: Sequence[int], depth_maps: _Cache, options
             _MAX_FOOTPRINT_RATIO,
         ]
     )
-    depth = to_kernel_array(own_map.depth, np.float32)
-    normals = to_kernel_array(own_map.normals, np.float32)
+    depth = to_kernel_array(reference_map.depth, np.float32)
+    normals = to_kernel_array(reference_map.normals, np.float32)
     for other_row in other_rows:
         other_map = depth_maps[other_row]
-        rotation = other_map.view.rotation @ own_map.view.rotation.T
-        move = np.column_stack(
-            [rotation, other_map.view.translation - rotation @ own_map.view.translation]
+        rotation = other_map.view.rotation @ reference_map.view.rotation.T
+        transform = np.column_stack(
+            [rotation, other_map.view.translation - rotation @ reference_map.view.translation]
         )
         compare(
             depth,
             normals,
-            _lens_parameters(own_map),
+            _lens_parameters(reference_map),
             to_kernel_array(other_map.depth, np.float32),
             to_kernel_array(other_map.normals, np.float32),
             to_kernel_array(other_map.confidence, np.uint8),
             _lens_parameters(other_map),
-            to_kernel_array(move, np.float64),
+            to_kernel_array(transform, np.float64),
             other_row > row,
             limits,
             sums,
@@ -245,19 +247,22 @@ def _fuse_photo(row: int, other_rows: Sequence[int], depth_maps: _Cache, options
     j, i = np.nonzero(is_kept)
     if not len(j):
         return None
-    rays = own_map.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
+    rays = reference_map.view.intrinsics.rays(np.column_stack([i, j]) + 0.5)
     point_sums = sums[j, i].astype(np.float64)
-    points = rays * own_map.depth[j, i, None].astype(np.float64)
+    points = rays * reference_map.depth[j, i, None].astype(np.float64)
     points += (
-        own_map.normals[j, i] * (point_sums[:, 1] / np.maximum(point_sums[:, 0], 1e-300))[:, None]
+        reference_map.normals[j, i]
+        * (point_sums[:, 1] / np.maximum(point_sums[:, 0], 1e-300))[:, None]
     )
-    mean = _orient_normals(point_sums[:, 3:], own_map.normals[j, i].astype(np.float64), rays)
-    rotation = own_map.view.rotation
+    mean_normals = _orient_normals(
+        point_sums[:, 3:], reference_map.normals[j, i].astype(np.float64), rays
+    )
+    rotation = reference_map.view.rotation
     return (
         j,
         i,
-        (points - own_map.view.translation) @ rotation,
-        (mean @ rotation).astype(np.float32),
+        (points - reference_map.view.translation) @ rotation,
+        (mean_normals @ rotation).astype(np.float32),
         confidence[j, i],
         votes[j, i, 0] + np.uint8(1),
     )

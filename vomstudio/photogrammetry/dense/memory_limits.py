@@ -19,8 +19,8 @@ def peak_memory(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
         scale = min(1.0, page_side / max(width, height))
         reduced_sizes.append((round(width * scale), round(height * scale)))
     areas = [width * height for width, height in reduced_sizes]
-    bytes_per_photo = max(depthmaps.memory_needed(*size) for size in reduced_sizes)
-    return max(bytes_per_photo, fusion.memory_needed(sum(areas), max(areas)))
+    bytes_per_photo = max(depthmaps.peak_memory_bytes(*size) for size in reduced_sizes)
+    return max(bytes_per_photo, fusion.peak_memory_bytes(sum(areas), max(areas)))
 
 
 def fitting_size(wanted_px: int, sizes: Sequence[tuple[int, int]]) -> int:

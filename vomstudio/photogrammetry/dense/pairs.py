@@ -193,9 +193,9 @@ def _views_with_common_points(scene: SparseScene) -> list[IntArray]:
 
     shape = (len(scene.views), len(scene.points))
     ones = np.ones(len(scene.track_views), np.int32)
-    table = csr_matrix((ones, (scene.track_views, scene.track_points)), shape=shape)
-    table.data[:] = 1
-    shared_counts = (table @ table.T).tocsr()
+    visibility = csr_matrix((ones, (scene.track_views, scene.track_points)), shape=shape)
+    visibility.data[:] = 1
+    shared_counts = (visibility @ visibility.T).tocsr()
     shared_counts.setdiag(0)
     shared_counts.sort_indices()
     return [
@@ -219,11 +219,11 @@ def _find_candidates(
         shared_points = np.intersect1d(
             points_by_view[row], points_by_view[other_row], assume_unique=True
         )
-        first = scene.points[shared_points] - centres[row]
-        second = scene.points[shared_points] - centres[other_row]
-        angles = _angles_deg(first, second)
-        typical_angle = float(np.median(angles))
-        if not typical_angle > _MIN_ANGLE_DEG:
+        first_rays = scene.points[shared_points] - centres[row]
+        second_rays = scene.points[shared_points] - centres[other_row]
+        angles = _angles_deg(first_rays, second_rays)
+        median_angle_deg = float(np.median(angles))
+        if not median_angle_deg > _MIN_ANGLE_DEG:
             continue
         baseline = centres[other_row] - centres[row]
         axis = scene.views[row].direction
@@ -232,7 +232,7 @@ def _find_candidates(
             _Candidate(
                 other_row,
                 len(shared_points),
-                typical_angle,
+                median_angle_deg,
                 float(_angles_deg(axis[None], scene.views[other_row].direction[None])[0]),
                 float(_angle_weights(angles).sum()),
                 offset / max(float(np.linalg.norm(offset)), 1e-300),
@@ -271,15 +271,15 @@ def _choose_method(view: View, other_view: View, points: FloatArray, candidate: 
     if candidate.convergence_deg > _MAX_CONVERGENCE_DEG or candidate.angle_deg > _MAX_ANGLE_DEG:
         return PATCHMATCH
     baseline = (other_view.centre - view.centre)[None]
-    for item in (view, other_view):
-        crossing_angle = float(_angles_deg(item.direction[None], baseline)[0])
+    for photo_view in (view, other_view):
+        crossing_angle = float(_angles_deg(photo_view.direction[None], baseline)[0])
         if min(crossing_angle, 180.0 - crossing_angle) < _MIN_CROSSING_DEG:
             return PATCHMATCH
-    sizes = [
+    pixel_sizes = [
         float(np.median(v.depths(points))) / float(np.mean(v.intrinsics.focal))
         for v in (view, other_view)
     ]
-    if min(sizes) <= 0 or max(sizes) / min(sizes) > _MAX_SCALE_RATIO:
+    if min(pixel_sizes) <= 0 or max(pixel_sizes) / min(pixel_sizes) > _MAX_SCALE_RATIO:
         return PATCHMATCH
     return SGBM
 

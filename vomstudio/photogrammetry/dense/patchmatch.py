@@ -39,11 +39,11 @@ _N_SOURCES = 3
 class PatchMatchResult:
     """Result of `match_patches`.
 
-    inverse : (h, w) inverse depths, 0 = none
+    inverse_depths : (h, w) inverse depths, 0 = none
     agreement_counts : (h, w) number of sources with a similar patch
     """
 
-    inverse: Float32Array
+    inverse_depths: Float32Array
     agreement_counts: ByteArray
 
 
@@ -52,7 +52,7 @@ def match_patches(
     gray: ByteArray,
     is_active: BoolArray,
     known_inverse_depths: Float32Array,
-    source_masks: Sequence[tuple[View, ByteArray, BoolArray]],
+    sources: Sequence[tuple[View, ByteArray, BoolArray]],
     points: FloatArray,
     min_depth: float,
     max_depth: float,
@@ -70,7 +70,7 @@ def match_patches(
         Pixels to compute.
     known_inverse_depths : (h, w) array
         Known inverse depths, 0 = none; their planes are propagated.
-    source_masks : sequence of (View, array, array of bool)
+    sources : sequence of (View, array, array of bool)
         View, picture and mask of each source.
     points : (n, 3) array
         Tie points of the photo, from which the depths are initialised.
@@ -85,8 +85,8 @@ def match_patches(
     levels = [level for level in _LEVELS if min(h, w) / level[0] >= _MIN_SIDE_PX] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
     with thread_pool(threads) as pool:
-        for reduction, sweeps, spread, radius in levels:
-            pyramid_level = _PyramidLevel.make(view, gray, is_active, source_masks, reduction)
+        for reduction, sweeps, perturbation, radius in levels:
+            pyramid_level = _PyramidLevel.make(view, gray, is_active, sources, reduction)
             fixed_inverse_depths = _downsample(known_inverse_depths, pyramid_level.reference.shape)
             if planes is None:
                 depth, normal = _initial_planes(
@@ -98,16 +98,16 @@ def match_patches(
                     max_depth,
                     rng,
                 )
-                sweeps, spread, radius = _LEVELS[0][1:]
+                sweeps, perturbation, radius = _LEVELS[0][1:]
             else:
                 depth, normal = _refine_planes(planes, pyramid_level.lens, min_depth, max_depth)
             has_depth = fixed_inverse_depths > 0
             depth[has_depth] = 1.0 / fixed_inverse_depths[has_depth]
             is_unmatched = to_kernel_array(pyramid_level.is_active & ~has_depth, np.uint8)
-            costs = np.full((*pyramid_level.reference.shape, len(source_masks)), 2.0, np.float32)
+            costs = np.full((*pyramid_level.reference.shape, len(sources)), 2.0, np.float32)
             seeds = rng.integers(1, 2**32 - 1, pyramid_level.reference.size, dtype=np.uint32)
-            unit = np.float32(
-                _inverse_depth_unit(view, pyramid_level.lens, [s[0] for s in source_masks])
+            inverse_depth_unit = np.float32(
+                _inverse_depth_unit(view, pyramid_level.lens, [s[0] for s in sources])
             )
             arrays = (
                 pyramid_level.reference,
@@ -118,18 +118,18 @@ def match_patches(
             )
             arrays += (pyramid_level.k, is_unmatched, depth, normal, costs)  # type: ignore[assignment]
             for sweep_number in range(sweeps):
-                size = np.float32(spread * 0.5**sweep_number)
+                size = np.float32(perturbation * 0.5**sweep_number)
                 for parity in (0, 1):
                     _run_in_blocks(
                         pool,
                         pyramid_level.reference.shape[0],
-                        _sweep,
+                        _sweep_planes,
                         arrays,
                         (
                             seeds,
                             np.float32(min_depth),
                             np.float32(max_depth),
-                            unit,
+                            inverse_depth_unit,
                             size,
                             _N_SOURCES,
                             radius,
@@ -137,18 +137,18 @@ def match_patches(
                         ),
                     )
             planes = depth, normal
-        _run_in_blocks(pool, h, _measure, arrays, ())
-    inverse = np.zeros((h, w), np.float32)
+        _run_in_blocks(pool, h, _measure_costs, arrays, ())
+    inverse_depths = np.zeros((h, w), np.float32)
     is_similar = costs < _MAX_COST
-    for s, (_, _, counts) in enumerate(source_masks):
-        if not counts.all():
-            is_similar[..., s] &= _is_on_source(view, source_masks[s][0], depth, counts)
+    for s, (_, _, mask) in enumerate(sources):
+        if not mask.all():
+            is_similar[..., s] &= _is_on_source(view, sources[s][0], depth, mask)
     agreement_counts = is_similar.sum(axis=2).astype(np.uint8)
     is_confirmed = (is_unmatched > 0) & (agreement_counts >= 1)
-    inverse[is_confirmed] = 1.0 / depth[is_confirmed]
-    _remove_specks(inverse, float(unit))
-    agreement_counts[inverse == 0] = 0
-    return PatchMatchResult(inverse, agreement_counts)
+    inverse_depths[is_confirmed] = 1.0 / depth[is_confirmed]
+    _remove_specks(inverse_depths, float(inverse_depth_unit))
+    agreement_counts[inverse_depths == 0] = 0
+    return PatchMatchResult(inverse_depths, agreement_counts)
 
 
 def count_similar_sources(
@@ -167,14 +167,14 @@ def count_similar_sources(
     """
     step = 2 if min(depth.shape) >= 2 * _MIN_SIDE_PX else 1
     h, w = depth.shape
-    masked_sources = [(v, np.where(counts, g, np.uint8(0)), counts) for v, g, counts in sources]
+    masked_sources = [(v, np.where(mask, g, np.uint8(0)), mask) for v, g, mask in sources]
     pyramid_level = _PyramidLevel.make(view, gray, depth > 0, masked_sources, step)
     reduced_depth = _downsample(depth, pyramid_level.reference.shape)
     height, width = reduced_depth.shape
     rows = ((np.arange(height) + 0.5) * h / height).astype(int)
     columns = ((np.arange(width) + 0.5) * w / width).astype(int)
     costs = np.full((height, width, len(sources)), 2.0, np.float32)
-    _measure(
+    _measure_costs(
         pyramid_level.reference,
         pyramid_level.pictures,
         pyramid_level.sizes,
@@ -195,7 +195,7 @@ def count_similar_sources(
     )
 
 
-def _sweep(reference: Float32Array, pictures: Float32Array, *arguments: object) -> None:
+def _sweep_planes(reference: Float32Array, pictures: Float32Array, *arguments: object) -> None:
     from vomstudio.photogrammetry.dense._patchmatch_kernels import PATCH_SAMPLES, sweep_planes
 
     samples, n = np.empty((3, PATCH_SAMPLES), np.float32), len(pictures)
@@ -203,7 +203,7 @@ def _sweep(reference: Float32Array, pictures: Float32Array, *arguments: object) 
     sweep_planes(reference, pictures, *arguments, samples, trial, selection)
 
 
-def _measure(*arguments: object) -> None:
+def _measure_costs(*arguments: object) -> None:
     from vomstudio.photogrammetry.dense._patchmatch_kernels import PATCH_SAMPLES, measure_costs
 
     measure_costs(*arguments, np.empty((3, PATCH_SAMPLES), np.float32))
@@ -212,7 +212,7 @@ def _measure(*arguments: object) -> None:
 def _run_in_blocks(
     pool: ThreadPoolExecutor,
     height: int,
-    work: Callable[..., None],
+    block_function: Callable[..., None],
     arrays: tuple[object, ...],
     settings: tuple[object, ...],
 ) -> None:
@@ -220,12 +220,12 @@ def _run_in_blocks(
 
     Pixels of one colour read only the planes of the other colour.
     """
-    jobs = [
-        pool.submit(work, *arrays, *settings, top, min(top + _BLOCK_ROWS, height))
+    futures = [
+        pool.submit(block_function, *arrays, *settings, top, min(top + _BLOCK_ROWS, height))
         for top in range(0, height, _BLOCK_ROWS)
     ]
-    for job in jobs:
-        job.result()
+    for future in futures:
+        future.result()
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,17 +256,17 @@ class _PyramidLevel:
         k = np.array([1 / fx, 1 / fy, cx - 0.5, cy - 0.5], np.float32)
         inverse_matrix = np.linalg.inv(_pixel_centre_matrix(lens))
         reduced_photos = [_reduce_photo(source[1], reduction) for source in sources]
-        height, width = np.max([item.shape for item in reduced_photos], axis=0)
+        height, width = np.max([reduced_photo.shape for reduced_photo in reduced_photos], axis=0)
         pictures = np.zeros((len(reduced_photos), height, width), np.float32)
         rotations, translations = (
             np.empty((len(reduced_photos), 3, 3)),
             np.empty((len(reduced_photos), 3)),
         )
-        for s, (item, source) in enumerate(zip(reduced_photos, sources, strict=True)):
-            pictures[s, : item.shape[0], : item.shape[1]] = item
+        for s, (reduced_photo, source) in enumerate(zip(reduced_photos, sources, strict=True)):
+            pictures[s, : reduced_photo.shape[0], : reduced_photo.shape[1]] = reduced_photo
             source_view = source[0]
             matrix = _pixel_centre_matrix(
-                source_view.intrinsics.scaled(item.shape[1], item.shape[0])
+                source_view.intrinsics.scaled(reduced_photo.shape[1], reduced_photo.shape[0])
             )
             rotation = source_view.rotation @ view.rotation.T
             rotations[s] = matrix @ rotation @ inverse_matrix
@@ -277,7 +277,7 @@ class _PyramidLevel:
             _downsample(is_active.astype(np.float32), reference.shape) > 0,
             k,
             pictures,
-            np.array([item.shape[::-1] for item in reduced_photos], np.int64),
+            np.array([reduced_photo.shape[::-1] for reduced_photo in reduced_photos], np.int64),
             rotations.astype(np.float32),
             translations.astype(np.float32),
         )
@@ -328,7 +328,7 @@ def _initial_planes(
     from scipy.spatial import cKDTree
 
     shape = fixed_inverse_depths.shape
-    inverse = 1 / max_depth + (1 / min_depth - 1 / max_depth) * rng.random(shape)
+    inverse_depths = 1 / max_depth + (1 / min_depth - 1 / max_depth) * rng.random(shape)
     pixels, depths = lens.project(_transform_to_camera(view, points)), view.depths(points)
     is_valid = np.isfinite(pixels).all(axis=1) & (depths > min_depth) & (depths < max_depth)
     if is_valid.sum() > 3:
@@ -336,10 +336,12 @@ def _initial_planes(
         _, nearest_rows = cKDTree(pixels[is_valid]).query(np.stack([x, y], axis=-1))
         jitter = 1.0 + 0.02 * rng.standard_normal(shape)
         is_from_tie_point = rng.random(shape) < 0.5
-        inverse = np.where(is_from_tie_point, jitter / depths[is_valid][nearest_rows], inverse)
+        inverse_depths = np.where(
+            is_from_tie_point, jitter / depths[is_valid][nearest_rows], inverse_depths
+        )
     normal = rng.normal(0.0, 0.25, (*shape, 3)) - [0.0, 0.0, 1.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    depth = np.clip(1.0 / inverse, min_depth, max_depth)
+    depth = np.clip(1.0 / inverse_depths, min_depth, max_depth)
     return to_kernel_array(depth, np.float32), to_kernel_array(normal, np.float32)
 
 
@@ -388,20 +390,20 @@ def _is_on_source(
     return np.asarray((is_on_source & is_valid[row, column]).reshape(h, w))
 
 
-def _remove_specks(inverse: Float32Array, unit: float) -> None:
+def _remove_specks(inverse_depths: Float32Array, unit: float) -> None:
     """Remove small patches that differ from their surroundings."""
     import cv2
 
-    if not (inverse > 0).any():
+    if not (inverse_depths > 0).any():
         return
     # By chance, single pixels also lie in front of or behind a surface. These differ from most of
     # their neighbours.
-    median = np.asarray(cv2.medianBlur(inverse, 5))
-    inverse[np.abs(inverse - median) > unit] = 0.0
-    if not (inverse > 0).any():
+    median = np.asarray(cv2.medianBlur(inverse_depths, 5))
+    inverse_depths[np.abs(inverse_depths - median) > unit] = 0.0
+    if not (inverse_depths > 0).any():
         return
-    min_inverse = float(inverse[inverse > 0].min())
-    steps = np.where(inverse > 0, (inverse - min_inverse) / (0.125 * unit) + 1.0, 0.0)
+    min_inverse = float(inverse_depths[inverse_depths > 0].min())
+    steps = np.where(inverse_depths > 0, (inverse_depths - min_inverse) / (0.125 * unit) + 1.0, 0.0)
     levels = np.ascontiguousarray(np.minimum(steps, 32_000), np.int16)
     cv2.filterSpeckles(levels, 0, 60, 16)
-    inverse[levels == 0] = 0.0
+    inverse_depths[levels == 0] = 0.0

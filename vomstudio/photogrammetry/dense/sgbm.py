@@ -77,8 +77,8 @@ def rectify(
     min_depth, max_depth : range of depths of the first photo
     """
     baseline = second.centre - first.centre
-    length = float(np.linalg.norm(baseline))
-    x = baseline / length
+    baseline_length = float(np.linalg.norm(baseline))
+    x = baseline / baseline_length
     z = first.direction + second.direction
     z = z - x * (z @ x)
     if not np.linalg.norm(z) > 0.5:
@@ -89,14 +89,14 @@ def rectify(
     focal = float(np.mean(lens.focal))
 
     for _ in range(2):
-        box = _rectified_box(first, rotation, focal)
-        if box is None:
+        bounds = _rectified_box(first, rotation, focal)
+        if bounds is None:
             return None
-        left, top, right, bottom = box
-        plane, low, high = _disparity_range(
-            (points - first.centre) @ rotation.T, focal, length, min_depth, max_depth
+        left, top, right, bottom = bounds
+        plane, min_difference, max_difference = _disparity_range(
+            (points - first.centre) @ rotation.T, focal, baseline_length, min_depth, max_depth
         )
-        count = int(np.ceil((high - low + 1) / 16)) * 16
+        count = int(np.ceil((max_difference - min_difference + 1) / 16)) * 16
         if count <= _MAX_DISPARITIES:
             break
         focal *= 0.98 * (_MAX_DISPARITIES - 16) / count
@@ -104,7 +104,7 @@ def rectify(
             return None
     else:
         return None
-    min_disparity = int(np.floor(low))
+    min_disparity = int(np.floor(min_difference))
     # SGBM excludes columns whose matching column may lie beyond the edge.
     left_margin, right_margin = max(min_disparity + count, 0) + 2, max(-min_disparity, 0) + 2
     width, height = right - left + left_margin + right_margin, bottom - top
@@ -125,7 +125,7 @@ def rectify(
         np.linalg.inv(shear) @ project_onto(second),
         rotation,
         focal,
-        length,
+        baseline_length,
         plane,
         min_disparity,
         count,
@@ -153,25 +153,30 @@ def pair_inverse_depth(
 
     from vomstudio.photogrammetry.dense._depth_kernels import convert_disparities
 
-    pair = rectify(first[0], second[0], points, min_depth, max_depth)
-    if pair is None:
+    rectification = rectify(first[0], second[0], points, min_depth, max_depth)
+    if rectification is None:
         return None
-    size = (pair.width, pair.height)
+    size = (rectification.width, rectification.height)
     # Convert between pixels counted from the corner of the first pixel and OpenCV's, counted from
     # its centre.
     shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
-    origin = np.array([[1.0, 0.0, -pair.left], [0.0, 1.0, -pair.top], [0.0, 0.0, 1.0]])
+    crop_offset = np.array(
+        [[1.0, 0.0, -rectification.left], [0.0, 1.0, -rectification.top], [0.0, 0.0, 1.0]]
+    )
     # OpenCV's cubic weights would shift the pictures by up to 0.05 pixel.
     pictures = [
-        cv2.warpPerspective(gray, origin @ homography @ shift, size, flags=cv2.INTER_LANCZOS4)
-        for homography, gray in ((pair.first, first[1]), (pair.second, second[1]))
+        cv2.warpPerspective(gray, crop_offset @ homography @ shift, size, flags=cv2.INTER_LANCZOS4)
+        for homography, gray in ((rectification.first, first[1]), (rectification.second, second[1]))
     ]
     is_visible = cv2.warpPerspective(
-        second[2].astype(np.uint8), origin @ pair.second @ shift, size, flags=cv2.INTER_NEAREST
+        second[2].astype(np.uint8),
+        crop_offset @ rectification.second @ shift,
+        size,
+        flags=cv2.INTER_NEAREST,
     )
     matcher = cv2.StereoSGBM.create(
-        minDisparity=pair.min_disparity,
-        numDisparities=pair.count,
+        minDisparity=rectification.min_disparity,
+        numDisparities=rectification.count,
         blockSize=_WINDOW_SIZE,
         P1=8 * _WINDOW_SIZE * _WINDOW_SIZE,
         P2=32 * _WINDOW_SIZE * _WINDOW_SIZE,
@@ -183,29 +188,29 @@ def pair_inverse_depth(
         mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
     )
     disparities = matcher.compute(*pictures)
-    inverse = np.empty(first[1].shape, np.float32)
+    inverse_depths = np.empty(first[1].shape, np.float32)
     coefficients = np.array(
         [
-            *pair.plane,
-            1.0 / (pair.focal * pair.baseline),
-            pair.focal,
-            *(first[0].rotation @ pair.rotation.T)[2],
+            *rectification.plane,
+            1.0 / (rectification.focal * rectification.baseline),
+            rectification.focal,
+            *(first[0].rotation @ rectification.rotation.T)[2],
         ]
     )
     convert_disparities(
         to_kernel_array(disparities, np.int16),
         to_kernel_array(is_visible, np.uint8),
-        pair.min_disparity,
-        pair.count,
-        pair.left,
-        pair.top,
+        rectification.min_disparity,
+        rectification.count,
+        rectification.left,
+        rectification.top,
         24,
-        to_kernel_array(pair.first, np.float64),
+        to_kernel_array(rectification.first, np.float64),
         coefficients,
         to_kernel_array(first[2], np.uint8),
-        inverse,
+        inverse_depths,
     )
-    return inverse, pair.step
+    return inverse_depths, rectification.step
 
 
 def _rectified_box(
@@ -249,13 +254,15 @@ def _fit_disparity_plane(
     u: FloatArray, v: FloatArray, disparity: FloatArray
 ) -> tuple[float, float, float]:
     """Fit a plane by reweighted least absolute differences; it is level if too steep."""
-    a = np.column_stack([u, v, np.ones_like(u)])
-    weight = np.ones_like(u)
+    design = np.column_stack([u, v, np.ones_like(u)])
+    weights = np.ones_like(u)
     solution = np.zeros(3)
     for _ in range(8):
-        root = np.sqrt(weight)[:, None]
-        solution = np.linalg.lstsq(a * root, disparity * root[:, 0], rcond=None)[0]
-        weight = 1.0 / np.maximum(np.abs(disparity - a @ solution), 0.25)
+        root_weights = np.sqrt(weights)[:, None]
+        solution = np.linalg.lstsq(
+            design * root_weights, disparity * root_weights[:, 0], rcond=None
+        )[0]
+        weights = 1.0 / np.maximum(np.abs(disparity - design @ solution), 0.25)
     if abs(solution[0]) > _MAX_SLOPE or abs(solution[1]) > 2 * _MAX_SLOPE:
         return 0.0, 0.0, float(np.median(disparity))
     return float(solution[0]), float(solution[1]), float(solution[2])

@@ -156,7 +156,7 @@ def undistort(task: UndistortTask) -> UndistortedPhoto:
     )
 
 
-def memory_needed(width: int, height: int, max_size: int | None) -> int:
+def peak_memory_bytes(width: int, height: int, max_size: int | None) -> int:
     """Return the peak memory of `undistort` for a photo of this size, in bytes."""
     scale = min(1.0, (max_size or _MAX_SIDE_PX) / max(width, height, 1))
     return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
@@ -208,9 +208,9 @@ def _drop_distortion(lens: Intrinsics) -> Intrinsics:
 
 def _make_pinhole(lens: Intrinsics) -> Intrinsics:
     """Return the pinhole camera with the same focal length and field of view."""
-    border_columns = np.linspace(0.0, lens.width, 65)
-    down = np.linspace(0.0, lens.height, 65)
-    pixels = np.stack(np.meshgrid(border_columns, down), axis=-1).reshape(-1, 2)
+    columns = np.linspace(0.0, lens.width, 65)
+    rows = np.linspace(0.0, lens.height, 65)
+    pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     rays = lens.rays(pixels)[:, :2]
     rays = rays[np.isfinite(rays).all(axis=1)]
     if not len(rays):
@@ -235,7 +235,7 @@ def _compute_remapping(
     """
     shape = (pinhole_lens.height, pinhole_lens.width)
     x, y = np.full(shape, -1.0, np.float32), np.full(shape, -1.0, np.float32)
-    is_shown = np.zeros(shape, bool)
+    is_inside = np.zeros(shape, bool)
     columns = np.arange(pinhole_lens.width) + 0.5
     for top in range(0, pinhole_lens.height, _ROWS_PER_BLOCK):
         rows = np.arange(top, min(top + _ROWS_PER_BLOCK, pinhole_lens.height)) + 0.5
@@ -243,16 +243,16 @@ def _compute_remapping(
         u, v = lens.project(pinhole_lens.rays(pixels)).T
         with np.errstate(invalid="ignore"):
             is_on_photo = (u >= 0) & (u <= lens.width) & (v >= 0) & (v <= lens.height)
-        part = slice(top, top + len(rows))
+        block = slice(top, top + len(rows))
         # OpenCV counts pixels from the centre of the first pixel.
-        x[part] = np.where(is_on_photo, u * (size[0] / lens.width) - 0.5, -1.0).reshape(
+        x[block] = np.where(is_on_photo, u * (size[0] / lens.width) - 0.5, -1.0).reshape(
             len(rows), -1
         )
-        y[part] = np.where(is_on_photo, v * (size[1] / lens.height) - 0.5, -1.0).reshape(
+        y[block] = np.where(is_on_photo, v * (size[1] / lens.height) - 0.5, -1.0).reshape(
             len(rows), -1
         )
-        is_shown[part] = is_on_photo.reshape(len(rows), -1)
-    return x, y, is_shown
+        is_inside[block] = is_on_photo.reshape(len(rows), -1)
+    return x, y, is_inside
 
 
 def _encode_photo(image: ByteArray, is_lossless: bool) -> bytes:

@@ -145,7 +145,7 @@ def place_by_control(
         If the points marked in at least two placed photos are fewer than three or collinear.
     """
     ground_points, findings = _marked_points(scene, control, marks)
-    control_fit = ground_points.fitted(scene)
+    control_fit = ground_points.fit_scene(scene)
     fit = control_fit.fit
     placed_scene = place_in_world(scene, fit, ground_points.origin, crs)
     bending = BendingResult(None, control_fit, (), (), None)
@@ -169,10 +169,10 @@ def place_by_control(
             placed_scene,
             cameras,
             scatter,
-            lambda other: ground_points.places(other, used_rows),
+            lambda other: ground_points.locate_points(other, used_rows),
             ground_points.local[used_rows],
             lenses=None if bending.scene is None else bending.lenses,
-            points=ground_points.known(used_rows, control_fit.sigma),
+            points=ground_points.known_points(used_rows, control_fit.sigma),
         ),
         scale=fit.scale,
         crs=crs,
@@ -220,7 +220,7 @@ def _marked_points(
     ground_points = _prepare_ground_points(scene, control, control_marks, ties, mark_px, findings)
     # If two marks contradict each other, the position of the point as determined by the other
     # points shows which mark is wrong.
-    ground_fit = ground_points.fitted(scene)
+    ground_fit = ground_points.fit_scene(scene)
     placed_scene = place_in_world(scene, ground_fit.fit, ground_points.origin, None)
     limit = 6.0 * ground_fit.sigma / ground_points.pixel
     wrong_marks: list[WrongMark] = []

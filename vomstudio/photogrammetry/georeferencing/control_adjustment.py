@@ -74,12 +74,12 @@ class GroundPoints:
         Rows of the points that can place the scene.
     ties : list of PointMarks
         Markers without coordinates, which only tie photos together.
-    surveyed : float
-        Typical stated error of a coordinate; 0 if no errors are stated.
+    surveyed_sigma : float
+        Typical stated error of a coordinate, m; 0 if no errors are stated.
     pixel : float
         Size of a pixel on the ground, in metres.
-    floor : float
-        Points with smaller residuals are never treated as outliers.
+    min_sigma : float
+        Minimum sigma, m; points with smaller residuals are not treated as outliers.
     mark_px : float
         Error of a mark in one direction.
     """
@@ -90,30 +90,30 @@ class GroundPoints:
     origin: tuple[int, int, int]
     fitting_rows: list[int]
     ties: list[PointMarks]
-    surveyed: float
+    surveyed_sigma: float
     pixel: float
-    floor: float
+    min_sigma: float
     mark_px: float
 
-    def places(self, scene: SparseScene, rows: Sequence[int]) -> FloatArray:
+    def locate_points(self, scene: SparseScene, rows: Sequence[int]) -> FloatArray:
         """Return the positions (n, 3) of the points in `rows` in a scene."""
         return np.array([self.control_marks[row].place(scene) for row in rows])
 
-    def fitted(self, scene: SparseScene) -> ControlFit:
+    def fit_scene(self, scene: SparseScene) -> ControlFit:
         """Robustly fit the similarity from the scene to the control points.
 
         Raises GeometryError if the scene does not locate the points, or if they do not determine
         the similarity.
         """
-        positions = self.places(scene, self.fitting_rows)
+        positions = self.locate_points(scene, self.fitting_rows)
         if not np.isfinite(positions).all():
             raise GeometryError(Finding("control.not-located"))
         targets = self.local[list(self.fitting_rows)]
         require_width(positions)
-        fit, is_inlier = fit_robustly(positions, targets, min_sigma=self.floor)
+        fit, is_inlier = fit_robustly(positions, targets, min_sigma=self.min_sigma)
         misses = (fit(positions) - targets)[is_inlier]
         used_rows = [i for i, is_good in zip(self.fitting_rows, is_inlier, strict=True) if is_good]
-        stated_errors = self.errors(scene, fit, used_rows) if self.surveyed else None
+        stated_errors = self.errors(scene, fit, used_rows) if self.surveyed_sigma else None
         scatter = estimate_scatter(targets[is_inlier], misses, stated_errors, is_ordered=True)
         # Even with exact coordinates, the error is a fraction of a pixel.
         if not scatter.covariance.any():
@@ -138,13 +138,15 @@ class GroundPoints:
         errors = []
         for row in rows:
             mark_covariance = self.control_marks[row].covariance(scene, self.mark_px)
-            point_sigma = self.control[row].sigma_m or self.surveyed
+            point_sigma = self.control[row].sigma_m or self.surveyed_sigma
             errors.append(rotation @ mark_covariance @ rotation.T + point_sigma**2 * np.eye(3))
         return np.array(errors)
 
     def rms_residual_m(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Return the RMS residual of points in a placed scene, m."""
-        squared_distances = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
+        squared_distances = ((self.locate_points(scene, rows) - self.local[list(rows)]) ** 2).sum(
+            axis=1
+        )
         return float(np.sqrt(np.nan_to_num(squared_distances, nan=np.inf).mean()))
 
     def adjusted(
@@ -155,12 +157,12 @@ class GroundPoints:
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
         """Adjust the scene with the points of a fit and all tie markers."""
-        known_points = self.known(fit.used, fit.sigma)
+        known_points = self.known_points(fit.used, fit.sigma)
         return adjust_to_ground(placed_scene, known_points, threads=threads, progress=progress)
 
-    def known(self, used_indices: Sequence[int], sigma: float) -> list[KnownPoint]:
+    def known_points(self, used_indices: Sequence[int], sigma: float) -> list[KnownPoint]:
         """Return the used points and all tie markers as input of an adjustment."""
-        usual_sigma = max(self.surveyed or sigma, self.pixel)
+        usual_sigma = max(self.surveyed_sigma or sigma, self.pixel)
         mark_px = max(HAND_MARK_ERROR_PX, self.mark_px)
         known_points = [
             KnownPoint(
@@ -207,7 +209,7 @@ def bend_to_control(
     # it.
     if second_fit is not None and (
         second_fit.used != first_fit.used
-        or (not ground_points.surveyed and second_fit.sigma < 0.7 * first_fit.sigma)
+        or (not ground_points.surveyed_sigma and second_fit.sigma < 0.7 * first_fit.sigma)
     ):
         adjusted_scene, lenses = ground_points.adjusted(placed_scene, second_fit, threads, progress)
         second_fit = _fitted_or_none(ground_points, adjusted_scene)
@@ -244,7 +246,7 @@ def _fitted_or_none(ground_points: GroundPoints, scene: SparseScene) -> ControlF
     if not _has_converged(scene):
         return None
     try:
-        return ground_points.fitted(scene)
+        return ground_points.fit_scene(scene)
     except GeometryError:
         return None
 
@@ -259,7 +261,7 @@ def _has_converged(scene: SparseScene) -> bool:
 
 
 def _cross_validation_residuals(
-    ground: GroundPoints,
+    ground_points: GroundPoints,
     placed_scene: SparseScene,
     adjusted_sparse_scene: SparseScene,
     fit: ControlFit,
@@ -274,33 +276,34 @@ def _cross_validation_residuals(
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:
         return None
-    bent_residuals, stiff = [], []
+    bent_residuals, rigid_residuals = [], []
     for k in range(_N_FOLDS):
         left_out_rows = fit.used[k::_N_FOLDS]
         other_rows = [i for i in fit.used if i not in left_out_rows]
         try:
-            require_width(ground.local[other_rows])
+            require_width(ground_points.local[other_rows])
             second_fit = fit_similarity(
-                ground.places(placed_scene, other_rows), ground.local[other_rows]
+                ground_points.locate_points(placed_scene, other_rows),
+                ground_points.local[other_rows],
             )
         except GeometryError:
             continue
-        start = place_in_world(placed_scene, second_fit, ground.origin, placed_scene.crs)
+        start = place_in_world(placed_scene, second_fit, ground_points.origin, placed_scene.crs)
         # Use the lenses of the complete adjustment, because estimating them takes most of the time.
         views = zip(start.views, adjusted_sparse_scene.views, strict=True)
         start_scene = replace(
             start, views=tuple(replace(v, intrinsics=b.intrinsics) for v, b in views)
         )
-        known_points = ground.known(other_rows, fit.sigma)
+        known_points = ground_points.known_points(other_rows, fit.sigma)
         trial = bundle_adjust(start_scene, known_points, threads=threads, progress=progress)
         if not _has_converged(trial):
-            return math.inf, ground.rms_residual_m(start, left_out_rows)
-        bent_residuals += [ground.rms_residual_m(trial, [i]) for i in left_out_rows]
-        stiff += [ground.rms_residual_m(start, [i]) for i in left_out_rows]
+            return math.inf, ground_points.rms_residual_m(start, left_out_rows)
+        bent_residuals += [ground_points.rms_residual_m(trial, [i]) for i in left_out_rows]
+        rigid_residuals += [ground_points.rms_residual_m(start, [i]) for i in left_out_rows]
     if not bent_residuals:
         return None
     return float(np.sqrt(np.mean(np.square(bent_residuals)))), float(
-        np.sqrt(np.mean(np.square(stiff)))
+        np.sqrt(np.mean(np.square(rigid_residuals)))
     )
 
 

@@ -86,7 +86,7 @@ def adjust_to_positions(
     sigmas = np.maximum(sigmas_m, _MIN_SIGMA_M)
     for _ in range(2):
         median = float(np.median(sigmas))
-        if refusal := _refusal(scene, sigmas):
+        if refusal := _sigma_problem(scene, sigmas):
             return scene, GpsAdjustment(False, refusal, median)
         # A bent block misses good positions by more than their errors, so at first it is only
         # pulled towards them.
@@ -119,7 +119,7 @@ def adjust_to_positions(
     return bent_scene, GpsAdjustment(True, reason, median, lenses)
 
 
-def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
+def _sigma_problem(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
     """Return why positions with the errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < MIN_POSITIONS:
         return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=MIN_POSITIONS)

@@ -105,7 +105,7 @@ def bundle_adjust(
     return scene
 
 
-def focal_sigmas(
+def focal_length_sigmas(
     scene: SparseScene,
     points: Sequence[KnownPoint],
     centres: Sequence[KnownCentre] = (),

@@ -27,7 +27,7 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
     KnownCentre,
     KnownPoint,
     bundle_adjust,
-    focal_sigmas,
+    focal_length_sigmas,
 )
 
 MAX_RELATIVE_SIGMA = 0.015
@@ -153,8 +153,8 @@ def _estimate_ground_sigmas(
     Returns two dictionaries, for ground control alone and together with the tie points. Errors are
     infinite if undetermined.
     """
-    joint_sigmas = focal_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
-    ties = focal_sigmas(scene, (), (), free_lenses=lenses, threads=threads)
+    joint_sigmas = focal_length_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
+    ties = focal_length_sigmas(scene, (), (), free_lenses=lenses, threads=threads)
     ground_sigmas = {}
     for lens in lenses:
         added_information = joint_sigmas[lens] ** -2 - ties[lens] ** -2

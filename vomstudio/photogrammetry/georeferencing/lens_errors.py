@@ -62,7 +62,7 @@ class LensEffect:
         Covariance of rotations about east, north and up (rad), of a relative change of scale, and
         of a translation, with respect to a point, as in `Scatter`. It includes the mean rotation of
         planes by bowing and stretch.
-    bend : LensBend
+    bend : LensDeformation
         Bend that corresponds to the 95 % errors.
     """
 
@@ -220,7 +220,7 @@ def _thin_points(scene: SparseScene) -> SparseScene:
 
 
 def _add_second_radial(scene: SparseScene, known_sigmas: dict[Intrinsics, float]) -> SparseScene:
-    """Add k2, which bends a block most, to lenses without it."""
+    """Add k2, which has the largest effect on bowing, to lenses that lack it."""
 
     def add_k2(view: View) -> View:
         lens = view.intrinsics

@@ -135,17 +135,19 @@ def compute_response(
     lens_rows = rows[views]
     columns = np.concatenate([pose_derivatives, lens_derivatives], axis=2)
     pull = np.concatenate([point_pose_information, point_lens_information], axis=2)
-    places_of = np.full((len(views), 6 + width), total, np.int64)
-    places_of[:, :6] = 6 * views[:, None] + np.arange(6)
+    parameter_indices = np.full((len(views), 6 + width), total, np.int64)
+    parameter_indices[:, :6] = 6 * views[:, None] + np.arange(6)
     for k, lens in enumerate(lenses):
         has_lens = lens_rows == k
-        places_of[np.ix_(has_lens, 6 + np.arange(len(lens.params)))] = (
+        parameter_indices[np.ix_(has_lens, 6 + np.arange(len(lens.params)))] = (
             size + starts[k] + np.arange(len(lens.params))
         )
     padded_matrix = np.zeros((total + 1, total + 1))
     products = np.einsum("mki,mkj->mij", columns, columns)
-    np.add.at(padded_matrix, (places_of[:, :, None], places_of[:, None, :]), products)
-    _eliminate_points(padded_matrix, point_rows, places_of, pull, inverse)
+    np.add.at(
+        padded_matrix, (parameter_indices[:, :, None], parameter_indices[:, None, :]), products
+    )
+    _eliminate_points(padded_matrix, point_rows, parameter_indices, pull, inverse)
     normal = padded_matrix[:total, :total]
     _add_priors(normal, scene, centres)
     poses = normal[:size, :size]

@@ -45,19 +45,19 @@ class ControlMarks:
         Control and check points, which have coordinates.
     marks : tuple of Mark
         Marks of these points; marks with other labels belong to tie points.
-    begun : tuple of str
+    new_labels : tuple of str
         Labels that have neither coordinates nor marks yet.
     """
 
     control: tuple[ControlPoint, ...] = ()
     marks: tuple[Mark, ...] = ()
-    begun: tuple[str, ...] = ()
+    new_labels: tuple[str, ...] = ()
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Labels of points with coordinates in table order, then others as created."""
         control_labels = [p.label for p in self.control]
-        other_labels = [*(m.label for m in self.marks), *self.begun]
+        other_labels = [*(m.label for m in self.marks), *self.new_labels]
         return tuple(dict.fromkeys([*control_labels, *other_labels]))
 
     def point(self, label: str) -> ControlPoint | None:
@@ -73,7 +73,7 @@ class ControlMarks:
         """Return the marks of a point, keyed by photo."""
         return {m.photo: (m.x, m.y) for m in self.marks if m.label == label}
 
-    def within(self, photo: str) -> dict[str, Pixel]:
+    def marks_in_photo(self, photo: str) -> dict[str, Pixel]:
         """Return the marks in a photo, keyed by point."""
         return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
 
@@ -85,7 +85,7 @@ class ControlMarks:
         return f"{prefix}{number}"
 
     # --- changed ------------------------------------------------------------------------------
-    def marked(self, label: str, photo: str, pixel: Pixel) -> ControlMarks:
+    def set_mark(self, label: str, photo: str, pixel: Pixel) -> ControlMarks:
         """Return a copy in which a point is marked in a photo."""
         mark = Mark(label, photo, float(pixel[0]), float(pixel[1]))
         rows = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
@@ -94,40 +94,40 @@ class ControlMarks:
             marks[rows[0]] = mark
         else:
             marks.append(mark)
-        return replace(self, marks=tuple(marks), begun=_remove_label(self.begun, label))
+        return replace(self, marks=tuple(marks), new_labels=_remove_label(self.new_labels, label))
 
-    def unmarked(self, label: str, photo: str) -> ControlMarks:
+    def remove_mark(self, label: str, photo: str) -> ControlMarks:
         """Return a copy without the mark of a point in a photo; the point remains."""
         marks = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
-        unmarked_labels = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, marks=marks, begun=unmarked_labels)
+        unmarked_labels = self.new_labels if label in self.new_labels else (*self.new_labels, label)
+        return replace(self, marks=marks, new_labels=unmarked_labels)
 
-    def begun_with(self, label: str) -> ControlMarks:
+    def add_label(self, label: str) -> ControlMarks:
         """Return a copy with a new label that has neither coordinates nor marks yet."""
-        return self if label in self.labels else replace(self, begun=(*self.begun, label))
+        return self if label in self.labels else replace(self, new_labels=(*self.new_labels, label))
 
-    def placed(self, point: ControlPoint) -> ControlMarks:
+    def set_coordinates(self, point: ControlPoint) -> ControlMarks:
         """Return a copy in which a point has new coordinates."""
         points = tuple(point if p.label == point.label else p for p in self.control)
         if point not in points:
             points = (*points, point)
-        return replace(self, control=points, begun=_remove_label(self.begun, point.label))
+        return replace(self, control=points, new_labels=_remove_label(self.new_labels, point.label))
 
-    def unplaced(self, label: str) -> ControlMarks:
+    def remove_coordinates(self, label: str) -> ControlMarks:
         """Return a copy in which a point has no coordinates and is therefore a tie point."""
         control = tuple(p for p in self.control if p.label != label)
-        unmarked_labels = self.begun if label in self.begun else (*self.begun, label)
-        return replace(self, control=control, begun=unmarked_labels)
+        unmarked_labels = self.new_labels if label in self.new_labels else (*self.new_labels, label)
+        return replace(self, control=control, new_labels=unmarked_labels)
 
-    def removed(self, label: str) -> ControlMarks:
+    def remove_point(self, label: str) -> ControlMarks:
         """Return a copy without a point and its marks."""
         return ControlMarks(
             tuple(p for p in self.control if p.label != label),
             tuple(m for m in self.marks if m.label != label),
-            _remove_label(self.begun, label),
+            _remove_label(self.new_labels, label),
         )
 
-    def renamed(self, old_label: str, new_label: str) -> ControlMarks:
+    def rename_point(self, old_label: str, new_label: str) -> ControlMarks:
         """Return a copy in which a point is renamed.
 
         Raises GeometryError if the new label is already used or invalid.
@@ -140,7 +140,7 @@ class ControlMarks:
         return ControlMarks(
             tuple(replace(p, label=new_label) if p.label == old_label else p for p in self.control),
             tuple(replace(m, label=new_label) if m.label == old_label else m for m in self.marks),
-            tuple(new_label if label == old_label else label for label in self.begun),
+            tuple(new_label if label == old_label else label for label in self.new_labels),
         )
 
     def add_marks(
@@ -156,7 +156,7 @@ class ControlMarks:
             if number is None:
                 unknown_photos.append(mark.photo)
             name = mark.photo if number is None else photos[number]
-            marking = marking.marked(mark.label, name, (mark.x, mark.y))
+            marking = marking.set_mark(mark.label, name, (mark.x, mark.y))
         return marking, list(dict.fromkeys(unknown_photos))
 
 
@@ -464,7 +464,7 @@ def _missing_joins(
 
 
 def _few_marks_text(points: Iterable[str]) -> str:
-    """List points with their numbers of marks as text; empty without points."""
+    """Format points with their numbers of marks as text; empty if there are no points."""
     names = ", ".join(points)
     return names and tr("Too few marks: {points}.", points=names)
 

@@ -54,7 +54,7 @@ class Placement:
         Reference point of the covariance, in the World frame.
     bowing : Bowing or None
         Bowing estimated from the residuals.
-    lens_bend : LensBend or None
+    lens_bend : LensDeformation or None
         Bend estimated from the errors of the lenses; None if these are not known.
     warnings : tuple of Finding
     """

@@ -87,7 +87,7 @@ def pose_errors(scene: SparseScene, noise: float | None = None) -> PoseErrors | 
     motions = _similarity_motions(scene.centres, float(np.nanmedian(depths)))
     is_datum = np.ones(count, bool)
     for _ in range(_MAX_ROUNDS):
-        covariance = _free_covariance(normal, motions, is_datum)
+        covariance = _free_network_covariance(normal, motions, is_datum)
         blocks = covariance.reshape(count, 6, count, 6)[np.arange(count), :, np.arange(count), :]
         position95 = _semi_axes(blocks[:, :3, :3])
         rotation95_deg = np.degrees(_semi_axes(blocks[:, 3:, 3:]))
@@ -190,7 +190,9 @@ def _similarity_motions(centres: FloatArray, scale: float) -> FloatArray:
     return motions.reshape(6 * count, 7)
 
 
-def _free_covariance(normal: FloatArray, motions: FloatArray, is_datum: BoolArray) -> FloatArray:
+def _free_network_covariance(
+    normal: FloatArray, motions: FloatArray, is_datum: BoolArray
+) -> FloatArray:
     """Return the covariance (6 v, 6 v) relative to the similarity that fits the datum best.
 
     Singular directions other than those of the similarity get very large variances.

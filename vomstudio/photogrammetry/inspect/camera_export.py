@@ -31,8 +31,8 @@ from vomstudio.io.models.registration_file import read_registration
 from vomstudio.io.models.writing import write_model
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.own_cameras.photos import find_photos
-from vomstudio.io.photos.own_cameras.reading import is_own_cameras, read_own_cameras
-from vomstudio.io.photos.own_cameras.result import OwnCameras
+from vomstudio.io.photos.own_cameras.reading import is_camera_file, read_camera_file
+from vomstudio.io.photos.own_cameras.result import ModelCameras
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
@@ -123,7 +123,7 @@ def export_cameras(
 
 # --- reading --------------------------------------------------------------------------------------
 def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
-    """Return cameras and tie points; the tracks are known if the stages are still there."""
+    """Return cameras and tie points, with tracks if the stage files still exist."""
     folder = source if source.is_dir() else source.parent
     stage = stage_folder(folder, "frame")
     if stage is not None:
@@ -157,9 +157,9 @@ def _load_scene(source: Path, cameras: Cameras) -> SparseScene:
 
 def _read_cameras(source: Path) -> tuple[Cameras, tuple[Finding, ...]]:
     path = source / FILE_NAME if (source / FILE_NAME).is_file() else source
-    if path.name == FILE_NAME and is_own_cameras(path):
+    if path.name == FILE_NAME and is_camera_file(path):
         return read_cameras(path), ()
-    foreign_cameras: OwnCameras = read_own_cameras(source)
+    foreign_cameras: ModelCameras = read_camera_file(source)
     if not foreign_cameras.views:
         raise InputError(Finding("cameras.no-poses"), file=foreign_cameras.path)
     return Cameras(

@@ -152,11 +152,16 @@ def _camera(camera: Any) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class PhotoPair:
-    """Matches of two photos.
+    """Features and matches of two photos.
 
-    left, right : (n, 2) all features of either photo
-    matches : (m, 2) rows of `left` and `right` of verified matches
-    refused : (k, 2) rows of rejected matches
+    Attributes
+    ----------
+    left, right : (n, 2) ndarray
+        Positions of all features of each photo, pixels.
+    matches : (m, 2) ndarray
+        Verified matches, as rows of `left` and `right`.
+    refused : (k, 2) ndarray
+        Rejected matches, as rows of `left` and `right`.
     """
 
     left: Float32Array
@@ -267,7 +272,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
 
 def coverage(out: Path, name: str) -> float | None:
-    """Return the share of usable pixels that have a depth, or None without a depth map."""
+    """Return the share of usable pixels with a depth, or None if there is no depth map."""
     from vomstudio.photogrammetry.pipeline.photo_results import load_undistorted
 
     folder = stage_folder(out, "depths")
@@ -287,7 +292,7 @@ def coverage(out: Path, name: str) -> float | None:
 
 
 def depth_range(depth: Float32Array) -> tuple[float, float]:
-    """Return the 1 % and 99 % quantiles of the depths; (0, 1) without any."""
+    """Return the 1 % and 99 % quantiles of the depths; (0, 1) if there are no depths."""
     known_depth = depth[depth > 0]
     if not len(known_depth):
         return 0.0, 1.0

@@ -112,7 +112,7 @@ class PhotoViews:
         self._from_file = np.linalg.inv(self._to_file)
         # World of the cameras' origin.
         self._world_origin = self._to_file @ self._origin + matrix[:3, 3]
-        self.resolution = max(resolution_m, tree.reach)
+        self.resolution = max(resolution_m, tree.max_distance)
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
 
     def row(self, name: str) -> int:
@@ -128,8 +128,8 @@ class PhotoViews:
 
     def direction(self, view: int) -> FloatArray:
         """Return the unit vector (3,) of a photo's axis in the World frame."""
-        way = np.linalg.solve(self._from_file, self.views[view].direction)
-        return np.asarray(way / np.linalg.norm(way))
+        direction = np.linalg.solve(self._from_file, self.views[view].direction)
+        return np.asarray(direction / np.linalg.norm(direction))
 
     def local(self, world: npt.ArrayLike) -> FloatArray:
         """Transform World points (n, 3) to the cameras' frame."""
@@ -169,7 +169,7 @@ class PhotoViews:
         distances = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
         # Of a cloud every point within reach of the line of sight counts.
-        slack = np.minimum(slack + self.tree.reach, 0.5 * distances) + 1e-9 * distances
+        slack = np.minimum(slack + self.tree.max_distance, 0.5 * distances) + 1e-9 * distances
         max_fractions = 1.0 - slack / np.maximum(distances, 1e-300)
         hits = self.tree.cast(centre + self._origin, ways, max_fractions)
         return np.asarray(hits.index >= 0)
@@ -294,8 +294,8 @@ class PhotoViews:
         photo = self.views[view]
         if not photo.contains(pixel)[0]:
             return None
-        way = photo.rays(pixel)
-        hits = self.tree.cast(self._centres[view] + self._origin, way)
+        ray = photo.rays(pixel)
+        hits = self.tree.cast(self._centres[view] + self._origin, ray)
         index = int(hits.index[0])
         if index < 0:
             return None

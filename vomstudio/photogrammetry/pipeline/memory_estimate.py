@@ -35,6 +35,6 @@ def estimate_memory(
     from vomstudio.photogrammetry.base.memory import available_bytes
     from vomstudio.photogrammetry.dense.memory_limits import fitting_size, peak_memory
 
-    requested_px = settings.steps.dense_px
+    requested_px = settings.quality_sizes.dense_px
     size = fitting_size(requested_px, sizes)
     return MemoryRequirement(requested_px, size, peak_memory(size, sizes), available_bytes())

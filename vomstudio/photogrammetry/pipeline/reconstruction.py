@@ -197,7 +197,7 @@ class _Run:
     def _align(self, photos: PhotoFolder) -> tuple[Alignment, StageFolder]:
         from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 
-        size, seed = self.settings.steps.align_px, self.settings.seed
+        size, seed = self.settings.quality_sizes.align_px, self.settings.seed
         stage = self.checkpoints.stage(
             "alignment",
             report_data.versions("pycolmap"),
@@ -277,7 +277,7 @@ class _Run:
             stage.folder, [view.name for view in views], save_undistorted, load_undistorted
         )
         lenses = [view.intrinsics for view in views]
-        need = max(undistortion.memory_needed(n.width, n.height, size) for n in lenses)
+        need = max(undistortion.peak_memory_bytes(n.width, n.height, size) for n in lenses)
         self._compute_missing(
             tr("Undistorting photos"), stage, results, undistortion.undistort, task, need
         )
@@ -288,7 +288,7 @@ class _Run:
         from vomstudio.photogrammetry.dense.memory_limits import fitting_size
 
         requested_px, lenses = (
-            self.settings.steps.dense_px,
+            self.settings.quality_sizes.dense_px,
             [v.intrinsics for v in placed_registered.scene.views],
         )
         size = fitting_size(requested_px, [(lens.width, lens.height) for lens in lenses])
@@ -338,7 +338,7 @@ class _Run:
         lenses = [view.intrinsics for view in scene.views]
         scales = [min(1.0, self.dense_px / max(n.width, n.height)) for n in lenses]
         needed_memory = max(
-            depthmaps.memory_needed(round(n.width * k), round(n.height * k))
+            depthmaps.peak_memory_bytes(round(n.width * k), round(n.height * k))
             for n, k in zip(lenses, scales, strict=True)
         )
         self._compute_missing(
@@ -358,13 +358,13 @@ class _Run:
         """Compute the missing results of a stage with one result per photo."""
         if stage.is_done:
             return
-        missing = [number for number in range(len(results)) if not results.has(number)]
+        missing_numbers = [number for number in range(len(results)) if not results.has(number)]
         self.log.stage(title, len(results))
-        progress = ResumedProgress(self.log, len(results) - len(missing))
+        progress = ResumedProgress(self.log, len(results) - len(missing_numbers))
         for done_count, result in self.executor.map(
-            work, map(task, missing), progress, needed_bytes
+            work, map(task, missing_numbers), progress, needed_bytes
         ):
-            results.put(missing[done_count], result)
+            results.put(missing_numbers[done_count], result)
         stage.finish()
 
     def _fuse(
@@ -397,16 +397,18 @@ class _Run:
         from vomstudio.photogrammetry.surface.meshing import (
             MeshingOptions,
             build_surface,
-            fitting_points,
+            max_points_in_memory,
         )
 
-        faces = self.settings.steps.faces
+        faces = self.settings.quality_sizes.faces
         stage = self.checkpoints.stage(
             "surface", cloud_stage.key, report_data.versions("open3d"), faces
         )
         if not stage.is_done:
             threads = self.settings.threads or os.cpu_count() or 1
-            options = MeshingOptions(faces=faces, threads=threads, max_points=fitting_points())
+            options = MeshingOptions(
+                faces=faces, threads=threads, max_points=max_points_in_memory()
+            )
             surface = build_surface(cloud, options, self.log)
             write_atomically(stage.folder / _MESH_FILE, lambda path: save_mesh(path, surface.mesh))
             stage.finish(facts=surface.facts, warnings=list(surface.warnings))
@@ -423,20 +425,28 @@ class _Run:
     ) -> tuple[Mesh, StageFolder]:
         """Compute the texture from original photos, so that nothing is resampled twice."""
         from vomstudio.photogrammetry.surface.atlas import AtlasOptions
-        from vomstudio.photogrammetry.surface.texture import TextureOptions, jpeg, make_texture
+        from vomstudio.photogrammetry.surface.texture import (
+            TextureOptions,
+            encode_jpeg,
+            make_texture,
+        )
 
-        steps = self.settings.steps
-        stage = self.checkpoints.stage("texture", surfaced.key, steps.page_px, steps.pages)
+        quality_sizes = self.settings.quality_sizes
+        stage = self.checkpoints.stage(
+            "texture", surfaced.key, quality_sizes.page_px, quality_sizes.pages
+        )
         if not stage.is_done:
             photo_by_name = {photo.name: photo for photo in photos.photos}
             sources = [
                 OriginalPhoto(photo_by_name[view.name], view)
                 for view in placed_registered.scene.views
             ]
-            options = TextureOptions(atlas=AtlasOptions(page=steps.page_px, most_pages=steps.pages))
+            options = TextureOptions(
+                atlas=AtlasOptions(page=quality_sizes.page_px, max_pages=quality_sizes.pages)
+            )
             texture = make_texture(mesh, sources, options, self.executor, self.log)
             for material, page in zip(texture.mesh.materials, texture.pages, strict=True):
-                picture = jpeg(page)
+                picture = encode_jpeg(page)
                 path = stage.folder / f"{material.name}.jpg"
                 write_atomically(path, lambda p, picture=picture: p.write_bytes(picture))  # type: ignore[misc]
             write_atomically(stage.folder / _MESH_FILE, lambda path: save_mesh(path, texture.mesh))

@@ -5,36 +5,51 @@ from __future__ import annotations
 import math
 
 from vomstudio.geometry.kernels.jit import kernel
-from vomstudio.photogrammetry.surface._triangle_parts import frame_of, weights_at
+from vomstudio.photogrammetry.surface._triangle_parts import barycentric_weights, triangle_frame
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i4[:,::1], f8[:,::1], f8, f8, i8, i4[::1])")
-def settle_labels(smooth, exact, neighbour_faces, directions, min_cosine, joining, sweeps, labels):  # type: ignore[no-untyped-def]
+def assign_labels(  # type: ignore[no-untyped-def]
+    smoothed_normals,
+    exact_normals,
+    neighbour_faces,
+    directions,
+    min_cosine,
+    equal_label_gain,
+    max_sweeps,
+    labels,
+):
     """Assign each face the direction that suits it and its neighbours.
 
     The labels are optimised by iterated conditional modes.
 
-    smooth, exact : normals (m, 3), averaged over a neighbourhood and exact
+    smoothed_normals, exact_normals : normals (m, 3), averaged over a neighbourhood and exact
     least : minimum cosine between a face and its direction
-    joining : gain of an equal label across an edge
+    equal_label_gain : gain of an equal label across an edge
     """
-    count = len(directions)
-    for _ in range(sweeps):
+    direction_count = len(directions)
+    for _ in range(max_sweeps):
         changed_count = 0
         for f in range(len(labels)):
-            best_facing, best_label = -1e9, labels[f]
-            for d in range(count):
+            best_score, best_label = -1e9, labels[f]
+            for d in range(direction_count):
                 ex, ey, ez = directions[d, 0], directions[d, 1], directions[d, 2]
-                value = smooth[f, 0] * ex + smooth[f, 1] * ey + smooth[f, 2] * ez
-                facing = exact[f, 0] * ex + exact[f, 1] * ey + exact[f, 2] * ez
-                if facing < min_cosine:
-                    value -= 4.0 * (min_cosine - facing) + 0.5
+                score = (
+                    smoothed_normals[f, 0] * ex
+                    + smoothed_normals[f, 1] * ey
+                    + smoothed_normals[f, 2] * ez
+                )
+                cosine = (
+                    exact_normals[f, 0] * ex + exact_normals[f, 1] * ey + exact_normals[f, 2] * ez
+                )
+                if cosine < min_cosine:
+                    score -= 4.0 * (min_cosine - cosine) + 0.5
                 for side in range(3):
                     g = neighbour_faces[f, side]
                     if g >= 0 and labels[g] == d:
-                        value += joining
-                if value > best_facing + 1e-12:
-                    best_facing, best_label = value, d
+                        score += equal_label_gain
+                if score > best_score + 1e-12:
+                    best_score, best_label = score, d
             if best_label != labels[f]:
                 labels[f] = best_label
                 changed_count += 1
@@ -43,7 +58,7 @@ def settle_labels(smooth, exact, neighbour_faces, directions, min_cosine, joinin
 
 
 @kernel("void(f8[:,:,::1], i4[::1], i4[:,::1], b1[::1])")
-def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-def]
+def find_overlap(corners, members, grid, is_overlapping):  # type: ignore[no-untyped-def]
     """Draw faces into a grid of texels (-1 = free), and mark those that overlap another.
 
     corners : (m, 3, 2) of all faces, x right and y down in texels; members : the faces to draw
@@ -54,28 +69,28 @@ def find_overlap(corners, members, grid, overlaps):  # type: ignore[no-untyped-d
         ax, ay = corners[f, 0, 0], corners[f, 0, 1]
         bx, by = corners[f, 1, 0], corners[f, 1, 1]
         cx, cy = corners[f, 2, 0], corners[f, 2, 1]
-        ex, ey, fx, fy, inverse, i0, i1, j0, j1 = frame_of(ax, ay, bx, by, cx, cy, w, h)
-        if inverse == 0.0:
+        ex, ey, fx, fy, inverse_det, i0, i1, j0, j1 = triangle_frame(ax, ay, bx, by, cx, cy, w, h)
+        if inverse_det == 0.0:
             continue
-        has_clash = False
+        has_overlap = False
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
-                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                u, v = barycentric_weights(i, j, ax, ay, ex, ey, fx, fy, inverse_det)
                 if u > 1e-6 and v > 1e-6 and u + v < 1 - 1e-6 and grid[j, i] >= 0:
-                    has_clash = True
-        if has_clash:
-            overlaps[f] = True
+                    has_overlap = True
+        if has_overlap:
+            is_overlapping[f] = True
             continue
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
-                u, v = weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse)
+                u, v = barycentric_weights(i, j, ax, ay, ex, ey, fx, fy, inverse_det)
                 if u >= -1e-9 and v >= -1e-9 and u + v <= 1 + 1e-9:
                     grid[j, i] = f
 
 
 @kernel("void(f8[:,:,::1], i4[::1], f8, f8, f8, b1[:,::1])")
-def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[no-untyped-def]
-    """Mark the cells, `side` texels wide, that faces and their gutter touch.
+def mark_covered_cells(corners, members, shift, gutter, cell_size, cells):  # type: ignore[no-untyped-def]
+    """Mark the cells, `cell_size` texels wide, that faces and their gutter touch.
 
     shift : added to the corners, texels
     """
@@ -85,18 +100,18 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
         ax, ay = corners[f, 0, 0] + shift, corners[f, 0, 1] + shift
         bx, by = corners[f, 1, 0] + shift, corners[f, 1, 1] + shift
         cx, cy = corners[f, 2, 0] + shift, corners[f, 2, 1] + shift
-        i0 = max(math.floor((min(ax, bx, cx) - gutter) / side), 0)
-        i1 = min(math.floor((max(ax, bx, cx) + gutter) / side), w - 1)
-        j0 = max(math.floor((min(ay, by, cy) - gutter) / side), 0)
-        j1 = min(math.floor((max(ay, by, cy) + gutter) / side), h - 1)
+        i0 = max(math.floor((min(ax, bx, cx) - gutter) / cell_size), 0)
+        i1 = min(math.floor((max(ax, bx, cx) + gutter) / cell_size), w - 1)
+        j0 = max(math.floor((min(ay, by, cy) - gutter) / cell_size), 0)
+        j1 = min(math.floor((max(ay, by, cy) + gutter) / cell_size), h - 1)
         det = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         sign = 1.0 if det >= 0 else -1.0
-        half_side = 0.5 * side + gutter
+        half_side = 0.5 * cell_size + gutter
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 if cells[j, i]:
                     continue
-                mx, my = (i + 0.5) * side, (j + 0.5) * side
+                mx, my = (i + 0.5) * cell_size, (j + 0.5) * cell_size
                 # Outside, where the whole square lies beyond one edge.
                 is_outside = False
                 for k in range(3):
@@ -116,12 +131,12 @@ def cover_cells(corners, members, shift, gutter, side, cells):  # type: ignore[n
 
 
 @kernel("i8(b1[:,::1], b1[:,::1], i8, i8)")
-def place_chart(page, chart, first_row, last_row):  # type: ignore[no-untyped-def]
+def find_chart_position(page, chart, first_row, last_row):  # type: ignore[no-untyped-def]
     """Return the first free place of a chart on a page: row * width + column, or -1."""
     h, w = chart.shape
-    columns = page.shape[1]
+    column_count = page.shape[1]
     for j in range(first_row, min(last_row, page.shape[0] - h) + 1):
-        for i in range(columns - w + 1):
+        for i in range(column_count - w + 1):
             is_free = True
             for y in range(h):
                 for x in range(w):
@@ -131,5 +146,5 @@ def place_chart(page, chart, first_row, last_row):  # type: ignore[no-untyped-de
                 if not is_free:
                     break
             if is_free:
-                return j * columns + i
+                return j * column_count + i
     return -1

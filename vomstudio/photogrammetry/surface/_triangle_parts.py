@@ -8,7 +8,7 @@ from vomstudio.geometry.kernels.jit import part
 
 
 @part
-def frame_of(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
+def triangle_frame(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
     """Return the frame of a triangle.
 
     Edges (ex, ey) and (fx, fy) from the first corner, the inverse of their determinant (0 for a
@@ -16,16 +16,16 @@ def frame_of(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
     """
     ex, ey, fx, fy = bx - ax, by - ay, cx - ax, cy - ay
     det = ex * fy - ey * fx
-    inverse = 0.0 if abs(det) < 1e-12 else 1.0 / det
+    inverse_det = 0.0 if abs(det) < 1e-12 else 1.0 / det
     i0 = max(math.ceil(ax + min(0.0, ex, fx) - 0.5), 0)
     i1 = min(math.floor(ax + max(0.0, ex, fx) - 0.5), w - 1)
     j0 = max(math.ceil(ay + min(0.0, ey, fy) - 0.5), 0)
     j1 = min(math.floor(ay + max(0.0, ey, fy) - 0.5), h - 1)
-    return ex, ey, fx, fy, inverse, i0, i1, j0, j1
+    return ex, ey, fx, fy, inverse_det, i0, i1, j0, j1
 
 
 @part
-def weights_at(i, j, ax, ay, ex, ey, fx, fy, inverse):  # type: ignore[no-untyped-def]
+def barycentric_weights(i, j, ax, ay, ex, ey, fx, fy, inverse_det):  # type: ignore[no-untyped-def]
     """Return the weights of the second and third corner at the centre of a pixel."""
     x, y = i + 0.5 - ax, j + 0.5 - ay
-    return (x * fy - y * fx) * inverse, (ex * y - ey * x) * inverse
+    return (x * fy - y * fx) * inverse_det, (ex * y - ey * x) * inverse_det

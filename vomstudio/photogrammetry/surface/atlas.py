@@ -25,15 +25,15 @@ from vomstudio.photogrammetry.surface.topology import components, cross_products
 
 # Cosines: minimum between a chart's direction and its faces, and limit of the faces of one
 # direction.
-_MIN_FACING = 0.26
-_MIN_REACH = 0.72
+_MIN_FACING_COSINE = 0.26
+_MIN_DIRECTION_COSINE = 0.72
 _MAX_DIRECTIONS = 24
 _EQUAL_LABEL_GAIN = 0.35
 # A chart is divided if it fills less than this share of its box, is wider than this number of
 # texels, and has at least this number of faces.
-_MIN_FILL = 0.45
-_MIN_DIVIDED_TEXELS = 192
-_MIN_DIVIDED_FACES = 24
+_MIN_FILL_SHARE = 0.45
+_MIN_SPLIT_WIDTH_TEXELS = 192
+_MIN_SPLIT_FACES = 24
 # Charts are packed in squares of this number of texels.
 _CELL_TEXELS = 8
 _MAX_ATTEMPTS = 6
@@ -49,13 +49,13 @@ class AtlasOptions:
         Maximum side of a page, texels.
     gutter : int
         Width of the strip of texels around each chart that repeats its border.
-    most_pages : int
+    max_pages : int
         Maximum number of pages; if more would be needed, texels are enlarged.
     """
 
     page: int = 4096
     gutter: int = 4
-    most_pages: int = 16
+    max_pages: int = 16
 
     def __post_init__(self) -> None:
         if not 64 <= self.page <= 16384 or self.page % _CELL_TEXELS:
@@ -68,9 +68,9 @@ class AtlasOptions:
                 Finding("option.out-of-range", value=self.gutter, minimum=1, maximum=32),
                 field="gutter",
             )
-        if self.most_pages < 1:
+        if self.max_pages < 1:
             raise UsageError(
-                Finding("option.too-small", value=self.most_pages, minimum=1), field="most_pages"
+                Finding("option.too-small", value=self.max_pages, minimum=1), field="max_pages"
             )
 
 
@@ -112,7 +112,7 @@ def make_atlas(
     vertices, faces : array
     texel : float
         Edge length of a texel, in the unit of the vertices. It is enlarged if the charts do not fit
-        on `most_pages` pages.
+        on `max_pages` pages.
     options : AtlasOptions, optional
     progress : Progress, optional
     factors : (m,) array, optional
@@ -134,24 +134,24 @@ def make_atlas(
     if factors is None:
         factors = np.ones(len(faces))
     area = float((np.linalg.norm(cross, axis=1) / factors**2).sum() / 2)
-    requested = texel
-    max_area = options.page**2 * options.most_pages * 0.6
+    requested_texel = texel
+    max_area = options.page**2 * options.max_pages * 0.6
     texel = max(texel, math.sqrt(area / max_area))
-    flat, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
+    chart_corners, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
     for _ in range(20):
         progress.stage(tr("Packing texture charts"))
-        packed = _pack(flat / texel, chart, options, progress)
-        if packed is not None:
+        layout = _pack_charts(chart_corners / texel, chart, options, progress)
+        if layout is not None:
             break
         texel *= 1.1
-        flat, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
+        chart_corners, chart = _flatten(vertices, faces, cross, factors, texel, options, progress)
     else:
         raise GeometryError(Finding("texture.charts-too-large"))
-    corners, page, sizes = packed
+    corners, page, sizes = layout
     drawn_area = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
         "texel_m": texel,
-        "wanted_texel_m": requested,
+        "wanted_texel_m": requested_texel,
         "has_factors": bool((factors != 1).any()),
         "charts": int(chart.max()) + 1,
         "pages": len(sizes),
@@ -176,15 +176,15 @@ def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Floa
         Original row of each face.
     """
     order = np.argsort(atlas.page, kind="stable")
-    key = faces[order].astype(np.int64) << 32 | atlas.chart[order, None]
-    _, first_corners, inverse = np.unique(key.ravel(), return_index=True, return_inverse=True)
-    old_faces = faces[order].ravel()[first_corners].astype(np.int64)
-    new_rows = atlas.corners[order].reshape(-1, 2)[first_corners]
-    size = atlas.sizes[np.repeat(atlas.page[order], 3)[first_corners]]
-    uv = new_rows / size
+    keys = faces[order].astype(np.int64) << 32 | atlas.chart[order, None]
+    _, first_corners, inverse = np.unique(keys.ravel(), return_index=True, return_inverse=True)
+    old_vertices = faces[order].ravel()[first_corners].astype(np.int64)
+    texel_positions = atlas.corners[order].reshape(-1, 2)[first_corners]
+    page_sizes = atlas.sizes[np.repeat(atlas.page[order], 3)[first_corners]]
+    uv = texel_positions / page_sizes
     uv[:, 1] = 1.0 - uv[:, 1]
     new_faces = inverse.reshape(-1, 3).astype(np.int32)
-    return old_faces, new_faces, np.clip(uv, 0, 1).astype(np.float32), order
+    return old_vertices, new_faces, np.clip(uv, 0, 1).astype(np.float32), order
 
 
 # --- charts ------------------------------------------------------------------------------------
@@ -208,21 +208,21 @@ def _flatten(
         cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0
     )
     neighbour_faces = neighbours(faces)
-    labels = _labels(cross, exact_normals, neighbour_faces)
+    labels = _direction_labels(cross, exact_normals, neighbour_faces)
     classes = np.unique(factors, return_inverse=True)[1].reshape(-1).astype(np.int32)
-    count_of_classes = int(classes.max()) + 1
-    piece = _connected_pieces(faces, labels * count_of_classes + classes)
+    class_count = int(classes.max()) + 1
+    pieces = _connected_pieces(faces, labels * class_count + classes)
     chart_coordinates = np.zeros((len(faces), 3, 2))
     chart = np.full(len(faces), -1, np.int32)
     remaining_faces = np.arange(len(faces))
-    count = 0
-    longest = (options.page - 2 * options.gutter - 2 * _CELL_TEXELS) * texel
-    for attempt_number in range(_MAX_ATTEMPTS):
-        progress.step(attempt_number)
+    chart_count = 0
+    max_side = (options.page - 2 * options.gutter - 2 * _CELL_TEXELS) * texel
+    for attempt in range(_MAX_ATTEMPTS):
+        progress.step(attempt)
         if not len(remaining_faces):
             break
-        is_last = attempt_number == _MAX_ATTEMPTS - 1
-        groups = np.arange(len(remaining_faces)) if is_last else piece[remaining_faces]
+        is_last_attempt = attempt == _MAX_ATTEMPTS - 1
+        groups = np.arange(len(remaining_faces)) if is_last_attempt else pieces[remaining_faces]
         order = np.argsort(groups, kind="stable")
         bounds = np.flatnonzero(np.r_[True, np.diff(groups[order]) != 0, True])
         overlapping_faces = []
@@ -232,16 +232,16 @@ def _flatten(
                 vertices, faces, rows, cross, exact_normals, chart_coordinates
             )
             chart_coordinates[rows] /= factors[rows, None, None]
-            for part in _cut_chart(chart_coordinates, rows[~is_facing_away], longest, texel):
-                clash = _overlapping(chart_coordinates, part, texel)
-                fitting = part[~clash]
-                if len(fitting):
-                    chart_coordinates[fitting] -= (
-                        chart_coordinates[fitting].reshape(-1, 2).min(axis=0)
+            for part_rows in _cut_chart(chart_coordinates, rows[~is_facing_away], max_side, texel):
+                is_overlapping = _find_overlapping_faces(chart_coordinates, part_rows, texel)
+                fitting_faces = part_rows[~is_overlapping]
+                if len(fitting_faces):
+                    chart_coordinates[fitting_faces] -= (
+                        chart_coordinates[fitting_faces].reshape(-1, 2).min(axis=0)
                     )
-                    chart[fitting] = count
-                    count += 1
-                overlapping_faces.append(part[clash])
+                    chart[fitting_faces] = chart_count
+                    chart_count += 1
+                overlapping_faces.append(part_rows[is_overlapping])
             overlapping_faces.append(rows[is_facing_away])
         remaining_faces = (
             np.sort(np.concatenate(overlapping_faces)) if overlapping_faces else remaining_faces[:0]
@@ -249,17 +249,17 @@ def _flatten(
         if len(remaining_faces):
             is_remaining = np.zeros(len(faces), bool)
             is_remaining[remaining_faces] = True
-            piece = components(faces, is_remaining) * count_of_classes + classes
+            pieces = components(faces, is_remaining) * class_count + classes
     if len(remaining_faces):
         raise GeometryError(Finding("texture.charts-too-large"))
     return chart_coordinates, chart
 
 
-def _labels(
+def _direction_labels(
     cross: FloatArray, exact_normals: FloatArray, neighbour_faces: Int32Array
 ) -> Int32Array:
     """Return the projection direction (m,) of each face."""
-    from vomstudio.photogrammetry.surface._atlas_kernels import settle_labels
+    from vomstudio.photogrammetry.surface._atlas_kernels import assign_labels
 
     smoothed_normals = cross.copy()
     for _ in range(12):
@@ -275,12 +275,12 @@ def _labels(
     )
     directions = _directions(smoothed_normals, np.linalg.norm(cross, axis=1))
     labels = np.ascontiguousarray((smoothed_normals @ directions.T).argmax(axis=1), np.int32)
-    settle_labels(
+    assign_labels(
         smoothed_normals,
         np.ascontiguousarray(exact_normals),
         neighbour_faces,
         directions,
-        _MIN_FACING,
+        _MIN_FACING_COSINE,
         _EQUAL_LABEL_GAIN,
         30,
         labels,
@@ -289,36 +289,36 @@ def _labels(
 
 
 def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return few directions such that nearly all of the surface faces one of them.
+    """Select a small set of directions such that nearly all of the surface faces one of them.
 
-    The directions are selected greedily: each is the one that covers most of the remaining surface,
-    moved to the mean normal of this part.
+    The directions are selected greedily: each covers the largest part of the remaining surface, and
+    is then replaced by the mean normal of that part.
     """
-    n = 200
-    k = np.arange(n) + 0.5
-    z = 1 - 2 * k / n
+    candidate_count = 200
+    k = np.arange(candidate_count) + 0.5
+    z = 1 - 2 * k / candidate_count
     azimuth = np.pi * (1 + 5**0.5) * k
     radius = np.sqrt(1 - z * z)
     candidates = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], 1)
     step = max(1, len(normals) // 50_000)
-    subset, weight = normals[::step], weights[::step].copy()
-    is_facing = subset @ candidates.T > _MIN_REACH
-    total_weight = weight.sum()
+    sampled_normals, remaining_weights = normals[::step], weights[::step].copy()
+    is_facing = sampled_normals @ candidates.T > _MIN_DIRECTION_COSINE
+    total_weight = remaining_weights.sum()
     directions: list[FloatArray] = []
     for _ in range(_MAX_DIRECTIONS):
-        if weight.sum() <= 0.002 * total_weight and directions:
+        if remaining_weights.sum() <= 0.002 * total_weight and directions:
             break
-        best_direction = int((is_facing * weight[:, None]).sum(axis=0).argmax())
+        best_direction = int((is_facing * remaining_weights[:, None]).sum(axis=0).argmax())
         direction = candidates[best_direction]
         for _ in range(3):
-            is_covered = subset @ direction > _MIN_REACH
-            mean = (subset[is_covered] * weight[is_covered, None]).sum(axis=0)
+            is_covered = sampled_normals @ direction > _MIN_DIRECTION_COSINE
+            mean = (sampled_normals[is_covered] * remaining_weights[is_covered, None]).sum(axis=0)
             if not np.linalg.norm(mean) > 0:
                 break
             direction = mean / np.linalg.norm(mean)
         directions.append(direction)
-        weight[subset @ direction > _MIN_REACH] = 0
-        weight[is_facing[:, best_direction]] = 0
+        remaining_weights[sampled_normals @ direction > _MIN_DIRECTION_COSINE] = 0
+        remaining_weights[is_facing[:, best_direction]] = 0
     return np.ascontiguousarray(directions)
 
 
@@ -330,10 +330,14 @@ def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
     neighbour_faces = neighbours(faces)
     face, side = np.nonzero(neighbour_faces >= 0)
     other_face = neighbour_faces[face, side]
-    is_same = labels[face] == labels[other_face]
+    has_same_label = labels[face] == labels[other_face]
     n = len(faces)
     links = coo_matrix(
-        (np.ones(int(is_same.sum()), np.int8), (face[is_same], other_face[is_same])), shape=(n, n)
+        (
+            np.ones(int(has_same_label.sum()), np.int8),
+            (face[has_same_label], other_face[has_same_label]),
+        ),
+        shape=(n, n),
     )
     return np.asarray(connected_components(links, directed=False)[1], np.int32)
 
@@ -356,21 +360,21 @@ def _project(
     if not np.linalg.norm(normal) > 0:
         normal = np.array([0.0, 0.0, 1.0])
     normal = normal / np.linalg.norm(normal)
-    helper = np.eye(3)[np.abs(normal).argmin()]
-    right = np.cross(helper, normal)
-    right /= np.linalg.norm(right)
+    helper_axis = np.eye(3)[np.abs(normal).argmin()]
+    right_axis = np.cross(helper_axis, normal)
+    right_axis /= np.linalg.norm(right_axis)
     # y increases downwards on a page: right x down = into the surface.
-    down_axis = np.cross(right, normal)
+    down_axis = np.cross(right_axis, normal)
     corners = vertices[faces[rows]]
-    drawn_coordinates = np.stack([corners @ right, corners @ down_axis], -1)
-    flatness = exact_normals[rows] @ normal
+    plane_coordinates = np.stack([corners @ right_axis, corners @ down_axis], -1)
+    cosines = exact_normals[rows] @ normal
     areas = np.linalg.norm(cross[rows], axis=1)
-    cosine = float((areas * flatness).sum() / areas.sum()) if areas.sum() > 0 else 1.0
-    angle = _smallest_box_angle(drawn_coordinates.reshape(-1, 2))
+    mean_cosine = float((areas * cosines).sum() / areas.sum()) if areas.sum() > 0 else 1.0
+    angle = _smallest_box_angle(plane_coordinates.reshape(-1, 2))
     c, s = math.cos(angle), math.sin(angle)
-    stretch = 1 / math.sqrt(min(max(cosine, 0.5), 1.0))
-    chart_coordinates[rows] = drawn_coordinates @ np.array([[c, s], [-s, c]]) * stretch
-    is_facing_away = (flatness < _MIN_FACING / 2) & (areas > 0)
+    stretch = 1 / math.sqrt(min(max(mean_cosine, 0.5), 1.0))
+    chart_coordinates[rows] = plane_coordinates @ np.array([[c, s], [-s, c]]) * stretch
+    is_facing_away = (cosines < _MIN_FACING_COSINE / 2) & (areas > 0)
     return is_facing_away if len(rows) > 1 else np.zeros(1, bool)
 
 
@@ -389,25 +393,26 @@ def _cut_chart(
     """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
     if not len(rows):
         return []
-    low = chart_coordinates[rows].reshape(-1, 2).min(axis=0)
-    extent = chart_coordinates[rows].reshape(-1, 2).max(axis=0) - low
+    lower_corner = chart_coordinates[rows].reshape(-1, 2).min(axis=0)
+    extent = chart_coordinates[rows].reshape(-1, 2).max(axis=0) - lower_corner
     is_too_large = (extent > max_side).any()
     if not is_too_large:
         drawn_area = np.abs(_doubled_areas(chart_coordinates[rows])).sum() / 2
         # A ring or a winding ledge keeps more of a page free than its parts do.
         is_ragged = (
-            drawn_area < _MIN_FILL * extent.prod() and extent.max() > _MIN_DIVIDED_TEXELS * texel
+            drawn_area < _MIN_FILL_SHARE * extent.prod()
+            and extent.max() > _MIN_SPLIT_WIDTH_TEXELS * texel
         )
-        if not is_ragged or len(rows) < _MIN_DIVIDED_FACES:
+        if not is_ragged or len(rows) < _MIN_SPLIT_FACES:
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
             Finding("texture.triangle-too-large"),
             field="page",
         )
-    centre = chart_coordinates[rows].mean(axis=1) - low
+    centres = chart_coordinates[rows].mean(axis=1) - lower_corner
     axis = int(extent.argmax())
-    is_far_side = centre[:, axis] > extent[axis] / 2
+    is_far_side = centres[:, axis] > extent[axis] / 2
     if is_far_side.all() or not is_far_side.any():
         is_far_side = np.arange(len(rows)) >= len(rows) // 2
     return [
@@ -416,111 +421,118 @@ def _cut_chart(
     ]
 
 
-def _overlapping(chart_coordinates: FloatArray, rows: IntArray, texel: float) -> BoolArray:
+def _find_overlapping_faces(
+    chart_coordinates: FloatArray, rows: IntArray, texel: float
+) -> BoolArray:
     from vomstudio.photogrammetry.surface._atlas_kernels import find_overlap
 
     if len(rows) < 2:
         return np.zeros(len(rows), bool)
-    drawn_coordinates = np.ascontiguousarray(chart_coordinates[rows] / texel)
-    drawn_coordinates -= drawn_coordinates.reshape(-1, 2).min(axis=0)
-    width, height = (np.ceil(drawn_coordinates.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
-    overlapping_face = np.zeros(len(rows), bool)
+    texel_coordinates = np.ascontiguousarray(chart_coordinates[rows] / texel)
+    texel_coordinates -= texel_coordinates.reshape(-1, 2).min(axis=0)
+    width, height = (np.ceil(texel_coordinates.reshape(-1, 2).max(axis=0)).astype(int) + 1).tolist()
+    is_overlapping = np.zeros(len(rows), bool)
     grid = np.full((height, width), -1, np.int32)
-    find_overlap(drawn_coordinates, np.arange(len(rows), dtype=np.int32), grid, overlapping_face)
-    return overlapping_face
+    find_overlap(texel_coordinates, np.arange(len(rows), dtype=np.int32), grid, is_overlapping)
+    return is_overlapping
 
 
 # --- pages -------------------------------------------------------------------------------------
 
 
-def _pack(
-    drawn_coordinates: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
+def _pack_charts(
+    texel_coordinates: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
 ) -> tuple[FloatArray, Int32Array, IntArray] | None:
     """Return corners on pages, in texels; None if there are too many pages."""
-    from vomstudio.photogrammetry.surface._atlas_kernels import cover_cells
+    from vomstudio.photogrammetry.surface._atlas_kernels import mark_covered_cells
 
     count = int(chart.max()) + 1
     order = np.argsort(chart, kind="stable").astype(np.int32)
     bounds = np.r_[0, np.cumsum(np.bincount(chart, minlength=count))]
-    shapes, filled_counts = [], np.zeros(count, np.int64)
-    pad = float(options.gutter)
+    cell_masks, filled_counts = [], np.zeros(count, np.int64)
+    padding = float(options.gutter)
     for k in range(count):
         rows = order[bounds[k] : bounds[k + 1]]
-        size = drawn_coordinates[rows].reshape(-1, 2).max(axis=0) + 2 * pad
+        size = texel_coordinates[rows].reshape(-1, 2).max(axis=0) + 2 * padding
         cells = np.zeros(np.ceil(size[::-1] / _CELL_TEXELS).astype(int), bool)
-        cover_cells(
-            drawn_coordinates, np.ascontiguousarray(rows), pad, pad, float(_CELL_TEXELS), cells
+        mark_covered_cells(
+            texel_coordinates,
+            np.ascontiguousarray(rows),
+            padding,
+            padding,
+            float(_CELL_TEXELS),
+            cells,
         )
-        shapes.append(cells)
+        cell_masks.append(cells)
         filled_counts[k] = cells.sum()
-    page_side = _page_side(shapes, int(filled_counts.sum()), options) // _CELL_TEXELS
+    page_side = _page_side(cell_masks, int(filled_counts.sum()), options) // _CELL_TEXELS
     while True:
-        packed_charts = _place_charts(shapes, filled_counts, page_side, options, progress)
+        layout = _place_charts(cell_masks, filled_counts, page_side, options, progress)
         # One slightly larger page is better than a second one for the remaining charts.
         if page_side == options.page // _CELL_TEXELS or (
-            packed_charts is not None and len(packed_charts[0]) == 1
+            layout is not None and len(layout[0]) == 1
         ):
             break
         page_side = min(page_side + max(page_side // 20, 1), options.page // _CELL_TEXELS)
-    if packed_charts is None:
+    if layout is None:
         return None
-    pages, place = packed_charts
-    corners = drawn_coordinates + (place[chart, 1:] * _CELL_TEXELS + pad)[:, None, :]
+    pages, placements = layout
+    corners = texel_coordinates + (placements[chart, 1:] * _CELL_TEXELS + padding)[:, None, :]
     sizes = []
     for page in pages:
-        rows_used, columns_used = np.flatnonzero(page.any(axis=1)), np.flatnonzero(page.any(axis=0))
+        used_rows, used_columns = np.flatnonzero(page.any(axis=1)), np.flatnonzero(page.any(axis=0))
         sizes.append(
-            [(columns_used.max() + 1) * _CELL_TEXELS, (rows_used.max() + 1) * _CELL_TEXELS]
+            [(used_columns.max() + 1) * _CELL_TEXELS, (used_rows.max() + 1) * _CELL_TEXELS]
         )
-    return corners, place[chart, 0].astype(np.int32), np.array(sizes, np.int64)
+    return corners, placements[chart, 0].astype(np.int32), np.array(sizes, np.int64)
 
 
 def _place_charts(
-    shapes: list[BoolArray],
-    filled_indices: IntArray,
+    cell_masks: list[BoolArray],
+    filled_counts: IntArray,
     page_side: int,
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
     """Return the pages, and the page, column and row of each chart; None if too many."""
-    from vomstudio.photogrammetry.surface._atlas_kernels import place_chart
+    from vomstudio.photogrammetry.surface._atlas_kernels import find_chart_position
 
-    count = len(shapes)
+    count = len(cell_masks)
     pages: list[BoolArray] = []
     starts: list[dict[tuple[int, int], int]] = []
-    place = np.zeros((count, 3), np.int64)
-    heights = np.array([max(s.shape) for s in shapes])
-    for done_count, k in enumerate(np.lexsort((-filled_indices, -heights)).tolist()):
+    placements = np.zeros((count, 3), np.int64)
+    longest_sides = np.array([max(s.shape) for s in cell_masks])
+    for done_count, k in enumerate(np.lexsort((-filled_counts, -longest_sides)).tolist()):
         if done_count % 64 == 0:
             progress.step(done_count)
-        cells = shapes[k]
+        cells = cell_masks[k]
         size_class = (int(cells.shape[0]).bit_length(), int(cells.shape[1]).bit_length())
-        number, position = 0, -1
+        page_number, position = 0, -1
         while position < 0:
-            if number == len(pages):
-                if number == options.most_pages:
+            if page_number == len(pages):
+                if page_number == options.max_pages:
                     return None
                 pages.append(np.zeros((page_side, page_side), bool))
                 starts.append({})
             # Where a chart of this size found room, rows above are full for the next as well.
-            first = starts[number].get(size_class, 0)
-            position = int(place_chart(pages[number], cells, first, page_side))
+            first_row = starts[page_number].get(size_class, 0)
+            position = int(find_chart_position(pages[page_number], cells, first_row, page_side))
             if position < 0:
-                starts[number][size_class] = page_side
-                number += 1
+                starts[page_number][size_class] = page_side
+                page_number += 1
         row, column = divmod(position, page_side)
-        starts[number][size_class] = row
+        starts[page_number][size_class] = row
         h, w = cells.shape
-        pages[number][row : row + h, column : column + w] |= cells
-        place[k] = number, column, row
-    return pages, place
+        pages[page_number][row : row + h, column : column + w] |= cells
+        placements[k] = page_number, column, row
+    return pages, placements
 
 
-def _page_side(shapes: list[BoolArray], filled_count: int, options: AtlasOptions) -> int:
-    """Return the side of a page, which is not larger than all charts need together."""
-    widest = max(max(shape.shape) for shape in shapes) * _CELL_TEXELS
+def _page_side(cell_masks: list[BoolArray], filled_count: int, options: AtlasOptions) -> int:
+    """Return the side length of a page, no larger than required for all charts."""
+    max_chart_side = max(max(shape.shape) for shape in cell_masks) * _CELL_TEXELS
     side = math.ceil(math.sqrt(filled_count / 0.85) * _CELL_TEXELS / 64) * 64
-    return int(min(max(side, widest), options.page))
+    return int(min(max(side, max_chart_side), options.page))
 
 
 def _doubled_areas(corners: FloatArray) -> FloatArray:

@@ -29,16 +29,16 @@ from vomstudio.photogrammetry.surface.topology import edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
 # Quality factor of barely visible faces, which are drawn only without a better photo.
-_POOR_QUALITY = 1e-3
+_POOR_QUALITY_FACTOR = 1e-3
 _EQUAL_VIEW_GAIN = 0.12
 # Sharpness relative to the median photo above which photos are equally good.
 _MIN_SHARPNESS = 0.88
-_MAX_SAMPLE = 40_000
-_MIN_COMMON = 40
+_MAX_SAMPLED_VERTICES = 40_000
+_MIN_COMMON_VERTICES = 40
 # Difference of values (0..255) above which a photo may show an occluder.
-_MIN_DIFFERENCE = 20.0
-_RINGS_ABOUT_OCCLUDER = 3
-_LOW_BAND_TEXELS = 40.0
+_MIN_OCCLUDER_DIFFERENCE = 20.0
+_OCCLUDER_MARGIN_RINGS = 3
+_LOW_BAND_WIDTH_TEXELS = 40.0
 _MAX_ROUNDS = 80
 
 
@@ -50,7 +50,7 @@ class Blend:
     ----------
     views : (m,) array
         Photo from which each face is drawn; -1 if it is not drawn from a photo.
-    seen_by : (m,) array
+    view_counts : (m,) array
         Number of photos with a good view of each face.
     draw_face, draw_view, draw_weights, draw_offsets
         One row for each photo of a face: face, view (e,), and at the face's corners weights (e, 3)
@@ -63,25 +63,25 @@ class Blend:
         RGB gain of each photo.
     sharpness : (k,) array
         Sharpness of each photo relative to the median photo.
-    occluded : (k,) array
+    occluded_counts : (k,) array
         Number of vertices at which each photo shows an occluder.
     """
 
     views: Int32Array
-    seen_by: Int32Array
-    draw_face: Int32Array
-    draw_view: Int32Array
-    draw_weights: Float32Array
-    draw_offsets: Float32Array
+    view_counts: Int32Array
+    entry_faces: Int32Array
+    entry_views: Int32Array
+    entry_weights: Float32Array
+    entry_offsets: Float32Array
     colors: Float32Array
     is_known: BoolArray
     gains: FloatArray
     sharpness: FloatArray
-    occluded: IntArray
+    occluded_counts: IntArray
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _Entries:
     """Entries sorted by owner (a vertex or a face), then by view."""
 
     starts: Int32Array
@@ -99,9 +99,9 @@ class _Rows:
         return self.rows_by_view[view] if view < len(self.rows_by_view) else np.zeros(0, np.intp)
 
     @classmethod
-    def of(
+    def build(
         cls, owner: Int32Array, views: Int32Array, n: int, count: int
-    ) -> tuple[_Rows, IndexArray]:
+    ) -> tuple[_Entries, IndexArray]:
         keys = owner.astype(np.int64) * count + views
         order = np.argsort(keys, kind="stable")
         owner, views = owner[order], views[order]
@@ -131,7 +131,7 @@ def blend(
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
     count, m, n = len(visibilities), len(faces), len(vertices)
-    vertex_rows, order = _Rows.of(
+    vertex_entries, order = _Entries.build(
         np.concatenate([photo.vertices for photo in visibilities]).astype(np.int32),
         _photo_numbers([photo.vertices for photo in visibilities]),
         n,
@@ -140,76 +140,86 @@ def blend(
     colors = np.concatenate([photo.colors for photo in visibilities])[order]
     detail = np.concatenate([photo.detail for photo in visibilities])[order]
     progress.stage(tr("Balancing exposure"))
-    gains = np.exp(-_balance(vertex_rows, n, count, np.log(colors + 4.0), _is_unclipped(colors)))
+    gains = np.exp(
+        -_photo_biases(vertex_entries, n, count, np.log(colors + 4.0), _is_unclipped(colors))
+    )
     gains /= np.exp(np.log(gains).mean(axis=0))
-    sharpness = np.exp(_balance(vertex_rows, n, count, detail[:, None], None)[:, 0])
+    sharpness = np.exp(_photo_biases(vertex_entries, n, count, detail[:, None], None)[:, 0])
     sharpness /= np.median(sharpness)
-    colors = np.ascontiguousarray(colors * gains[vertex_rows.views], np.float32)
-    links = _Links.of(faces, n)
+    colors = np.ascontiguousarray(colors * gains[vertex_entries.views], np.float32)
+    links = _Links.build(faces, n)
     progress.stage(tr("Detecting occluders"), count)
-    occluded = _find_occluded(vertex_rows, colors, links, count, progress)
-    face_rows, order = _Rows.of(
+    is_occluded = _find_occluded(vertex_entries, colors, links, count, progress)
+    face_entries, order = _Entries.build(
         np.concatenate([photo.faces for photo in visibilities]).astype(np.int32),
         _photo_numbers([photo.faces for photo in visibilities]),
         m,
         count,
     )
     quality = np.concatenate([photo.quality for photo in visibilities])[order]
-    is_well_seen = np.concatenate([photo.is_well_seen for photo in visibilities])[order]
-    quality = quality * np.clip(sharpness[face_rows.views] / _MIN_SHARPNESS, 0.3, 1.0)
-    doubtful_flag_faces = _flag_faces(occluded, vertex_rows, face_rows, faces, count)
-    seen_by = np.bincount(face_rows.owner[is_well_seen & ~doubtful_flag_faces], minlength=m).astype(
-        np.int32
-    )
-    quality = np.where(is_well_seen, quality, _POOR_QUALITY * quality)
-    quality = np.where(doubtful_flag_faces, _POOR_QUALITY**2 * quality, quality).astype(np.float32)
+    is_clearly_visible = np.concatenate([photo.is_clearly_visible for photo in visibilities])[order]
+    quality = quality * np.clip(sharpness[face_entries.views] / _MIN_SHARPNESS, 0.3, 1.0)
+    is_doubtful = _has_flagged_corner(is_occluded, vertex_entries, face_entries, faces, count)
+    view_counts = np.bincount(
+        face_entries.owner[is_clearly_visible & ~is_doubtful], minlength=m
+    ).astype(np.int32)
+    quality = np.where(is_clearly_visible, quality, _POOR_QUALITY_FACTOR * quality)
+    quality = np.where(is_doubtful, _POOR_QUALITY_FACTOR**2 * quality, quality).astype(np.float32)
     progress.stage(tr("Selecting a photo for each triangle"))
     neighbour_faces = neighbours(faces)
     smooth_quality(
-        face_rows.starts, face_rows.views, quality, neighbour_faces, 6, np.empty_like(quality)
+        face_entries.starts, face_entries.views, quality, neighbour_faces, 6, np.empty_like(quality)
     )
     # Smoothing must not restore excluded entries.
     factors = np.where(
-        doubtful_flag_faces, _POOR_QUALITY**2, np.where(is_well_seen, 1.0, _POOR_QUALITY)
+        is_doubtful,
+        _POOR_QUALITY_FACTOR**2,
+        np.where(is_clearly_visible, 1.0, _POOR_QUALITY_FACTOR),
     )
     quality = (quality * factors).astype(np.float32)
     views = np.full(m, -1, np.int32)
     choose_views(
-        face_rows.starts, face_rows.views, quality, neighbour_faces, _EQUAL_VIEW_GAIN, 40, views
+        face_entries.starts,
+        face_entries.views,
+        quality,
+        neighbour_faces,
+        _EQUAL_VIEW_GAIN,
+        40,
+        views,
     )
     progress.stage(tr("Blending low frequencies"), count)
     offsets = _offsets(
         vertices,
         faces,
-        vertex_rows,
-        face_rows,
+        vertex_entries,
+        face_entries,
         colors,
         quality,
-        is_well_seen & ~doubtful_flag_faces,
-        occluded,
+        is_clearly_visible & ~is_doubtful,
+        is_occluded,
         links,
         texel,
         count,
         progress,
     )
-    draws = _photos_of_faces(faces, views, vertex_rows, face_rows, quality, offsets, count)
+    entries = _photos_of_faces(faces, views, vertex_entries, face_entries, quality, offsets, count)
     vertex_colors, is_known_vertex = _vertex_colors(
-        faces, views, seen_by, vertex_rows, colors + offsets, links, count
+        faces, views, view_counts, vertex_entries, colors + offsets, links, count
     )
     return Blend(
         views,
-        seen_by,
-        *draws,
+        view_counts,
+        *entries,
         vertex_colors,
         is_known_vertex,
         gains,
         sharpness,
-        np.bincount(vertex_rows.views[occluded], minlength=count),
+        np.bincount(vertex_entries.views[is_occluded], minlength=count),
     )
 
 
-def _photo_numbers(parts: Sequence[Int32Array]) -> Int32Array:
-    return np.repeat(np.arange(len(parts), dtype=np.int32), [len(part) for part in parts])
+def _photo_numbers(arrays: Sequence[Int32Array]) -> Int32Array:
+    return np.repeat(np.arange(len(arrays), dtype=np.int32), [len(array) for array in arrays])
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +230,7 @@ class _Links:
     others: Int32Array
 
     @classmethod
-    def of(cls, faces: Int32Array, n: int) -> _Links:
+    def build(cls, faces: Int32Array, n: int) -> _Links:
         keys = np.unique(edge_keys(faces))
         a, b = (keys >> 32).astype(np.int32), (keys & 0xFFFFFFFF).astype(np.int32)
         start, end = np.r_[a, b], np.r_[b, a]
@@ -229,128 +239,134 @@ class _Links:
         np.cumsum(np.bincount(start, minlength=n), out=starts[1:])
         return cls(starts, np.ascontiguousarray(end[order]))
 
-    def spread(
+    def smooth_values(
         self, vertex_rows: Int32Array, is_counted: BoolArray, values: Float32Array, rounds: int
     ) -> None:
         """Average the values (n, c) of `vertex_rows` vertices over linked ones that count."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
 
-        spread_values = np.empty((len(vertex_rows), values.shape[1]), np.float32)
-        diffuse(self.starts, self.others, vertex_rows, is_counted, values, spread_values, rounds)
+        scratch = np.empty((len(vertex_rows), values.shape[1]), np.float32)
+        diffuse(self.starts, self.others, vertex_rows, is_counted, values, scratch, rounds)
 
 
 def _is_unclipped(colors: Float32Array) -> BoolArray:
     return np.asarray(((colors > 6) & (colors < 248)).all(axis=1))
 
 
-def _balance(
-    rows: _Rows, n: int, count: int, values: Float32Array, is_usable: BoolArray | None
+def _photo_biases(
+    entries: _Entries, n: int, count: int, values: Float32Array, is_usable: BoolArray | None
 ) -> FloatArray:
     """Return the excess (count, c) of each photo's values over others at the same vertices.
 
     Least squares over the medians of all pairs, with a mean of about 0 in each connected group.
     """
-    step = max(1, n // _MAX_SAMPLE)
-    is_sampled = rows.owner % step == 0
+    step = max(1, n // _MAX_SAMPLED_VERTICES)
+    is_sampled = entries.owner % step == 0
     if is_usable is not None:
         is_sampled &= is_usable
     table = np.full((count, n // step + 1, values.shape[1]), np.nan, np.float32)
-    table[rows.views[is_sampled], rows.owner[is_sampled] // step] = values[is_sampled]
+    table[entries.views[is_sampled], entries.owner[is_sampled] // step] = values[is_sampled]
     is_known = np.isfinite(table[..., 0])
     common_counts = is_known.astype(np.float32) @ is_known.astype(np.float32).T
-    normal, right = np.zeros((count, count)), np.zeros((count, values.shape[1]))
+    normal_matrix, right_side = np.zeros((count, count)), np.zeros((count, values.shape[1]))
     for i in range(count):
         # Each of hundreds of photos sees a small part.
         known_vertices = np.flatnonzero(is_known[i])
-        for j in np.flatnonzero(common_counts[i, :i] >= _MIN_COMMON):
+        for j in np.flatnonzero(common_counts[i, :i] >= _MIN_COMMON_VERTICES):
             common_vertices = known_vertices[is_known[j, known_vertices]]
             differences = np.median(table[i, common_vertices] - table[j, common_vertices], axis=0)
             weight = float(common_counts[i, j])
-            normal[i, i] += weight
-            normal[j, j] += weight
-            normal[i, j] -= weight
-            normal[j, i] -= weight
-            right[i] += weight * differences
-            right[j] -= weight * differences
-    normal += np.eye(count) * max(1e-4 * np.trace(normal) / count, 1e-9)
-    return np.asarray(np.linalg.solve(normal, right), np.float64)
+            normal_matrix[i, i] += weight
+            normal_matrix[j, j] += weight
+            normal_matrix[i, j] -= weight
+            normal_matrix[j, i] -= weight
+            right_side[i] += weight * differences
+            right_side[j] -= weight * differences
+    normal_matrix += np.eye(count) * max(1e-4 * np.trace(normal_matrix) / count, 1e-9)
+    return np.asarray(np.linalg.solve(normal_matrix, right_side), np.float64)
 
 
 def _find_occluded(
-    rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
+    entries: _Entries, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
     """Return which entries (e,) differ from the consensus of other photos of their vertex."""
     from vomstudio.photogrammetry.surface._texture_kernels import median_distances
 
-    n = len(rows.starts) - 1
-    smoothed = colors.copy()
+    n = len(entries.starts) - 1
+    smoothed_colors = colors.copy()
     for view in range(count):
         progress.step(view)
-        _smooth_view(rows, view, smoothed, links, 3)
-    distance = np.zeros(len(colors), np.float32)
-    spread = np.zeros(len(colors), np.float32)
-    most_entries = int(np.diff(rows.starts).max(initial=0))
-    values = np.empty(most_entries, np.float32)
-    median_distances(rows.starts, smoothed, distance, spread, values)
+        _smooth_view(entries, view, smoothed_colors, links, 3)
+    distances = np.zeros(len(colors), np.float32)
+    deviations = np.zeros(len(colors), np.float32)
+    max_entries = int(np.diff(entries.starts).max(initial=0))
+    values = np.empty(max_entries, np.float32)
+    median_distances(entries.starts, smoothed_colors, distances, deviations, values)
     # Estimate the usual differences of photos by misregistration and light.
-    median = float(np.median(distance[distance > 0])) if (distance > 0).any() else 0.0
+    median = float(np.median(distances[distances > 0])) if (distances > 0).any() else 0.0
     is_occluded = np.asarray(
-        distance > np.maximum(max(_MIN_DIFFERENCE, 6.0 * median), 2.5 * spread)
+        distances > np.maximum(max(_MIN_OCCLUDER_DIFFERENCE, 6.0 * median), 2.5 * deviations)
     )
     for view in range(count):
-        view_rows = rows.rows_of_view(view)
+        view_rows = entries.rows_of_view(view)
         if not is_occluded[view_rows].any():
             continue
-        owner = rows.owner[view_rows]
+        owner = entries.owner[view_rows]
         flags = np.zeros((n, 1), np.float32)
         flags[owner, 0] = is_occluded[view_rows]
         is_visible = np.zeros(n, bool)
         is_visible[owner] = True
         # A single vertex is noise; an occluder has an edge that is mixed with the rock.
-        links.spread(owner, is_visible, flags, 1)
+        links.smooth_values(owner, is_visible, flags, 1)
         flags[flags < 0.4] = 0
-        links.spread(owner, is_visible, flags, _RINGS_ABOUT_OCCLUDER)
+        links.smooth_values(owner, is_visible, flags, _OCCLUDER_MARGIN_RINGS)
         is_occluded[view_rows] = flags[owner, 0] > 0.01
     return is_occluded
 
 
-def _smooth_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
+def _smooth_view(
+    entries: _Entries, view: int, values: Float32Array, links: _Links, rounds: int
+) -> None:
     """Smooth the values of one view's entries over its visible vertices."""
-    n = len(rows.starts) - 1
-    view_rows = rows.rows_of_view(view)
-    owner = rows.owner[view_rows]
+    n = len(entries.starts) - 1
+    view_rows = entries.rows_of_view(view)
+    owner = entries.owner[view_rows]
     dense = np.zeros((n, values.shape[1]), np.float32)
     is_visible = np.zeros(n, bool)
     is_visible[owner] = True
     dense[owner] = values[view_rows]
-    links.spread(owner, is_visible, dense, rounds)
+    links.smooth_values(owner, is_visible, dense, rounds)
     values[view_rows] = dense[owner]
 
 
 def _corner_rows(
-    vertex_rows: _Rows, faces: Int32Array, face: Int32Array, view: Int32Array, count: int
+    vertex_entries: _Entries, faces: Int32Array, face: Int32Array, view: Int32Array, count: int
 ) -> IntArray:
     """Return the entries (e, 3) of the corners of faces in views."""
     keys = faces[face].astype(np.int64) * count + view[:, None]
-    return vertex_rows.find(keys)
+    return vertex_entries.find(keys)
 
 
-def _flag_faces(
-    is_flagged: BoolArray, vertex_rows: _Rows, face_rows: _Rows, faces: Int32Array, count: int
+def _has_flagged_corner(
+    is_flagged: BoolArray,
+    vertex_entries: _Entries,
+    face_entries: _Entries,
+    faces: Int32Array,
+    count: int,
 ) -> BoolArray:
     """Return which entries of faces have a flagged corner in their view."""
-    rows = _corner_rows(vertex_rows, faces, face_rows.owner, face_rows.views, count)
+    rows = _corner_rows(vertex_entries, faces, face_entries.owner, face_entries.views, count)
     return np.asarray((is_flagged[rows] & (rows >= 0)).any(axis=1))
 
 
 def _offsets(
     vertices: FloatArray,
     faces: Int32Array,
-    rows: _Rows,
-    face_rows: _Rows,
+    entries: _Entries,
+    face_entries: _Entries,
     colors: Float32Array,
     quality: Float32Array,
-    is_well_seen: BoolArray,
+    is_clearly_visible: BoolArray,
     is_occluded: BoolArray,
     links: _Links,
     texel: float,
@@ -361,46 +377,50 @@ def _offsets(
 
     Occluded and poorly visible entries use the values of their neighbours.
     """
-    n = len(rows.starts) - 1
+    n = len(entries.starts) - 1
     edges = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
-    edge = float(np.median(np.linalg.norm(edges[:: max(1, len(edges) // 20_000)], axis=2)))
-    rounds = int(np.clip((_LOW_BAND_TEXELS * texel / max(edge, 1e-12)) ** 2, 2, _MAX_ROUNDS))
-    total = np.zeros(len(rows.owner), np.float32)
-    is_reliable = np.zeros(len(rows.owner), bool)
-    corner = _corner_rows(rows, faces, face_rows.owner, face_rows.views, count)
+    median_edge = float(np.median(np.linalg.norm(edges[:: max(1, len(edges) // 20_000)], axis=2)))
+    rounds = int(
+        np.clip((_LOW_BAND_WIDTH_TEXELS * texel / max(median_edge, 1e-12)) ** 2, 2, _MAX_ROUNDS)
+    )
+    quality_sums = np.zeros(len(entries.owner), np.float32)
+    is_reliable = np.zeros(len(entries.owner), bool)
+    corner_rows = _corner_rows(entries, faces, face_entries.owner, face_entries.views, count)
     for k in range(3):
-        total += np.bincount(corner[:, k], quality, minlength=len(total)).astype(np.float32)
-        is_reliable[corner[is_well_seen, k]] = True
+        quality_sums += np.bincount(corner_rows[:, k], quality, minlength=len(quality_sums)).astype(
+            np.float32
+        )
+        is_reliable[corner_rows[is_clearly_visible, k]] = True
     is_reliable &= ~is_occluded
-    weight = np.zeros(len(colors), np.float32)
-    all_offsets = np.ones(n, bool)
+    weights = np.zeros(len(colors), np.float32)
+    is_counted = np.ones(n, bool)
     for view in range(count):
         progress.step(view)
-        view_rows = rows.rows_of_view(view)
+        view_rows = entries.rows_of_view(view)
         # Fade a photo out towards the border of its well visible part, to avoid a step.
         view_rows = view_rows[is_reliable[view_rows]]
-        owner = rows.owner[view_rows]
-        ramp = np.zeros((n, 1), np.float32)
-        ramp[owner, 0] = 1.0
-        links.spread(owner, all_offsets, ramp, min(rounds, 30))
-        weight[view_rows] = total[view_rows] * np.maximum(ramp[owner, 0], 1e-4)
-    weight = np.maximum(weight, np.where(is_occluded, 1e-12, 1e-9)).astype(np.float32)
+        owner = entries.owner[view_rows]
+        fade = np.zeros((n, 1), np.float32)
+        fade[owner, 0] = 1.0
+        links.smooth_values(owner, is_counted, fade, min(rounds, 30))
+        weights[view_rows] = quality_sums[view_rows] * np.maximum(fade[owner, 0], 1e-4)
+    weights = np.maximum(weights, np.where(is_occluded, 1e-12, 1e-9)).astype(np.float32)
     mean = np.empty((n, 3), np.float32)
-    sums = np.maximum(np.bincount(rows.owner, weight, minlength=n), 1e-30)
+    weight_sums = np.maximum(np.bincount(entries.owner, weights, minlength=n), 1e-30)
     for c in range(3):
-        mean[:, c] = np.bincount(rows.owner, weight * colors[:, c], minlength=n) / sums
+        mean[:, c] = np.bincount(entries.owner, weights * colors[:, c], minlength=n) / weight_sums
     # Smooth the difference: photos of different sides of a step agree on either side.
-    offsets = (mean[rows.owner] - colors).astype(np.float32)
+    offsets = (mean[entries.owner] - colors).astype(np.float32)
     for view in range(count):
         progress.step(view)
-        view_rows = rows.rows_of_view(view)
-        owner = rows.owner[view_rows]
+        view_rows = entries.rows_of_view(view)
+        owner = entries.owner[view_rows]
         is_visible = np.zeros(n, bool)
         is_visible[owner] = True
         dense = np.zeros((n, 4), np.float32)
         dense[owner, :3] = offsets[view_rows] * is_reliable[view_rows, None]
         dense[owner, 3] = is_reliable[view_rows]
-        links.spread(owner, is_visible, dense, rounds)
+        links.smooth_values(owner, is_visible, dense, rounds)
         offsets[view_rows] = dense[owner, :3] / np.maximum(dense[owner, 3:], 1e-3)
     return offsets
 
@@ -408,8 +428,8 @@ def _offsets(
 def _photos_of_faces(
     faces: Int32Array,
     views: Int32Array,
-    rows: _Rows,
-    face_rows: _Rows,
+    entries: _Entries,
+    face_entries: _Entries,
     quality: Float32Array,
     offsets: Float32Array,
     count: int,
@@ -418,7 +438,7 @@ def _photos_of_faces(
     known_faces = np.flatnonzero(views >= 0)
     keys = (faces[known_faces].astype(np.int64) * count + views[known_faces, None]).ravel()
     pairs, corner_counts = np.unique(keys, return_counts=True)
-    starts = np.searchsorted(pairs, np.arange(len(rows.starts), dtype=np.int64) * count)
+    starts = np.searchsorted(pairs, np.arange(len(entries.starts), dtype=np.int64) * count)
     # Each face uses the photos of its three corners.
     face, view = [], []
     for k in range(3):
@@ -430,28 +450,28 @@ def _photos_of_faces(
         face.append(np.repeat(known_faces, counts))
         view.append((pairs[index] % count).astype(np.int32))
     face_views = np.unique(np.concatenate(face) * np.int64(count) + np.concatenate(view))
-    draw_face, draw_view = (
+    entry_faces, entry_views = (
         (face_views // count).astype(np.int32),
         (face_views % count).astype(np.int32),
     )
-    entry = face_rows.find(face_views)
+    entry = face_entries.find(face_views)
     # Exclude photos with a much worse view of the face than its own.
-    best_entry = face_rows.find(draw_face.astype(np.int64) * count + views[draw_face])
+    best_entry = face_entries.find(entry_faces.astype(np.int64) * count + views[entry_faces])
     is_useful = (entry >= 0) & (quality[entry] > 0.05 * quality[best_entry])
-    draw_face, draw_view = draw_face[is_useful], draw_view[is_useful]
-    corner = faces[draw_face].astype(np.int64) * count + draw_view[:, None]
+    entry_faces, entry_views = entry_faces[is_useful], entry_views[is_useful]
+    corner = faces[entry_faces].astype(np.int64) * count + entry_views[:, None]
     index = np.minimum(np.searchsorted(pairs, corner), max(len(pairs) - 1, 0))
     weights = np.where(pairs[index] == corner, corner_counts[index], 0).astype(np.float32)
-    known_corner_counts = np.bincount(faces[known_faces].ravel(), minlength=len(rows.starts) - 1)
-    weights /= np.maximum(known_corner_counts[faces[draw_face]], 1)
-    return draw_face, draw_view, weights.astype(np.float32), offsets[rows.find(corner)]
+    known_corner_counts = np.bincount(faces[known_faces].ravel(), minlength=len(entries.starts) - 1)
+    weights /= np.maximum(known_corner_counts[faces[entry_faces]], 1)
+    return entry_faces, entry_views, weights.astype(np.float32), offsets[entries.find(corner)]
 
 
 def _vertex_colors(
     faces: Int32Array,
     views: Int32Array,
-    seen_by: Int32Array,
-    rows: _Rows,
+    view_counts: Int32Array,
+    entries: _Entries,
     colors: Float32Array,
     links: _Links,
     count: int,
@@ -463,27 +483,27 @@ def _vertex_colors(
     """
     from vomstudio.photogrammetry.surface._texture_kernels import fill_outward
 
-    n = len(rows.starts) - 1
+    n = len(entries.starts) - 1
     drawn_rows = np.flatnonzero(views >= 0)
-    position = rows.find(
+    drawn_entries = entries.find(
         (faces[drawn_rows].astype(np.int64) * count + views[drawn_rows, None]).ravel()
     )
     owner = faces[drawn_rows].ravel()
-    total = np.bincount(owner, minlength=n)
+    drawn_counts = np.bincount(owner, minlength=n)
     shown_colors = np.zeros((n, 3), np.float32)
     for c in range(3):
-        shown_colors[:, c] = np.bincount(owner, colors[position, c], minlength=n) / np.maximum(
-            total, 1
+        shown_colors[:, c] = np.bincount(owner, colors[drawn_entries, c], minlength=n) / np.maximum(
+            drawn_counts, 1
         )
-    is_known = total > 0
+    is_known = drawn_counts > 0
     is_well_known = is_known.copy()
-    is_well_known[faces[seen_by == 0]] = False
+    is_well_known[faces[view_counts == 0]] = False
     filled_colors = shown_colors.copy()
-    color_counts = np.zeros(n, np.int32)
-    fill_outward(links.starts, links.others, is_well_known, filled_colors, color_counts)
+    queue = np.zeros(n, np.int32)
+    fill_outward(links.starts, links.others, is_well_known, filled_colors, queue)
     # Parts without a good view use any colour.
     is_known |= is_well_known
-    fill_outward(links.starts, links.others, is_known, filled_colors, color_counts)
-    has_all_faces = total > 0
+    fill_outward(links.starts, links.others, is_known, filled_colors, queue)
+    has_all_faces = drawn_counts > 0
     has_all_faces[faces[views < 0]] = False
     return np.where(has_all_faces[:, None], shown_colors, filled_colors), is_known

@@ -34,16 +34,16 @@ from vomstudio.photogrammetry.surface.topology import (
 )
 
 _MIN_POINTS = 100
-_DEPTHS = (5, 12)
+_DEPTH_RANGE = (5, 12)
 _N_NEIGHBOURS = 24
 _BYTES_PER_POINT = 1000
 _MIN_THINNED_POINTS = 100_000
 # Distance from points at which a rim is trimmed, as a share of the maximum distance.
 _RIM_DISTANCE_SHARE = 0.45
 # Maximum width of the trimmed strip, in the same unit.
-_RIM_WIDTH = 1.1
+_MAX_RIM_WIDTH_SHARE = 1.1
 # Minimum share of triangles of a piece; smaller ones are vegetation or errors.
-_ISLAND_SHARE = 0.0005
+_MIN_ISLAND_SHARE = 0.0005
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,13 @@ class MeshingOptions:
             raise UsageError(
                 Finding("option.too-small", value=self.faces, minimum=4), field="faces"
             )
-        if self.depth is not None and not _DEPTHS[0] <= self.depth <= _DEPTHS[1]:
+        if self.depth is not None and not _DEPTH_RANGE[0] <= self.depth <= _DEPTH_RANGE[1]:
             raise UsageError(
                 Finding(
-                    "option.out-of-range", value=self.depth, minimum=_DEPTHS[0], maximum=_DEPTHS[1]
+                    "option.out-of-range",
+                    value=self.depth,
+                    minimum=_DEPTH_RANGE[0],
+                    maximum=_DEPTH_RANGE[1],
                 ),
                 field="depth",
             )
@@ -109,10 +112,10 @@ class MeshedSurface:
     warnings: tuple[Finding, ...]
 
 
-def fitting_points() -> int:
+def max_points_in_memory() -> int:
     """Return the maximum number of points whose surface fits into free memory."""
-    maximum = memory.MAX_MEMORY_SHARE * memory.available_bytes() / _BYTES_PER_POINT
-    return int(min(max(maximum, _MIN_THINNED_POINTS), MeshingOptions.max_points))
+    max_points = memory.MAX_MEMORY_SHARE * memory.available_bytes() / _BYTES_PER_POINT
+    return int(min(max(max_points, _MIN_THINNED_POINTS), MeshingOptions.max_points))
 
 
 def build_surface(
@@ -120,7 +123,7 @@ def build_surface(
     options: MeshingOptions | None = None,
     progress: Progress | None = None,
 ) -> MeshedSurface:
-    """Build the surface of a cloud whose normals point out of the rock, as in `fuse_depth_maps`.
+    """Build the surface of a cloud whose normals point out of the rock.
 
     Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
     keep the Poisson surface. Coordinates are those of the cloud. Poisson's method and the
@@ -132,47 +135,50 @@ def build_surface(
         If the cloud has no normals, too few points, or no extent.
     """
     options, progress = options or MeshingOptions(), progress or SilentProgress()
-    points, normals, colors, warnings = _check(cloud, options)
+    points, normals, colors, warnings = _check_cloud(cloud, options)
     shift = points.mean(axis=0)
     points = np.ascontiguousarray(points - shift)
     progress.stage(tr("Measuring the point spacing"))
     tree, spacing = _typical_spacing(points)
-    depth = options.depth or _depth(points, spacing, options.faces)
+    depth = options.depth or _octree_depth(points, spacing, options.faces)
     # An open cell of the octree is what Poisson's method resolves; the cut must not fall below it.
-    cell = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
+    cell_size = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
     facts: dict[str, Any] = {"points": len(points), "spacing_m": spacing, "depth": depth}
     progress.stage(tr("Computing the Poisson surface (cannot be cancelled)"))
-    vertices, faces = _poisson(points, normals, depth, options.threads)
+    vertices, faces = _reconstruct_poisson(points, normals, depth, options.threads)
     facts["faces_poisson"] = len(faces)
     progress.stage(tr("Trimming unsupported surface"))
-    distance = tree.query(vertices, workers=1)[0]
+    distances = tree.query(vertices, workers=1)[0]
     max_distance = options.trim * spacing
-    max_hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
-    is_kept, closed_holes = _trim(vertices, faces, distance, max_distance, max_hole)
+    max_hole_width = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
+    is_kept, closed_hole_count = _trim(vertices, faces, distances, max_distance, max_hole_width)
     if not is_kept.any():
         raise GeometryError(Finding("surface.nothing-left"))
     vertices, faces, _ = compact(vertices, faces[is_kept])
-    facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed_holes}
+    facts |= {
+        "cut_share": 1 - len(faces) / facts["faces_poisson"],
+        "holes_closed": closed_hole_count,
+    }
     if options.sharpen:
         progress.stage(tr("Refining the surface"))
         vertices = _refine(
-            vertices, faces, points, normals, tree, max(1.5 * spacing, 0.9 * cell), progress
+            vertices, faces, points, normals, tree, max(1.5 * spacing, 0.9 * cell_size), progress
         )
-    vertices, faces, pieces = _remove_islands(vertices, faces, 20)
+    vertices, faces, piece_count = _remove_islands(vertices, faces, 20)
     if options.faces is not None and len(faces) > options.faces:
         progress.stage(tr("Decimating {count:,} triangles (cannot be cancelled)", count=len(faces)))
         vertices, faces = _decimate(vertices, faces, options.faces)
     progress.stage(tr("Checking the surface"))
     vertices, faces = make_manifold(vertices, faces)
-    vertices, faces, islands = _remove_islands(
-        vertices, faces, max(options.smallest_island_faces, int(_ISLAND_SHARE * len(faces)))
+    vertices, faces, island_count = _remove_islands(
+        vertices, faces, max(options.smallest_island_faces, int(_MIN_ISLAND_SHARE * len(faces)))
     )
     faces = _orient_to_normals(vertices, faces, tree, normals)
-    _verify(vertices, faces)
+    _verify_mesh(vertices, faces)
     mesh = Mesh(vertices + shift, faces, colors=_vertex_colors(vertices, tree, colors))
     facts |= {
         "faces": len(faces),
-        "islands_left_out": pieces + islands,
+        "islands_left_out": piece_count + island_count,
         "area_m2": float(np.linalg.norm(cross_products(vertices, faces), axis=1).sum() / 2),
     }
     if options.faces is not None and len(faces) > 1.05 * options.faces:
@@ -180,7 +186,7 @@ def build_surface(
     return MeshedSurface(mesh, facts, tuple(warnings))
 
 
-def _check(
+def _check_cloud(
     cloud: PointCloud, options: MeshingOptions
 ) -> tuple[FloatArray, Float32Array, ByteArray | None, list[Finding]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
@@ -189,15 +195,15 @@ def _check(
     if normals is None:
         raise GeometryError(Finding("surface.no-normals"))
     warnings: list[Finding] = []
-    length = np.linalg.norm(normals, axis=1)
-    is_sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
-    if not is_sound.all():
-        warnings.append(Finding("surface.points-left-out", count=int((~is_sound).sum())))
-        points, normals, length = points[is_sound], normals[is_sound], length[is_sound]
-        colors = None if colors is None else colors[is_sound]
+    lengths = np.linalg.norm(normals, axis=1)
+    is_valid = np.isfinite(points).all(axis=1) & np.isfinite(lengths) & (lengths > 1e-6)
+    if not is_valid.all():
+        warnings.append(Finding("surface.points-left-out", count=int((~is_valid).sum())))
+        points, normals, lengths = points[is_valid], normals[is_valid], lengths[is_valid]
+        colors = None if colors is None else colors[is_valid]
     if len(points) < _MIN_POINTS:
         raise GeometryError(Finding("surface.few-points", points=len(points), least=_MIN_POINTS))
-    normals = (normals / length[:, None]).astype(np.float32)
+    normals = (normals / lengths[:, None]).astype(np.float32)
     if len(points) > options.max_points:
         rows = _thin_out(points, options.max_points)
         warnings.append(Finding("surface.thinned", total=len(points), points=len(rows)))
@@ -228,21 +234,21 @@ def _typical_spacing(points: FloatArray) -> tuple[Any, float]:
     return tree, float(np.median(distances))
 
 
-def _depth(points: FloatArray, spacing: float, faces: int | None) -> int:
+def _octree_depth(points: FloatArray, spacing: float, faces: int | None) -> int:
     """Return the depth of the octree.
 
     Cells are about two nearest-neighbour spacings, and not so fine that simplification would remove
     most of them.
     """
     extent = 1.1 * float(np.ptp(points, axis=0).max())
-    cell = 2.0 * spacing
+    cell_size = 2.0 * spacing
     if faces is not None:
-        covered_count = len(points) * (2 * spacing) ** 2
-        cell = max(cell, 0.4 * math.sqrt(2 * covered_count / faces))
-    return int(np.clip(math.ceil(math.log2(extent / cell) - 0.25), *_DEPTHS))
+        covered_area = len(points) * (2 * spacing) ** 2
+        cell_size = max(cell_size, 0.4 * math.sqrt(2 * covered_area / faces))
+    return int(np.clip(math.ceil(math.log2(extent / cell_size) - 0.25), *_DEPTH_RANGE))
 
 
-def _poisson(
+def _reconstruct_poisson(
     points: FloatArray, normals: Float32Array, depth: int, threads: int
 ) -> tuple[FloatArray, Int32Array]:
     import open3d as o3d
@@ -261,17 +267,17 @@ def _poisson(
 def _trim(
     vertices: FloatArray,
     faces: Int32Array,
-    distance: FloatArray,
+    distances: FloatArray,
     max_distance: float,
-    max_hole: float,
+    max_hole_width: float,
 ) -> tuple[BoolArray, int]:
     """Return which faces remain, and the number of holes closed by the Poisson surface.
 
     Within `max_distance` of the points the surface remains if it continues behind; at its rim it
     ends sooner.
     """
-    farthest_distance = distance[faces].max(axis=1)
-    is_kept = farthest_distance <= _RIM_DISTANCE_SHARE * max_distance
+    face_distances = distances[faces].max(axis=1)
+    is_kept = face_distances <= _RIM_DISTANCE_SHARE * max_distance
     if is_kept.all() or not is_kept.any():
         return is_kept, 0
     piece = components(faces, ~is_kept)
@@ -282,19 +288,19 @@ def _trim(
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, labels, corners.min(axis=1))
     np.maximum.at(high, labels, corners.max(axis=1))
-    farthest_distances = np.zeros(count)
-    np.maximum.at(farthest_distances, labels, farthest_distance[rows])
+    piece_distances = np.zeros(count)
+    np.maximum.at(piece_distances, labels, face_distances[rows])
     # A border of the Poisson surface is a rim, not a hole.
-    rim_width = np.zeros(count, bool)
-    rim_width[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
-    is_sparse = (farthest_distances <= max_distance) & ~rim_width
-    is_closed = ~is_sparse & ~rim_width & (np.linalg.norm(high - low, axis=1) <= 1.2 * max_hole)
+    is_rim = np.zeros(count, bool)
+    is_rim[labels[(neighbours(faces)[rows] < 0).any(axis=1)]] = True
+    is_sparse = (piece_distances <= max_distance) & ~is_rim
+    is_closed = ~is_sparse & ~is_rim & (np.linalg.norm(high - low, axis=1) <= 1.2 * max_hole_width)
     is_kept[rows[(is_sparse | is_closed)[labels]]] = True
     is_kept |= _find_cracks(
         vertices,
         faces,
-        ~is_kept & (farthest_distance <= max_distance),
-        farthest_distance > max_distance,
+        ~is_kept & (face_distances <= max_distance),
+        face_distances > max_distance,
         max_distance,
     )
     return is_kept, int(is_closed.sum())
@@ -322,19 +328,19 @@ def _find_cracks(
     used_vertices, corners = np.unique(faces[rows], return_inverse=True)
     corners = corners.reshape(-1, 3)
     start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    length = np.linalg.norm(vertices[used_vertices[start]] - vertices[used_vertices[end]], axis=1)
+    lengths = np.linalg.norm(vertices[used_vertices[start]] - vertices[used_vertices[end]], axis=1)
     low, high = np.minimum(start, end), np.maximum(start, end)
-    _, first = np.unique(low.astype(np.int64) << 32 | high, return_index=True)
-    links = (np.maximum(length[first], 1e-12), (low[first], high[first]))
+    _, first_rows = np.unique(low.astype(np.int64) << 32 | high, return_index=True)
+    links = (np.maximum(lengths[first_rows], 1e-12), (low[first_rows], high[first_rows]))
     graph = coo_matrix(links, shape=(len(used_vertices), len(used_vertices))).tocsr()
     is_adjacent_to_air = np.zeros(len(vertices), bool)
     is_adjacent_to_air[faces[is_air]] = True
     seeds = np.flatnonzero(is_adjacent_to_air[used_vertices])
     distances = np.full(len(used_vertices), np.inf)
     if len(seeds):
-        rim_vertices = _RIM_WIDTH * max_distance
+        max_rim_width = _MAX_RIM_WIDTH_SHARE * max_distance
         distances = dijkstra(
-            graph, directed=False, indices=seeds, min_only=True, limit=rim_vertices
+            graph, directed=False, indices=seeds, min_only=True, limit=max_rim_width
         )
     is_crack[rows] = np.isinf(distances[corners]).all(axis=1)
     return is_crack
@@ -350,36 +356,36 @@ def _refine(
     progress: Progress,
 ) -> FloatArray:
     """Move vertices onto the points near them, unless their faces would flip."""
-    from vomstudio.photogrammetry.surface._surface_kernels import pull_to_points
+    from vomstudio.photogrammetry.surface._surface_kernels import move_onto_points
 
     refined_vertices = np.ascontiguousarray(vertices.copy())
-    facing = vertex_normals(vertices, faces)
-    step = 100_000
-    for start in range(0, len(refined_vertices), step):
+    unit_normals = vertex_normals(vertices, faces)
+    batch_size = 100_000
+    for start in range(0, len(refined_vertices), batch_size):
         progress.step(start)
-        part = slice(start, start + step)
-        distance, nearest_rows = tree.query(
-            refined_vertices[part], k=min(_N_NEIGHBOURS, len(points)), workers=1
+        batch = slice(start, start + batch_size)
+        distances, nearest_rows = tree.query(
+            refined_vertices[batch], k=min(_N_NEIGHBOURS, len(points)), workers=1
         )
-        rows = start + np.flatnonzero(distance[:, 0] < 4 * width)
-        subset, corrected_vertices = (
+        rows = start + np.flatnonzero(distances[:, 0] < 4 * width)
+        subset, subset_normals = (
             np.ascontiguousarray(refined_vertices[rows]),
-            np.ascontiguousarray(facing[rows]),
+            np.ascontiguousarray(unit_normals[rows]),
         )
         neighbour_rows = np.ascontiguousarray(nearest_rows[rows - start].astype(np.int64))
-        pull_to_points(
-            subset, corrected_vertices, neighbour_rows, points, normals, width, 2.5 * width
+        move_onto_points(
+            subset, subset_normals, neighbour_rows, points, normals, width, 2.5 * width
         )
         refined_vertices[rows] = subset
     normals_before = cross_products(vertices, faces)
     for _ in range(5):
         normals_after = cross_products(refined_vertices, faces)
-        is_turned = (normals_before * normals_after).sum(axis=1) < 0.2 * np.linalg.norm(
+        is_flipped = (normals_before * normals_after).sum(axis=1) < 0.2 * np.linalg.norm(
             normals_before, axis=1
         ) * (np.linalg.norm(normals_after, axis=1))
-        if not is_turned.any():
+        if not is_flipped.any():
             break
-        rows = np.unique(faces[is_turned])
+        rows = np.unique(faces[is_flipped])
         refined_vertices[rows] = vertices[rows]
     return refined_vertices
 
@@ -408,17 +414,17 @@ def _decimate(
 
 
 def _remove_islands(
-    vertices: FloatArray, faces: Int32Array, smallest_count: int
+    vertices: FloatArray, faces: Int32Array, min_face_count: int
 ) -> tuple[FloatArray, Int32Array, int]:
     """Remove small pieces, but never the largest one."""
     if not len(faces):
         return vertices, faces, 0
-    piece = components(faces)
-    size = np.bincount(piece)
-    is_small = (size < smallest_count) & (np.arange(len(size)) != size.argmax())
+    pieces = components(faces)
+    sizes = np.bincount(pieces)
+    is_small = (sizes < min_face_count) & (np.arange(len(sizes)) != sizes.argmax())
     if not is_small.any():
         return vertices, faces, 0
-    vertices, faces, _ = compact(vertices, faces[~is_small[piece]])
+    vertices, faces, _ = compact(vertices, faces[~is_small[pieces]])
     return vertices, faces, int(is_small.sum())
 
 
@@ -426,13 +432,13 @@ def _orient_to_normals(
     vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
 ) -> Int32Array:
     """Orient the faces of each piece counter-clockwise, seen from the air."""
-    centre = vertices[faces].mean(axis=1)
-    nearest_points = tree.query(centre)[1]
-    agreements = (cross_products(vertices, faces) * normals[nearest_points]).sum(axis=1)
-    piece = components(faces)
-    is_wrong = np.bincount(piece, agreements)[piece] < 0
+    centres = vertices[faces].mean(axis=1)
+    nearest_rows = tree.query(centres)[1]
+    agreements = (cross_products(vertices, faces) * normals[nearest_rows]).sum(axis=1)
+    pieces = components(faces)
+    is_reversed = np.bincount(pieces, agreements)[pieces] < 0
     faces = faces.copy()
-    faces[is_wrong] = faces[is_wrong][:, ::-1]
+    faces[is_reversed] = faces[is_reversed][:, ::-1]
     return faces
 
 
@@ -445,7 +451,7 @@ def _vertex_colors(vertices: FloatArray, tree: Any, colors: ByteArray | None) ->
     )
 
 
-def _verify(vertices: FloatArray, faces: Int32Array) -> None:
+def _verify_mesh(vertices: FloatArray, faces: Int32Array) -> None:
     if not len(faces):
         raise GeometryError(Finding("surface.nothing-left"))
     if not np.isfinite(vertices).all() or not is_manifold(faces):

@@ -12,15 +12,15 @@ from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.surface.topology import components, cross_products
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
-MAX_UNSEEN = 0.5
+MAX_UNSEEN_SHARE = 0.5
 """Maximum share of a surface without a photo; beyond it most of the model would be invented."""
 
 
 def visible_faces(visibilities: Sequence[PhotoVisibility], count: int) -> BoolArray:
     """Return a mask (count,) of the faces that at least one photo shows from outside."""
     is_visible = np.zeros(count, bool)
-    for item in visibilities:
-        is_visible[item.faces] = True
+    for visibility in visibilities:
+        is_visible[visibility.faces] = True
     return is_visible
 
 
@@ -52,17 +52,19 @@ def orient_to_photos(
     GeometryError
         If more than half of the area is not visible in any photo.
     """
-    area = np.linalg.norm(cross_products(vertices, faces), axis=1)
-    total_area = max(float(area.sum()), 1e-300)
+    areas = np.linalg.norm(cross_products(vertices, faces), axis=1)
+    total_area = max(float(areas.sum()), 1e-300)
     visibilities = find_visibility(faces)
     is_visible = visible_faces(visibilities, len(faces))
-    turned_count = 0
-    if area[~is_visible].sum() > MAX_UNSEEN * total_area:
-        seen_behind = visible_faces(find_visibility(faces[:, ::-1].copy()), len(faces))
+    flipped_count = 0
+    if areas[~is_visible].sum() > MAX_UNSEEN_SHARE * total_area:
+        is_visible_from_behind = visible_faces(find_visibility(faces[:, ::-1].copy()), len(faces))
         piece = components(faces)
-        gain = np.bincount(piece, area * seen_behind) - np.bincount(piece, area * is_visible)
-        turned_count = int((gain > 0).sum())
-        if turned_count:
+        gain = np.bincount(piece, areas * is_visible_from_behind) - np.bincount(
+            piece, areas * is_visible
+        )
+        flipped_count = int((gain > 0).sum())
+        if flipped_count:
             is_flipped = (gain > 0)[piece]
             faces = faces.copy()
             faces[is_flipped] = faces[is_flipped][:, ::-1]
@@ -70,7 +72,7 @@ def orient_to_photos(
             is_visible = visible_faces(visibilities, len(faces))
     if not is_visible.any():
         raise GeometryError(Finding("texture.no-photo-sees"))
-    unseen_value = float(area[~is_visible].sum() / total_area)
-    if unseen_value > MAX_UNSEEN:
-        raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen_value))
-    return faces, visibilities, turned_count
+    unseen_share = float(areas[~is_visible].sum() / total_area)
+    if unseen_share > MAX_UNSEEN_SHARE:
+        raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen_share))
+    return faces, visibilities, flipped_count

@@ -27,7 +27,7 @@ from vomstudio.photogrammetry.surface.visibility import (
     VisibilityTask,
     compute_visibility,
 )
-from vomstudio.photogrammetry.surface.visibility import memory_needed as visibility_memory
+from vomstudio.photogrammetry.surface.visibility import peak_memory_bytes as visibility_memory_bytes
 
 JPEG_QUALITY = 95
 # Maximum size of a texel relative to a pixel of the best photo, over this share of the area.
@@ -97,7 +97,7 @@ class TextureReport:
 
 
 @dataclass(frozen=True, eq=False)
-class Textured:
+class TexturedMesh:
     """Textured mesh.
 
     Attributes
@@ -107,14 +107,14 @@ class Textured:
         `write` is called.
     pages : tuple of (h, w, 3) uint8 array
         RGB, one for each material.
-    drawn_from : (m,) array
+    source_photos : (m,) array
         Photo from which each face of `mesh` is drawn; -1 if it is not drawn from a photo.
     """
 
     mesh: Mesh
     pages: tuple[ByteArray, ...]
     report: TextureReport
-    drawn_from: Int32Array
+    source_photos: Int32Array
 
     def write(
         self,
@@ -162,22 +162,22 @@ class Textured:
             mesh = replace(
                 self.mesh,
                 vertices=self.mesh.vertices + np.asarray(origin, np.float64),
-                materials=tuple(self._files(Path(folder), stem, quality)),
+                materials=tuple(self._write_pages(Path(folder), stem, quality)),
             )
-            for one_path in paths:
-                findings += write_model(mesh, crs, one_path, force=force, progress=progress)
+            for target in paths:
+                findings += write_model(mesh, crs, target, force=force, progress=progress)
         return findings
 
-    def _files(self, folder: Path, stem: str, quality: int) -> Iterator[Material]:
+    def _write_pages(self, folder: Path, stem: str, quality: int) -> Iterator[Material]:
         for number, (material, page) in enumerate(
             zip(self.mesh.materials, self.pages, strict=True), start=1
         ):
             path = folder / f"{stem}_{number}.jpg"
-            path.write_bytes(jpeg(page, quality))
+            path.write_bytes(encode_jpeg(page, quality))
             yield replace(material, texture=path)
 
 
-def jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
+def encode_jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
     """Encode an RGB page with colours at full resolution."""
     import cv2
 
@@ -201,7 +201,7 @@ def make_texture(
     options: TextureOptions | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-) -> Textured:
+) -> TexturedMesh:
     """Colour a mesh from photos whose views are in its frame, undistorted or not.
 
     Pieces of the mesh that the photos show from behind are flipped.
@@ -227,19 +227,21 @@ def make_texture(
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
     shifted_photos = [_ShiftedPhoto(photo, shift) for photo in photos]
-    faces, visibilities, turned_faces = orient_to_photos(
-        vertices, faces, lambda f: _visibility(shifted_photos, vertices, f, executor, progress)
+    faces, visibilities, flipped_count = orient_to_photos(
+        vertices,
+        faces,
+        lambda f: _compute_visibilities(shifted_photos, vertices, f, executor, progress),
     )
-    pixels = _photo_pixels(visibilities, len(faces))
+    pixel_sizes = _best_pixel_sizes(visibilities, len(faces))
     areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
     if options.texel_m is None:
-        texel, factors = _texels(pixels, areas, faces)
+        texel, factors = _choose_texel(pixel_sizes, areas, faces)
         texel /= options.texels_per_pixel
     else:
         texel, factors = options.texel_m, None
     atlas = make_atlas(vertices, faces, texel, options.atlas, progress, factors)
     blend_result = blend(vertices, faces, visibilities, atlas.texel, progress)
-    colors = _all_colors(blend_result, mesh)
+    colors = _fill_unknown_colors(blend_result, mesh)
     pages = draw_pages(
         shifted_photos,
         vertices,
@@ -261,8 +263,8 @@ def make_texture(
         uv,
         np.clip(np.rint(colors), 0, 255).astype(np.uint8)[old_vertices],
     )
-    report = _report(vertices, faces, visibilities, atlas, blend_result, turned_faces, pixels)
-    return Textured(textured_mesh, tuple(pages), report, blend_result.views[order])
+    report = _report(vertices, faces, visibilities, atlas, blend_result, flipped_count, pixel_sizes)
+    return TexturedMesh(textured_mesh, tuple(pages), report, blend_result.views[order])
 
 
 class _ShiftedPhoto:
@@ -281,7 +283,7 @@ class _ShiftedPhoto:
         return self._photo.mask
 
 
-def _visibility(
+def _compute_visibilities(
     photos: Sequence[_ShiftedPhoto],
     vertices: FloatArray,
     faces: Int32Array,
@@ -292,38 +294,42 @@ def _visibility(
     tasks = (VisibilityTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
     results: dict[int, PhotoVisibility] = {}
     lenses = [p.view.intrinsics for p in photos]
-    needed_memory = max(visibility_memory(lens.width, lens.height, len(faces)) for lens in lenses)
-    for number, visibility in executor.map(compute_visibility, tasks, progress, needed_memory):
+    max_memory_bytes = max(
+        visibility_memory_bytes(lens.width, lens.height, len(faces)) for lens in lenses
+    )
+    for number, visibility in executor.map(compute_visibility, tasks, progress, max_memory_bytes):
         results[number] = visibility
     return [results[number] for number in range(len(photos))]
 
 
-def _photo_pixels(visibilities: Sequence[PhotoVisibility], m: int) -> FloatArray:
+def _best_pixel_sizes(visibilities: Sequence[PhotoVisibility], face_count: int) -> FloatArray:
     """Return the size (m,) of a pixel of the best photo on each face; infinity if not visible.
 
     Slanting views and borders of photos, which the blending avoids, do not enlarge it.
     """
-    best_resolution = np.zeros(m)
-    for item in visibilities:
-        np.maximum.at(best_resolution, item.faces, item.resolution)
+    best_resolution = np.zeros(face_count)
+    for visibility in visibilities:
+        np.maximum.at(best_resolution, visibility.faces, visibility.resolution)
     with np.errstate(divide="ignore"):
         return np.asarray(1 / best_resolution)
 
 
-def _texels(
-    pixels: FloatArray, areas: FloatArray, faces: Int32Array
+def _choose_texel(
+    pixel_sizes: FloatArray, areas: FloatArray, faces: Int32Array
 ) -> tuple[float, FloatArray | None]:
     """Return the texel for pixels (m,) of the best photos, and factors (m,) that enlarge it.
 
     The texel is the median pixel, or less if pixels vary. If close-up photos show a part in much
     more detail, the other parts have factors; otherwise None.
     """
-    fine, median, coarse = _quantiles(pixels, areas, [1 - _FINE_SHARE, 0.5, 0.95])
-    texel = min(median, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine)
-    if coarse < _MIN_PIXEL_SPREAD * fine:
+    fine_size, median_size, coarse_size = _quantiles(
+        pixel_sizes, areas, [1 - _FINE_SHARE, 0.5, 0.95]
+    )
+    texel = min(median_size, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine_size)
+    if coarse_size < _MIN_PIXEL_SPREAD * fine_size:
         return texel, None
     # Smoothed, so that charts do not break up where the best photo changes.
-    levels = np.log2(np.where(np.isfinite(pixels), pixels, median) / fine)
+    levels = np.log2(np.where(np.isfinite(pixel_sizes), pixel_sizes, median_size) / fine_size)
     neighbour_faces = neighbours(faces)
     has_neighbour = neighbour_faces >= 0
     for _ in range(_SMOOTHING_ROUNDS):
@@ -334,12 +340,12 @@ def _texels(
 
 
 def _texel_ratio(
-    vertices: FloatArray, faces: Int32Array, atlas: Atlas, pixels: FloatArray
+    vertices: FloatArray, faces: Int32Array, atlas: Atlas, pixel_sizes: FloatArray
 ) -> float:
     """Return the 90 % quantile of the edges of texels, in pixels of the best photo."""
     sizes, areas = _texel_sizes(vertices, faces, atlas)
-    ratios = sizes / pixels
-    is_visible = np.isfinite(pixels) & np.isfinite(sizes) & (areas > 0)
+    ratios = sizes / pixel_sizes
+    is_visible = np.isfinite(pixel_sizes) & np.isfinite(sizes) & (areas > 0)
     if not is_visible.any():
         return 0.0
     return _quantiles(ratios[is_visible], areas[is_visible], [_FINE_SHARE])[0]
@@ -350,13 +356,15 @@ def _texel_sizes(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the edge (m,) of the texels on each face, and the areas (m,) of the faces."""
     areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
-    first, second = (atlas.corners[:, k] - atlas.corners[:, 0] for k in (1, 2))
-    texels = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2
+    first_edges, second_edges = (atlas.corners[:, k] - atlas.corners[:, 0] for k in (1, 2))
+    texel_counts = (
+        np.abs(first_edges[:, 0] * second_edges[:, 1] - first_edges[:, 1] * second_edges[:, 0]) / 2
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.sqrt(areas / texels), areas
+        return np.sqrt(areas / texel_counts), areas
 
 
-def _median_texel(vertices: FloatArray, faces: Int32Array, atlas: Atlas) -> float:
+def _median_texel_size(vertices: FloatArray, faces: Int32Array, atlas: Atlas) -> float:
     """Return the area-weighted median edge of the texels, in the unit of the vertices."""
     if not atlas.facts["has_factors"]:
         return atlas.texel
@@ -369,12 +377,15 @@ def _quantiles(values: FloatArray, areas: FloatArray, shares: Sequence[float]) -
     is_finite = np.isfinite(values)
     values, areas = values[is_finite], areas[is_finite]
     order = np.argsort(values)
-    sums = np.cumsum(areas[order])
-    rows = np.minimum(np.searchsorted(sums, np.multiply(shares, sums[-1])), len(sums) - 1)
+    cumulative_areas = np.cumsum(areas[order])
+    rows = np.minimum(
+        np.searchsorted(cumulative_areas, np.multiply(shares, cumulative_areas[-1])),
+        len(cumulative_areas) - 1,
+    )
     return [float(value) for value in values[order][rows]]
 
 
-def _all_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
+def _fill_unknown_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
     """Complete vertex colours by those of the cloud, or by the mean."""
     colors = blend_result.colors.copy()
     is_unknown = ~blend_result.is_known
@@ -392,29 +403,29 @@ def _report(
     visibilities: Sequence[PhotoVisibility],
     atlas: Atlas,
     blend_result: Blend,
-    n_rotated_faces: int,
-    pixels: FloatArray,
+    flipped_count: int,
+    pixel_sizes: FloatArray,
 ) -> TextureReport:
-    area = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
-    total_area = max(float(area.sum()), 1e-300)
+    areas = np.linalg.norm(cross_products(vertices, faces), axis=1) / 2
+    total_area = max(float(areas.sum()), 1e-300)
     names = [item.name for item in visibilities]
-    drawn_texels = np.bincount(
+    drawn_areas = np.bincount(
         blend_result.views[blend_result.views >= 0],
-        area[blend_result.views >= 0],
+        areas[blend_result.views >= 0],
         minlength=len(names),
     )
-    area_by_count = np.bincount(blend_result.seen_by, area)
+    area_by_count = np.bincount(blend_result.view_counts, areas)
     occluded_shares = [
-        occluded / max(len(item.vertices), 1)
-        for occluded, item in zip(blend_result.occluded, visibilities, strict=True)
+        count / max(len(item.vertices), 1)
+        for count, item in zip(blend_result.occluded_counts, visibilities, strict=True)
     ]
-    unseen_value = float(area[blend_result.views < 0].sum() / total_area)
+    unseen_share = float(areas[blend_result.views < 0].sum() / total_area)
     warnings = [
         Finding("texture.photo-sees-nothing", photo=item.name)
         for item in visibilities
         if not len(item.faces)
     ]
-    texel_ratio = _texel_ratio(vertices, faces, atlas, pixels)
+    texel_ratio = _texel_ratio(vertices, faces, atlas, pixel_sizes)
     if texel_ratio > _MAX_TEXEL_RATIO:
         # Without a length: the model may have no scale.
         is_full = atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]
@@ -427,23 +438,23 @@ def _report(
                 limit=_MAX_TEXEL_RATIO,
             )
         )
-    if unseen_value > 0.05:
-        warnings.append(Finding("texture.unseen", share_percent=100 * unseen_value))
-    if n_rotated_faces:
-        warnings.append(Finding("texture.turned-over", count=n_rotated_faces))
+    if unseen_share > 0.05:
+        warnings.append(Finding("texture.unseen", share_percent=100 * unseen_share))
+    if flipped_count:
+        warnings.append(Finding("texture.turned-over", count=flipped_count))
     for name, share in zip(names, occluded_shares, strict=True):
         if share > 0.3:
             warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
     return TextureReport(
-        _median_texel(vertices, faces, atlas),
+        _median_texel_size(vertices, faces, atlas),
         tuple((int(w), int(h)) for w, h in atlas.sizes),
         int(atlas.facts["charts"]),
         texel_ratio,
         {n: tuple(g) for n, g in zip(names, blend_result.gains.tolist(), strict=True)},
         dict(zip(names, blend_result.sharpness.tolist(), strict=True)),
-        dict(zip(names, (drawn_texels / total_area).tolist(), strict=True)),
+        dict(zip(names, (drawn_areas / total_area).tolist(), strict=True)),
         dict(zip(names, (float(share) for share in occluded_shares), strict=True)),
         {k: float(share / total_area) for k, share in enumerate(area_by_count) if share > 0},
-        unseen_value,
+        unseen_share,
         tuple(warnings),
     )

@@ -24,9 +24,9 @@ from vomstudio.photogrammetry.surface.topology import compact
 from vomstudio.photogrammetry.surface.visibility import MaskedPhoto, decode, project, pyramid
 
 # Size of tiles; a photo is decoded once for each of its tiles.
-_TILE = 2048
+_TILE_TEXELS = 2048
 # Exponent of the fade between two photos: higher is narrower.
-_SEAM = 4.0
+_SEAM_EXPONENT = 4.0
 _MAX_LEVEL = 6
 
 
@@ -74,59 +74,59 @@ class TextureTile:
     Attributes
     ----------
     rgb : (h, w, 3) ndarray
-    filled : (h, w) ndarray
+    is_filled : (h, w) ndarray
         Pixels of charts with their gutters.
     """
 
     rgb: ByteArray
-    filled: BoolArray
+    is_filled: BoolArray
 
 
 def draw_tile(task: TileTask) -> TextureTile:
     """Draw one tile, decoding one photo at a time."""
     from vomstudio.photogrammetry.surface._texture_kernels import (
         add_view,
+        compute_colors,
         draw_faces,
-        finish,
         grow_faces,
     )
 
     # Include gutters of charts beyond the tile.
-    rim = task.gutter + 1
-    left, top = float(task.left - rim), float(task.top - rim)
-    shape = (task.height + 2 * rim, task.width + 2 * rim)
-    owner = np.full(shape, -1, np.int32)
-    draw_faces(task.corners, left, top, owner)
-    grow_faces(owner, np.empty_like(owner), task.gutter)
-    owner = np.ascontiguousarray(owner[rim:-rim, rim:-rim])
-    total = np.zeros((*owner.shape, 4), np.float32)
-    position = (float(task.left), float(task.top))
-    for part in task.photos:
-        layers = pyramid(decode(part.photo, part.view), _MAX_LEVEL)
-        entry = np.full(len(task.corners), -1, np.int32)
-        entry[part.face] = np.arange(len(part.face), dtype=np.int32)
-        level = np.minimum(_levels(task.corners[part.face], part.pixels), len(layers) - 1)
-        level = level.astype(np.int32)
-        for drawn_level in np.unique(level):
+    margin = task.gutter + 1
+    left, top = float(task.left - margin), float(task.top - margin)
+    shape = (task.height + 2 * margin, task.width + 2 * margin)
+    texel_faces = np.full(shape, -1, np.int32)
+    draw_faces(task.corners, left, top, texel_faces)
+    grow_faces(texel_faces, np.empty_like(texel_faces), task.gutter)
+    texel_faces = np.ascontiguousarray(texel_faces[margin:-margin, margin:-margin])
+    total = np.zeros((*texel_faces.shape, 4), np.float32)
+    origin = (float(task.left), float(task.top))
+    for photo in task.photos:
+        layers = pyramid(decode(photo.photo, photo.view), _MAX_LEVEL)
+        entry_rows = np.full(len(task.corners), -1, np.int32)
+        entry_rows[photo.face] = np.arange(len(photo.face), dtype=np.int32)
+        levels = np.minimum(_levels(task.corners[photo.face], photo.pixels), len(layers) - 1)
+        levels = levels.astype(np.int32)
+        for drawn_level in np.unique(levels):
             add_view(
-                owner,
+                texel_faces,
                 task.corners,
-                *position,
-                entry,
-                part.pixels,
-                part.depths,
-                part.weights,
-                part.offsets,
-                level,
+                *origin,
+                entry_rows,
+                photo.pixels,
+                photo.depths,
+                photo.weights,
+                photo.offsets,
+                levels,
                 int(drawn_level),
                 np.ascontiguousarray(layers[drawn_level]),
-                np.array(part.gain),
-                _SEAM,
+                np.array(photo.gain),
+                _SEAM_EXPONENT,
                 total,
             )
-    rgb = np.zeros((*owner.shape, 3), np.uint8)
-    finish(owner, task.corners, *position, task.fallback, total, rgb)
-    return TextureTile(rgb, owner >= 0)
+    rgb = np.zeros((*texel_faces.shape, 3), np.uint8)
+    compute_colors(texel_faces, task.corners, *origin, task.fallback, total, rgb)
+    return TextureTile(rgb, texel_faces >= 0)
 
 
 def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
@@ -159,33 +159,33 @@ def draw_pages(
     positions = [
         (page, left, top)
         for page, (width, height) in enumerate(atlas.sizes.tolist())
-        for top in range(0, height, _TILE)
-        for left in range(0, width, _TILE)
+        for top in range(0, height, _TILE_TEXELS)
+        for left in range(0, width, _TILE_TEXELS)
     ]
     pages = [np.zeros((h, w, 3), np.uint8) for w, h in atlas.sizes.tolist()]
     filled_masks = [np.zeros((h, w), bool) for w, h in atlas.sizes.tolist()]
     progress.stage(tr("Rendering the texture"), len(positions))
-    tasks = _Tasks(photos, vertices, faces, atlas, blend_result, colors, gutter)
-    tiles = (tasks.tile(*position) for position in positions)
-    for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory(photos)):
+    tasks = _TileTasks(photos, vertices, faces, atlas, blend_result, colors, gutter)
+    tiles = (tasks.create_task(*position) for position in positions)
+    for number, tile in executor.map(draw_tile, tiles, progress, _tile_memory_bytes(photos)):
         page, left, top = positions[number]
-        h, w = tile.filled.shape
+        h, w = tile.is_filled.shape
         pages[page][top : top + h, left : left + w] = tile.rgb
-        filled_masks[page][top : top + h, left : left + w] = tile.filled
+        filled_masks[page][top : top + h, left : left + w] = tile.is_filled
     progress.stage(tr("Filling gaps between charts"), len(pages))
     for number, (page_rgb, is_filled) in enumerate(zip(pages, filled_masks, strict=True)):
         progress.step(number)
-        fill_between(page_rgb, is_filled)
+        fill_gaps(page_rgb, is_filled)
     return pages
 
 
-def _tile_memory(photos: Sequence[MaskedPhoto]) -> int:
+def _tile_memory_bytes(photos: Sequence[MaskedPhoto]) -> int:
     """Return the peak memory of `draw_tile`: sums of a tile, and a photo with its pyramid."""
-    largest_photo = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
-    return 35 * _TILE**2 + 6 * largest_photo + 20_000_000
+    max_pixels = max(p.view.intrinsics.width * p.view.intrinsics.height for p in photos)
+    return 35 * _TILE_TEXELS**2 + 6 * max_pixels + 20_000_000
 
 
-class _Tasks:
+class _TileTasks:
     def __init__(
         self,
         photos: Sequence[MaskedPhoto],
@@ -203,38 +203,38 @@ class _Tasks:
             colors,
             gutter,
         )
-        self._low = atlas.corners.min(axis=1)
-        self._high = atlas.corners.max(axis=1)
+        self._min_corners = atlas.corners.min(axis=1)
+        self._max_corners = atlas.corners.max(axis=1)
         starts = np.zeros(len(faces) + 1, np.int64)
-        np.cumsum(np.bincount(blend_result.draw_face, minlength=len(faces)), out=starts[1:])
+        np.cumsum(np.bincount(blend_result.entry_faces, minlength=len(faces)), out=starts[1:])
         self._starts = starts
 
-    def tile(self, page: int, left: int, top: int) -> TileTask:
+    def create_task(self, page: int, left: int, top: int) -> TileTask:
         width, height = self._atlas.sizes[page].tolist()
-        width, height = min(_TILE, width - left), min(_TILE, height - top)
-        rim = self._gutter + 1
-        low, high = self._low, self._high
+        width, height = min(_TILE_TEXELS, width - left), min(_TILE_TEXELS, height - top)
+        margin = self._gutter + 1
+        min_corners, max_corners = self._min_corners, self._max_corners
         faces_in_tile = np.flatnonzero(
             (self._atlas.page == page)
-            & (high[:, 0] > left - rim)
-            & (low[:, 0] < left + width + rim)
-            & (high[:, 1] > top - rim)
-            & (low[:, 1] < top + height + rim)
+            & (max_corners[:, 0] > left - margin)
+            & (min_corners[:, 0] < left + width + margin)
+            & (max_corners[:, 1] > top - margin)
+            & (min_corners[:, 1] < top + height + margin)
         )
         blend_result = self._blend_result
         counts = self._starts[faces_in_tile + 1] - self._starts[faces_in_tile]
-        draws = np.repeat(self._starts[faces_in_tile], counts) + (
+        entry_rows = np.repeat(self._starts[faces_in_tile], counts) + (
             np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         )
-        local_points = np.repeat(np.arange(len(faces_in_tile)), counts).astype(np.int32)
-        view = blend_result.draw_view[draws]
-        parts = []
+        local_faces = np.repeat(np.arange(len(faces_in_tile)), counts).astype(np.int32)
+        view = blend_result.entry_views[entry_rows]
+        photos = []
         for k in np.unique(view).tolist():
             is_in_view = view == k
-            rows, face = draws[is_in_view], local_points[is_in_view]
+            rows, face = entry_rows[is_in_view], local_faces[is_in_view]
             _, corners, used_vertices = compact(self._vertices, self._faces[faces_in_tile[face]])
             pixels, depths = project(self._photos[k].view, self._vertices[used_vertices])
-            parts.append(
+            photos.append(
                 TilePhoto(
                     self._photos[k].photo,
                     self._photos[k].view,
@@ -242,8 +242,8 @@ class _Tasks:
                     face,
                     pixels[corners].astype(np.float32),
                     depths[corners].astype(np.float32),
-                    blend_result.draw_weights[rows],
-                    blend_result.draw_offsets[rows],
+                    blend_result.entry_weights[rows],
+                    blend_result.entry_offsets[rows],
                 )
             )
         return TileTask(
@@ -254,11 +254,11 @@ class _Tasks:
             self._gutter,
             np.ascontiguousarray(self._atlas.corners[faces_in_tile]),
             self._colors[self._faces[faces_in_tile]],
-            tuple(parts),
+            tuple(photos),
         )
 
 
-def fill_between(page: ByteArray, is_filled: BoolArray) -> None:
+def fill_gaps(page: ByteArray, is_filled: BoolArray) -> None:
     """Fill free texels with smooth colours of the surrounding charts (pull-push).
 
     Otherwise JPEG compression or the mipmaps of a renderer would draw black lines into the charts.

@@ -17,12 +17,12 @@ def neighbours(faces: Int32Array) -> Int32Array:
     """Return the face (m, 3) across each edge; -1 unless the edge joins exactly two faces."""
     keys = edge_keys(faces).ravel()
     order = np.argsort(keys, kind="stable")
-    ranked = keys[order]
-    first_rows = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-    count = np.diff(np.r_[first_rows, len(ranked)])
-    pair = first_rows[count == 2]
+    sorted_keys = keys[order]
+    first_rows = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
+    counts = np.diff(np.r_[first_rows, len(sorted_keys)])
+    pair_starts = first_rows[counts == 2]
     opposite_faces = np.full(len(keys), -1, np.int32)
-    a, b = order[pair], order[pair + 1]
+    a, b = order[pair_starts], order[pair_starts + 1]
     opposite_faces[a], opposite_faces[b] = b // 3, a // 3
     return opposite_faces.reshape(-1, 3)
 
@@ -36,17 +36,17 @@ def components(faces: Int32Array, is_included: BoolArray | None = None) -> Int32
     face, side = np.nonzero(neighbour_faces >= 0)
     other_face = neighbour_faces[face, side]
     if is_included is not None:
-        is_inside = is_included[face] & is_included[other_face]
-        face, other_face = face[is_inside], other_face[is_inside]
+        is_included_pair = is_included[face] & is_included[other_face]
+        face, other_face = face[is_included_pair], other_face[is_included_pair]
     n = len(faces)
     links = coo_matrix((np.ones(len(face), np.int8), (face, other_face)), shape=(n, n))
     labels: Int32Array = connected_components(links, directed=False)[1].astype(np.int32)
     if is_included is None:
         return labels
     labels[~is_included] = -1
-    used_labels, packed = np.unique(labels[is_included], return_inverse=True)
+    used_labels, packed_labels = np.unique(labels[is_included], return_inverse=True)
     del used_labels
-    labels[is_included] = packed
+    labels[is_included] = packed_labels
     return labels
 
 
@@ -65,7 +65,7 @@ def cross_products(vertices: FloatArray, faces: Int32Array) -> FloatArray:
 
 
 def vertex_normals(vertices: FloatArray, faces: Int32Array) -> FloatArray:
-    """Return unit normals (n, 3) weighted by area; zero for a vertex without faces."""
+    """Return area-weighted unit normals (n, 3); zero if a vertex has no faces."""
     cross = cross_products(vertices, faces)
     total = np.empty_like(vertices)
     for axis in range(3):
@@ -88,18 +88,18 @@ def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, 
     faces = faces[faces[:, 2] != faces[:, 0]]
     faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
     while len(faces):
-        area = np.linalg.norm(cross_products(vertices, faces), axis=1)
+        areas = np.linalg.norm(cross_products(vertices, faces), axis=1)
         keys = edge_keys(faces).ravel()
-        order = np.lexsort((-np.repeat(area, 3), keys))
-        ranked = keys[order]
-        first_rows = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-        new_rows = np.arange(len(ranked)) - np.repeat(
-            first_rows, np.diff(np.r_[first_rows, len(ranked)])
+        order = np.lexsort((-np.repeat(areas, 3), keys))
+        sorted_keys = keys[order]
+        first_rows = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
+        ranks = np.arange(len(sorted_keys)) - np.repeat(
+            first_rows, np.diff(np.r_[first_rows, len(sorted_keys)])
         )
-        surplus = np.unique(order[new_rows >= 2] // 3)
-        if not len(surplus):
+        surplus_faces = np.unique(order[ranks >= 2] // 3)
+        if not len(surplus_faces):
             break
-        faces = np.delete(faces, surplus, axis=0)
+        faces = np.delete(faces, surplus_faces, axis=0)
     return compact(*_split_vertices(vertices, faces))[:2]
 
 
@@ -114,19 +114,19 @@ def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray
     ends = []
     for corner in (side, (side + 1) % 3):
         vertex = faces[face, corner]
-        match = np.argmax(faces[other_face] == vertex[:, None], axis=1)
-        ends.append((face * 3 + corner, other_face.astype(np.int64) * 3 + match))
+        matching_corner = np.argmax(faces[other_face] == vertex[:, None], axis=1)
+        ends.append((face * 3 + corner, other_face.astype(np.int64) * 3 + matching_corner))
     a = np.concatenate([e[0] for e in ends])
     b = np.concatenate([e[1] for e in ends])
     n = faces.size
     links = coo_matrix((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
     count, fan = connected_components(links, directed=False)
-    owner = np.zeros(count, np.int64)
-    owner[fan] = faces.ravel()
-    return vertices[owner], fan.reshape(-1, 3).astype(np.int32)
+    original_vertices = np.zeros(count, np.int64)
+    original_vertices[fan] = faces.ravel()
+    return vertices[original_vertices], fan.reshape(-1, 3).astype(np.int32)
 
 
 def is_manifold(faces: Int32Array) -> bool:
     """Return whether all edges have at most two faces."""
-    _, count = np.unique(edge_keys(faces), return_counts=True)
-    return bool(count.max(initial=0) <= 2)
+    _, face_counts = np.unique(edge_keys(faces), return_counts=True)
+    return bool(face_counts.max(initial=0) <= 2)

@@ -19,9 +19,9 @@ from vomstudio.photogrammetry.surface.topology import cross_products
 _MAX_DEPTH_PIXELS = 12_000_000
 # Margin to the foreground and to masks in pixels, since the shape and poses are not exact.
 _MARGIN_PX = 2
-_SLACK = 3.0
+_DEPTH_TOLERANCE_PX = 3.0
 # Minimum cosine between the normal and the ray for a well visible and for a visible face.
-_MIN_COSINE_WELL, _MIN_COSINE = 0.17, 0.04
+_MIN_CLEAR_COSINE, _MIN_COSINE = 0.17, 0.04
 # Minimum visible share of the pixels of a face; other faces would show the foreground.
 _MIN_VISIBLE_SHARE = 0.98
 # Width of the border with decreasing quality, as a share of the photo.
@@ -63,7 +63,7 @@ class PhotoVisibility:
         the border of the photo.
     resolution : (k,) float32 array
         Number of pixels per unit of length at the distance of the face.
-    is_well_seen : (k,) array of bool
+    is_clearly_visible : (k,) array of bool
         Whether each face is visible with a margin and not at a grazing angle.
     vertices : (l,) int32 array
         Rows of the corners of these faces.
@@ -77,13 +77,13 @@ class PhotoVisibility:
     faces: Int32Array
     quality: Float32Array
     resolution: Float32Array
-    is_well_seen: BoolArray
+    is_clearly_visible: BoolArray
     vertices: Int32Array
     colors: Float32Array
     detail: Float32Array
 
 
-def memory_needed(width: int, height: int, faces: int) -> int:
+def peak_memory_bytes(width: int, height: int, faces: int) -> int:
     """Return the peak memory of `compute_visibility` for a photo and number of faces, bytes."""
     return int(width * height * 18 + faces * 170) + 20_000_000
 
@@ -123,8 +123,8 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     picture = decode(task.photo, view)
     pixels, depths = project(view, task.vertices)
     is_in_photo = view.contains(np.nan_to_num(pixels, nan=-1.0))
-    drawable = np.isfinite(pixels).all(axis=1) & (depths > 0)
-    is_drawable = drawable[faces].all(axis=1)
+    is_projectable = np.isfinite(pixels).all(axis=1) & (depths > 0)
+    is_drawable = is_projectable[faces].all(axis=1)
     selection = np.flatnonzero(is_drawable & is_in_photo[faces].any(axis=1)).astype(np.int32)
     visible_share, clear_share = _visible_shares(task, pixels, depths, selection)
     cross = cross_products(task.vertices, faces[selection])
@@ -152,17 +152,19 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
         * resolution
         * np.clip(border_distance / (_BORDER_SHARE * max(width, height)), 0.02, 1)
     )
-    is_well_seen = (clear_share > 0.999) & (cosine > _MIN_COSINE_WELL) & (border_distance > 2)
+    is_clearly_visible = (
+        (clear_share > 0.999) & (cosine > _MIN_CLEAR_COSINE) & (border_distance > 2)
+    )
     rows = np.unique(corners).astype(np.int32)
-    span = _spans(pixels, corners, len(task.vertices))[rows]
+    edge_lengths_px = _mean_edge_lengths_px(pixels, corners, len(task.vertices))[rows]
     return PhotoVisibility(
         view.name,
         selection,
         quality.astype(np.float32),
         resolution.astype(np.float32),
-        is_well_seen,
+        is_clearly_visible,
         rows,
-        _sample_colors(picture, pixels[rows], span),
+        _sample_colors(picture, pixels[rows], edge_lengths_px),
         _detail(picture, pixels[rows]),
     )
 
@@ -177,16 +179,22 @@ def _visible_shares(
 ) -> tuple[Float32Array, Float32Array]:
     import cv2
 
-    from vomstudio.photogrammetry.surface._visibility_kernels import count_seen, draw_depths
+    from vomstudio.photogrammetry.surface._visibility_kernels import (
+        draw_depths,
+        measure_visible_shares,
+    )
 
     lens = task.view.intrinsics
-    shrink = max(1.0, math.sqrt(lens.width * lens.height / _MAX_DEPTH_PIXELS))
-    size = (max(1, round(lens.width / shrink)), max(1, round(lens.height / shrink)))
+    reduction_factor = max(1.0, math.sqrt(lens.width * lens.height / _MAX_DEPTH_PIXELS))
+    size = (
+        max(1, round(lens.width / reduction_factor)),
+        max(1, round(lens.height / reduction_factor)),
+    )
     scaled_pixels = pixels * (np.array(size) / (lens.width, lens.height))
-    buffer = np.full(size[::-1], np.inf, np.float32)
-    draw_depths(scaled_pixels, depths, task.faces, selection, buffer)
+    depth_buffer = np.full(size[::-1], np.inf, np.float32)
+    draw_depths(scaled_pixels, depths, task.faces, selection, depth_buffer)
     kernel = np.ones((2 * _MARGIN_PX + 1,) * 2, np.uint8)
-    nearest_depths = np.ascontiguousarray(cv2.erode(buffer, kernel, borderValue=math.inf))
+    nearest_depths = np.ascontiguousarray(cv2.erode(depth_buffer, kernel, borderValue=math.inf))
     usable_mask = np.full(size[::-1], 255, np.uint8)
     if task.mask is not None:
         mask = cv2.resize(
@@ -195,34 +203,34 @@ def _visible_shares(
         usable_mask = np.ascontiguousarray(cv2.erode((mask > 127).astype(np.uint8), kernel))
     visible_share = np.zeros(len(selection), np.float32)
     clear_share = np.zeros(len(selection), np.float32)
-    pixel = lens.width / size[0] / lens.focal[0]
-    count_seen(
+    pixel_size = lens.width / size[0] / lens.focal[0]
+    measure_visible_shares(
         scaled_pixels,
         depths,
         task.faces,
         selection,
-        buffer,
+        depth_buffer,
         nearest_depths,
         usable_mask,
-        pixel,
+        pixel_size,
         float(_MARGIN_PX),
-        _SLACK,
+        _DEPTH_TOLERANCE_PX,
         visible_share,
         clear_share,
     )
     return visible_share, clear_share
 
 
-def _spans(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
+def _mean_edge_lengths_px(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
     """Return the mean length (n,) of the edges of each vertex in the photo, in pixels."""
-    total, count = np.zeros(n), np.zeros(n)
+    length_sums, edge_counts = np.zeros(n), np.zeros(n)
     for k in range(3):
         a, b = corners[:, k], corners[:, (k + 1) % 3]
         length = np.hypot(*(pixels[a] - pixels[b]).T)
         for end in (a, b):
-            total += np.bincount(end, length, minlength=n)
-            count += np.bincount(end, minlength=n)
-    return np.asarray(total / np.maximum(count, 1))
+            length_sums += np.bincount(end, length, minlength=n)
+            edge_counts += np.bincount(end, minlength=n)
+    return np.asarray(length_sums / np.maximum(edge_counts, 1))
 
 
 def pyramid(picture: Any, levels: int) -> list[Any]:
@@ -237,22 +245,24 @@ def pyramid(picture: Any, levels: int) -> list[Any]:
     return pictures
 
 
-def to_level(pixels: FloatArray, level: int) -> FloatArray:
+def scale_to_level(pixels: FloatArray, level: int) -> FloatArray:
     """Convert pixels (n, 2) of a picture to a level of its `pyramid`."""
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
-def _sample_colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
+def _sample_colors(picture: Any, pixels: FloatArray, edge_lengths_px: FloatArray) -> Float32Array:
     """Return RGB averaged over a third of a vertex's edges, to exclude the area beyond edges."""
-    from vomstudio.photogrammetry.surface._visibility_kernels import look_up
+    from vomstudio.photogrammetry.surface._visibility_kernels import interpolate_picture
 
     layers = pyramid(picture, _LEVELS)
-    level = np.clip(np.rint(np.log2(np.maximum(0.35 * span, 1))), 0, len(layers) - 1).astype(int)
+    level = np.clip(
+        np.rint(np.log2(np.maximum(0.35 * edge_lengths_px, 1))), 0, len(layers) - 1
+    ).astype(int)
     colors = np.zeros((len(pixels), 3), np.float32)
     for k, layer in enumerate(layers):
         rows = np.flatnonzero(level == k)
         values = np.zeros((len(rows), 3), np.float32)
-        look_up(np.ascontiguousarray(layer), to_level(pixels[rows], k), values)
+        interpolate_picture(np.ascontiguousarray(layer), scale_to_level(pixels[rows], k), values)
         colors[rows] = values[:, ::-1]
     return colors
 
@@ -265,7 +275,7 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
     """
     import cv2
 
-    from vomstudio.photogrammetry.surface._visibility_kernels import look_up
+    from vomstudio.photogrammetry.surface._visibility_kernels import interpolate_picture
 
     grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY).astype(np.float32)
     fine_detail = cv2.GaussianBlur(grey, (0, 0), 0.8) - cv2.GaussianBlur(grey, (0, 0), 1.6)
@@ -273,16 +283,18 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
     coarse_detail = reduced_picture - cv2.GaussianBlur(reduced_picture, (0, 0), 1.2)
     energies = []
     for band in (fine_detail, coarse_detail):
-        shrunk = cv2.resize(
+        reduced_band = cv2.resize(
             np.abs(band), (reduced_picture.shape[1], reduced_picture.shape[0]), interpolation=3
         )
-        energies.append(cv2.GaussianBlur(shrunk, (0, 0), 3))
+        energies.append(cv2.GaussianBlur(reduced_band, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))
     # As bytes, for the one compiled look-up: steps of 0.02.
-    steps = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
+    quantized_ratio = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
     values = np.zeros((len(pixels), 1), np.float32)
     scale = np.array(
         [reduced_picture.shape[1] / picture.shape[1], reduced_picture.shape[0] / picture.shape[0]]
     )
-    look_up(np.ascontiguousarray(steps), np.ascontiguousarray(pixels * scale), values)
+    interpolate_picture(
+        np.ascontiguousarray(quantized_ratio), np.ascontiguousarray(pixels * scale), values
+    )
     return ((values[:, 0] - 200) / 50).astype(np.float32)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 # WGS 84.
-_A, _E2 = 6378137.0, 0.00669437999014
+_SEMI_MAJOR_AXIS_M, _ECCENTRICITY_SQUARED = 6378137.0, 0.00669437999014
 # 95 % quantile of a normally distributed error (two-sided).
 _Z95 = 1.959964
 HANDHELD_ACCURACY_M = 5.0
@@ -40,13 +40,13 @@ def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
         return coordinates
     centre = coordinates[is_known].mean(axis=0)
     phi = math.radians(centre[1])
-    w = math.sqrt(1.0 - _E2 * math.sin(phi) ** 2)
-    east = math.radians(1.0) * _A / w * math.cos(phi)
-    north = math.radians(1.0) * _A * (1.0 - _E2) / w**3
+    w = math.sqrt(1.0 - _ECCENTRICITY_SQUARED * math.sin(phi) ** 2)
+    east = math.radians(1.0) * _SEMI_MAJOR_AXIS_M / w * math.cos(phi)
+    north = math.radians(1.0) * _SEMI_MAJOR_AXIS_M * (1.0 - _ECCENTRICITY_SQUARED) / w**3
     return np.asarray((coordinates - centre) * [east, north, 1.0])
 
 
-def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
+def median_accuracy(photos: Sequence[Photo]) -> tuple[float, bool]:
     """Return the median standard deviation of the positions (m), and whether it is stated."""
     stated_accuracies = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m is not None]
     if stated_accuracies:
@@ -65,15 +65,19 @@ def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, 
     sigma_m : independent error of each coordinate
     """
     values, axes = np.linalg.eigh(rotation_covariance(positions, sigma_m))
-    largest_eigenvalue_deg = math.degrees(_Z95 * math.sqrt(values[-1]))
-    return (180.0 if len(positions) < 3 else min(180.0, largest_eigenvalue_deg)), axes[:, -1]
+    error_deg = math.degrees(_Z95 * math.sqrt(values[-1]))
+    return (180.0 if len(positions) < 3 else min(180.0, error_deg)), axes[:, -1]
 
 
-def straightness(positions: FloatArray) -> float:
+def width_to_length_ratio(positions: FloatArray) -> float:
     """Return the ratio of the width of positions to their length (standard deviations).
 
     It is 0 if the positions are collinear.
     """
     centred_positions = positions - positions.mean(axis=0)
-    s = np.linalg.svd(centred_positions, compute_uv=False)
-    return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0
+    singular_values = np.linalg.svd(centred_positions, compute_uv=False)
+    return (
+        float(singular_values[1] / singular_values[0])
+        if len(singular_values) > 1 and singular_values[0] > 0
+        else 0.0
+    )

@@ -23,11 +23,11 @@ from vomstudio.photogrammetry.survey.check_limits import Limits, SurveyMeasureme
 from vomstudio.photogrammetry.survey.check_results import (
     PhotoFigures,
     SurveyReport,
-    advice_for,
     assess,
+    collect_advice,
     sort_by_severity,
 )
-from vomstudio.photogrammetry.survey.overlap import compare_photos, features_of, optical_axes
+from vomstudio.photogrammetry.survey.overlap import compare_photos, extract_features, optical_axes
 from vomstudio.photogrammetry.survey.photo_limits import expected_planes, ground_sampling_distance
 from vomstudio.photogrammetry.survey.photo_quality import measure_quality
 
@@ -48,7 +48,7 @@ def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> Sur
     for done_count, photo in enumerate(photos):
         progress.step(done_count)
         quality.append(measure_quality(photo))
-        features.append(None if quality[-1].error else features_of(photo))
+        features.append(None if quality[-1].error else extract_features(photo))
     progress.step(len(photos))
     pairs = compare_photos(features, metres_from_gps(photos), progress)
     return SurveyMeasurements(photos, tuple(quality), tuple(features), pairs)
@@ -78,20 +78,20 @@ def report(
     """
     photos = measurements.photos
     gsd = [pixel_size(photo, distance_m) for photo in photos]
-    axes, known_axes = optical_axes(measurements.pairs, len(photos))
+    axes, is_known = optical_axes(measurements.pairs, len(photos))
     best_overlap = station_checks.best_overlap(measurements.pairs, len(photos))
     findings = [
         *_folder_findings(folder, measurements, limits),
         *station_checks.pair_findings(measurements, best_overlap, limits),
-        *station_checks.direction_findings(measurements, axes, known_axes, limits),
+        *station_checks.direction_findings(measurements, axes, is_known, limits),
         *picture_checks.pixel_findings(measurements, limits),
         *station_checks.size_findings(measurements, gsd, limits),
         *station_checks.position_findings(photos, limits),
     ]
     findings = list(sort_by_severity(findings))
     known_gsd = [value for value in gsd if value is not None]
-    median = float(np.median(known_gsd)) if known_gsd else None
-    planes = None if median is None else PlaneSizes.from_pixel_size(median)
+    median_gsd_m = float(np.median(known_gsd)) if known_gsd else None
+    planes = None if median_gsd_m is None else PlaneSizes.from_pixel_size(median_gsd_m)
     figures = tuple(
         PhotoFigures(
             photo.name,
@@ -107,10 +107,10 @@ def report(
         "before",
         figures,
         tuple(findings),
-        assess(findings, median, hint=_hint_findings(photos)),
-        median,
+        assess(findings, median_gsd_m, hint=_hint_findings(photos)),
+        median_gsd_m,
         None if planes is None else planes.textbook,
-        advice_for(findings),
+        collect_advice(findings),
         () if planes is None else planes.curve(),
     )
 
@@ -153,16 +153,18 @@ def _folder_findings(
     count = len(measurements.photos)
     if count == 1:
         findings.append(Finding("one-photo", photos=(), value=1))
-    elif count < limits.fewest_photos:
+    elif count < limits.min_photos:
         findings.append(Finding("few-photos", photos=(), value=count, count=count))
-    damaged = tuple(
+    damaged_photos = tuple(
         p.name
         for p, quality in zip(measurements.photos, measurements.quality, strict=True)
         if quality.error
     )
-    if damaged:
+    if damaged_photos:
         reason = next(quality.error for quality in measurements.quality if quality.error)
-        findings.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
+        findings.append(
+            Finding("damaged", photos=damaged_photos, value=len(damaged_photos), reason=reason)
+        )
     if folder.duplicates:
         names = tuple(name for name, _ in folder.duplicates)
         findings.append(Finding("duplicates", photos=names, value=len(names)))
@@ -184,19 +186,19 @@ def _camera_findings(folder: PhotoFolder) -> list[Finding]:
     settings = folder.cameras()
     if len(settings) < 2:
         return []
-    groups = [_camera_group(group) for group in settings.values()]
+    groups = [_describe_group(group) for group in settings.values()]
     findings = [Finding("several-cameras", photos=(), value=len(settings), cameras=groups)]
     photo_sizes = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
-    turned_cameras = {
+    rotated_sizes = {
         (camera, w, h) for camera, w, h in photo_sizes if w != h and (camera, h, w) in photo_sizes
     }
-    if turned_cameras:
-        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned_cameras]
+    if rotated_sizes:
+        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in rotated_sizes]
         findings.append(Finding("survey.turned-photos", photos=names, value=len(names)))
     return findings
 
 
-def _camera_group(group: Sequence[Photo]) -> str:
+def _describe_group(group: Sequence[Photo]) -> str:
     """Describe photos that share a calibration: number, camera, size and focal length."""
     first_photo = group[0]
     camera = first_photo.camera or tr("unknown camera")

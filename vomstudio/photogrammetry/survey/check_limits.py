@@ -26,14 +26,14 @@ class Limits:
     doming_deg : float
         If the spread of the view directions is smaller, they count as one direction. The textbook
         recommends oblique photos up to 30 degrees from the perpendicular (3.2.1).
-    same_place : float
+    max_baseline_ratio : float
         Maximum ratio of baseline to distance for a single position; turn_deg and zoom distinguish
         the photos taken there.
-    blur_px, blur_times : float
+    blur_px, max_blur_ratio : float
         Blur sigma, and its ratio to the median of the set.
-    darkest, burnt : float
+    min_brightness, saturated_share : float
         Minimum mean linear light, and maximum share of saturated pixels.
-    stops, light_stops : float
+    stops, max_exposure_stops : float
         Maximum differences in the brightness of the pictures and in the metered exposure.
     gsd_ratio : float
         Maximum ratio of pixel sizes, an order of magnitude (3.2.1).
@@ -42,33 +42,33 @@ class Limits:
     registration_deg : float
         95 % error of the rotation of a model that is no longer small relative to the 5 degrees of a
         good plane.
-    straight : float
+    min_width_ratio : float
         Ratio of width to length below which camera positions count as collinear.
-    resampled, enlarged_px : float
+    resampling_strength, enlarged_blur_px : float
         Limit of photo_quality.interpolation_period, and the blur that confirms it.
     """
 
     views: float = 4.0
-    fewest_photos: int = 5
+    min_photos: int = 5
     overlap: float = 0.50
     doming_deg: float = 10.0
-    same_place: float = 0.01
+    max_baseline_ratio: float = 0.01
     turn_deg: float = 5.0
     zoom: float = 1.25
-    near_identical: float = 0.97
+    near_identical_overlap: float = 0.97
     blur_px: float = 1.8
-    blur_times: float = 1.8
-    soft_px: float = 2.5
+    max_blur_ratio: float = 1.8
+    soft_blur_px: float = 2.5
     stops: float = 1.0
-    light_stops: float = 2.0
-    darkest: float = 0.005
-    burnt: float = 0.6
+    max_exposure_stops: float = 2.0
+    min_brightness: float = 0.005
+    saturated_share: float = 0.6
     gsd_ratio: float = 10.0
     rotation_deg: float = 5.0
     registration_deg: float = 2.0
-    straight: float = 0.05
-    resampled: float = 25.0
-    enlarged_px: float = 1.25
+    min_width_ratio: float = 0.05
+    resampling_strength: float = 25.0
+    enlarged_blur_px: float = 1.25
     hours: float = 3.0
 
 

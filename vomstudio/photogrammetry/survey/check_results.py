@@ -12,7 +12,7 @@ from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
 from vomstudio.photogrammetry.survey.photo_limits import expected_planes
 
-_ORDER = {"error": 0, "warning": 1, "info": 2}
+_SEVERITY_ORDER = {"error": 0, "warning": 1, "info": 2}
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class SurveyReport(Result):
 
 def sort_by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Sort findings by severity, errors first, keeping the order of equal ones."""
-    return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
+    return tuple(sorted(findings, key=lambda finding: _SEVERITY_ORDER[finding.severity]))
 
 
 ADVICE = {
@@ -147,7 +147,7 @@ ADVICE = {
 """Advice for the next survey, by the code of a finding."""
 
 
-def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
+def collect_advice(findings: Sequence[Finding]) -> tuple[str, ...]:
     """Return the advice for each warning and error, the most important first."""
     sentences = [
         tr(ADVICE[f.code])
@@ -173,15 +173,16 @@ def assess(
     """
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]
-    grave_findings = [*errors, *warnings]
+    serious_findings = [*errors, *warnings]
     reasons = ", ".join(
         dict.fromkeys(
-            tr(_SHORT[f.code]) if f.code in _SHORT else f.code for f in grave_findings[:3]
+            tr(_SHORT_NAMES[f.code]) if f.code in _SHORT_NAMES else f.code
+            for f in serious_findings[:3]
         )
     )
-    if len(grave_findings) > 3:
-        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave_findings) - 3)
-    codes = [f.code for f in grave_findings]
+    if len(serious_findings) > 3:
+        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(serious_findings) - 3)
+    codes = [f.code for f in serious_findings]
     if errors:
         verdict = Finding("survey.incomplete", reasons=reasons, codes=codes)
     elif warnings:
@@ -190,8 +191,12 @@ def assess(
         verdict = Finding("survey.sound")
     if planes is not None:
         size = length_text(planes.resolution, 2, is_metric=is_metric)
-        resolved_size = Finding("survey.model-resolution", size=size)
-        return verdict, resolved_size, expected_planes(planes, is_metric=is_metric, source="model")
+        resolution_finding = Finding("survey.model-resolution", size=size)
+        return (
+            verdict,
+            resolution_finding,
+            expected_planes(planes, is_metric=is_metric, source="model"),
+        )
     if gsd_m is not None:
         size_finding = Finding(
             "survey.pixel-size", pixel=length_text(gsd_m, 2, is_metric=is_metric)
@@ -204,7 +209,7 @@ def assess(
     return verdict, *hint
 
 
-_SHORT = {
+_SHORT_NAMES = {
     "one-photo": to_translate("a single photo"),
     "few-photos": to_translate("too few photos"),
     "damaged": to_translate("damaged photos"),

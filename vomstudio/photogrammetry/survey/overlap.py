@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LONG_SIDE = 800
 MAX_FEATURES = 1500
 MIN_MATCHES = 16
-_MATCH_RATIO = 0.8
+_MAX_MATCH_RATIO = 0.8
 # In larger sets, only neighbours are compared.
 _MAX_PHOTOS_ALL_PAIRS = 40
 _N_NEIGHBOURS = 6
@@ -38,7 +38,7 @@ _N_NEIGHBOURS = 6
 _MAX_EXTRA_PAIRS = 1200
 # Minimum share of matches that the homography of a plane explains.
 _MIN_PLANE_SHARE = 0.6
-_GRID = 8
+_GRID_SIZE = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class NormalizedFeatures:
     focal: float | None
 
     @property
-    def matrix(self) -> FloatArray | None:
+    def calibration_matrix(self) -> FloatArray | None:
         """Calibration matrix (3, 3) in these units; None if the focal is unknown."""
         if self.focal is None:
             return None
@@ -117,7 +117,7 @@ class SetOverlap:
     pairs : tuple of PairOverlap
     views : (n,) array
         Median number of photos that show a point of each photo, including the photo itself.
-    views_low : (n,) array
+    low_view_shares : (n,) array
         Share of the points of each photo that fewer than three photos show.
     compared : int
         Number of compared pairs.
@@ -125,28 +125,28 @@ class SetOverlap:
 
     pairs: tuple[PairOverlap, ...]
     views: FloatArray
-    views_low: FloatArray
+    low_view_shares: FloatArray
     compared: int
 
     def components(self, count: int) -> list[list[int]]:
         """Return the connected components of `count` photos, the largest first."""
-        label = list(range(count))
+        parents = list(range(count))
 
         def root(i: int) -> int:
-            while label[i] != i:
-                label[i] = label[label[i]]
-                i = label[i]
+            while parents[i] != i:
+                parents[i] = parents[parents[i]]
+                i = parents[i]
             return i
 
         for pair in self.pairs:
-            label[root(pair.first)] = root(pair.second)
+            parents[root(pair.first)] = root(pair.second)
         groups: dict[int, list[int]] = {}
         for i in range(count):
             groups.setdefault(root(i), []).append(i)
         return sorted(groups.values(), key=lambda g: (-len(g), g))
 
 
-def features_of(photo: Photo) -> NormalizedFeatures | None:
+def extract_features(photo: Photo) -> NormalizedFeatures | None:
     """Return the features of a photo, or None if it cannot be decoded; runs in any process."""
     import cv2
 
@@ -158,19 +158,21 @@ def features_of(photo: Photo) -> NormalizedFeatures | None:
         mask = read_mask(photo)
     except InputError:
         return None
-    reduced_picture = None
+    reduced_mask = None
     if mask is not None:
         size = (pixels.shape[1], pixels.shape[0])
-        reduced_picture = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+        reduced_mask = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     sift = cv2.SIFT.create(MAX_FEATURES, contrastThreshold=0.02)
-    keys, descriptors = sift.detectAndCompute(np.ascontiguousarray(pixels), reduced_picture)
+    keypoints, descriptors = sift.detectAndCompute(np.ascontiguousarray(pixels), reduced_mask)
     long_side = float(max(pixels.shape))
-    points = np.array([key.pt for key in keys], np.float64).reshape(-1, 2) / long_side
+    points = (
+        np.array([keypoint.pt for keypoint in keypoints], np.float64).reshape(-1, 2) / long_side
+    )
     if descriptors is None:
         descriptors = np.empty((0, 128), np.float32)
     # RootSIFT (Arandjelovic & Zisserman 2012).
-    total = np.maximum(descriptors.sum(1, keepdims=True), 1e-9)
-    root_descriptors = np.sqrt(descriptors / total).astype(np.float32)
+    descriptor_sums = np.maximum(descriptors.sum(1, keepdims=True), 1e-9)
+    root_descriptors = np.sqrt(descriptors / descriptor_sums).astype(np.float32)
     focal = None if photo.focal_px is None else photo.focal_px / photo.long_side
     return NormalizedFeatures(
         points,
@@ -202,14 +204,18 @@ def match_pair(a: NormalizedFeatures, b: NormalizedFeatures) -> tuple[FloatArray
     """Return matched points (n, 2) of each photo, before verification."""
     if len(a.points) < MIN_MATCHES or len(b.points) < MIN_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
-    likeness = a.descriptors @ b.descriptors.T
-    forward_matches, backward_matches = np.argmax(likeness, 1), np.argmax(likeness, 0)
-    rows = np.arange(len(likeness))
-    best_likeness = likeness[rows, forward_matches]
-    second = likeness.copy()
-    second[rows, forward_matches] = -1.0
-    distances, next_ = (np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best_likeness, second.max(1)))
-    is_match = (backward_matches[forward_matches] == rows) & (distances < _MATCH_RATIO * next_)
+    similarities = a.descriptors @ b.descriptors.T
+    forward_matches, backward_matches = np.argmax(similarities, 1), np.argmax(similarities, 0)
+    rows = np.arange(len(similarities))
+    best_similarities = similarities[rows, forward_matches]
+    other_similarities = similarities.copy()
+    other_similarities[rows, forward_matches] = -1.0
+    best_distances, second_distances = (
+        np.sqrt(np.maximum(2 - 2 * v, 0)) for v in (best_similarities, other_similarities.max(1))
+    )
+    is_match = (backward_matches[forward_matches] == rows) & (
+        best_distances < _MAX_MATCH_RATIO * second_distances
+    )
     return a.points[is_match], b.points[forward_matches[is_match]]
 
 
@@ -232,32 +238,38 @@ def compare_pair(
         return None
     p, q = p[is_inlier], q[is_inlier]
     # The tolerance is larger than the epipolar one, to allow for relief.
-    plane, is_on_plane = cv2.findHomography(p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999)
+    homography, is_on_plane = cv2.findHomography(
+        p, q, cv2.RANSAC, 4.0 / LONG_SIDE, None, 2000, 0.999
+    )
     plane_share = 0.0 if is_on_plane is None else float(is_on_plane.mean())
-    if plane is None or plane_share < _MIN_PLANE_SHARE or abs(np.linalg.det(plane)) < 1e-9:
-        is_inside, is_inside_backward = _inside_hull(p, a), _inside_hull(q, b)
-        rotation, ratio = _rotation_by_essential_matrix(p, q, a, b), None
+    if (
+        homography is None
+        or plane_share < _MIN_PLANE_SHARE
+        or abs(np.linalg.det(homography)) < 1e-9
+    ):
+        is_inside, is_inside_back = _is_inside_hull(p, a), _is_inside_hull(q, b)
+        rotation, pixel_ratio = _rotation_from_essential_matrix(p, q, a, b), None
     else:
-        is_inside = _is_in_other_photo(plane, a, b)
-        is_inside_backward = _is_in_other_photo(np.linalg.inv(plane), b, a)
-        ratio = _pixel_ratio(plane, a)
+        is_inside = _is_in_other_photo(homography, a, b)
+        is_inside_back = _is_in_other_photo(np.linalg.inv(homography), b, a)
+        pixel_ratio = _pixel_ratio(homography, a)
         rotation = None
-    base = None
-    if plane is not None and plane_share >= 0.8:
-        rotation, base = _plane_motion(plane, a, b)
+    baseline_ratio = None
+    if homography is not None and plane_share >= 0.8:
+        rotation, baseline_ratio = _plane_motion(homography, a, b)
     if rotation is None:
-        rotation = _rotation_by_essential_matrix(p, q, a, b)
+        rotation = _rotation_from_essential_matrix(p, q, a, b)
     return PairOverlap(
         i,
         j,
         len(p),
         plane_share,
-        float(min(is_inside.mean(), is_inside_backward.mean())),
-        ratio,
+        float(min(is_inside.mean(), is_inside_back.mean())),
+        pixel_ratio,
         rotation,
-        base,
+        baseline_ratio,
         is_inside,
-        is_inside_backward,
+        is_inside_back,
     )
 
 
@@ -278,7 +290,7 @@ def compare_photos(
         progress.stage(tr("Matching disconnected components"), len(extra_pairs))
         _compare_pairs(features, extra_pairs, pairs, progress)
         compared_pairs = compared_pairs + extra_pairs
-    view_counts = np.ones((count, _GRID * _GRID))
+    view_counts = np.ones((count, _GRID_SIZE * _GRID_SIZE))
     for pair in pairs:
         view_counts[pair.first] += pair.is_inside
         view_counts[pair.second] += pair.is_inside_back
@@ -315,15 +327,15 @@ def _pairs_between_components(
     """
     if count <= _MAX_PHOTOS_ALL_PAIRS:
         return []
-    parts = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
-    finished_pairs = set(compared_pairs)
+    components = SetOverlap(tuple(pairs), np.empty(0), np.empty(0), 0).components(count)
+    compared_set = set(compared_pairs)
     candidates = [
         (min(i, j), max(i, j))
-        for p, part in enumerate(parts[1:], 1)
-        for i in part
-        for other_part in parts[:p]
-        for j in other_part
-        if (min(i, j), max(i, j)) not in finished_pairs
+        for p, component in enumerate(components[1:], 1)
+        for i in component
+        for other_component in components[:p]
+        for j in other_component
+        if (min(i, j), max(i, j)) not in compared_set
     ]
     step = max(1, -(-len(candidates) // _MAX_EXTRA_PAIRS))
     return candidates[::step]
@@ -337,90 +349,92 @@ def optical_axes(overlap: SetOverlap, count: int) -> tuple[FloatArray, BoolArray
     best_pairs = sorted(
         (p for p in overlap.pairs if p.rotation is not None), key=lambda p: -p.matches
     )
-    part = set(overlap.components(count)[0]) if count else set()
-    rotation: dict[int, FloatArray] = {}
+    largest_component = set(overlap.components(count)[0]) if count else set()
+    rotations: dict[int, FloatArray] = {}
     if best_pairs:
-        rotation[best_pairs[0].first] = np.eye(3)
-    is_grown = True
-    while is_grown:
-        is_grown = False
+        rotations[best_pairs[0].first] = np.eye(3)
+    has_grown = True
+    while has_grown:
+        has_grown = False
         for pair in best_pairs:
             i, j = pair.first, pair.second
             assert pair.rotation is not None
-            if i in rotation and j not in rotation:
-                rotation[j] = pair.rotation @ rotation[i]
-            elif j in rotation and i not in rotation:
-                rotation[i] = pair.rotation.T @ rotation[j]
+            if i in rotations and j not in rotations:
+                rotations[j] = pair.rotation @ rotations[i]
+            elif j in rotations and i not in rotations:
+                rotations[i] = pair.rotation.T @ rotations[j]
             else:
                 continue
-            is_grown = True
+            has_grown = True
             break
     axes = np.full((count, 3), np.nan)
-    for i, r in rotation.items():
-        if i in part:
+    for i, r in rotations.items():
+        if i in largest_component:
             axes[i] = r[2]
     return axes, np.isfinite(axes[:, 0])
 
 
 # ------------------------------------------------------------------------------------------------
-def _keypoint_positions(f: NormalizedFeatures) -> FloatArray:
-    steps = (np.arange(_GRID) + 0.5) / _GRID
+def _grid_points(f: NormalizedFeatures) -> FloatArray:
+    steps = (np.arange(_GRID_SIZE) + 0.5) / _GRID_SIZE
     x, y = np.meshgrid(steps * f.width, steps * f.height)
     return np.column_stack([x.ravel(), y.ravel()])
 
 
 def _is_in_other_photo(
-    plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
+    homography: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> BoolArray:
     """Return which grid points of photo `a` the homography maps into photo `b`."""
-    position = np.column_stack([_keypoint_positions(a), np.ones(_GRID * _GRID)]) @ plane.T
-    centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
-    is_in_front = position[:, 2] * np.sign(centre) > 1e-9
+    projected_points = (
+        np.column_stack([_grid_points(a), np.ones(_GRID_SIZE * _GRID_SIZE)]) @ homography.T
+    )
+    centre = homography[2] @ [a.width / 2, a.height / 2, 1.0]
+    is_in_front = projected_points[:, 2] * np.sign(centre) > 1e-9
     with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = position[:, 0] / position[:, 2], position[:, 1] / position[:, 2]
+        x, y = (
+            projected_points[:, 0] / projected_points[:, 2],
+            projected_points[:, 1] / projected_points[:, 2],
+        )
         is_on_photo = (x >= 0) & (x <= b.width) & (y >= 0) & (y <= b.height)
     return np.asarray(is_in_front & is_on_photo)
 
 
-def _inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
+def _is_inside_hull(points: FloatArray, f: NormalizedFeatures) -> BoolArray:
     """Return which grid points lie within the hull of the matches, for non-planar scenes."""
     import cv2
 
     hull = cv2.convexHull(points.astype(np.float32))
     return np.array(
-        [
-            cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0
-            for x, y in _keypoint_positions(f)
-        ]
+        [cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0 for x, y in _grid_points(f)]
     )
 
 
-def _pixel_ratio(plane: FloatArray, a: NormalizedFeatures) -> float | None:
+def _pixel_ratio(homography: FloatArray, a: NormalizedFeatures) -> float | None:
     """Return the magnification of the homography at the centre of the first photo."""
     x, y = a.width / 2, a.height / 2
-    w = plane[2] @ [x, y, 1.0]
-    u, v = (plane[:2] @ [x, y, 1.0]) / w
-    jacobian = (plane[:2, :2] - np.outer([u, v], plane[2, :2])) / w
+    w = homography[2] @ [x, y, 1.0]
+    u, v = (homography[:2] @ [x, y, 1.0]) / w
+    jacobian = (homography[:2, :2] - np.outer([u, v], homography[2, :2])) / w
     area = abs(np.linalg.det(jacobian))
     return float(math.sqrt(area)) if 1e-6 < area < 1e6 else None
 
 
 def _plane_motion(
-    plane: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
+    homography: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> tuple[FloatArray | None, float | None]:
     """Return the rotation between the cameras, and the ratio of baseline to distance."""
-    k1, k2 = a.matrix, b.matrix
+    k1, k2 = a.calibration_matrix, b.calibration_matrix
     if k1 is None or k2 is None:
         return None, None
-    h = np.linalg.inv(k2) @ plane @ k1
+    h = np.linalg.inv(k2) @ homography @ k1
     u, s, vt = np.linalg.svd(h)
     if s[1] < 1e-9:
         return None, None
-    base = float((s[0] - s[2]) / s[1])
-    if base > _MAX_BASELINE_RATIO:
-        return _facing_rotation(h), base
+    baseline_ratio = float((s[0] - s[2]) / s[1])
+    if baseline_ratio > _MAX_BASELINE_RATIO:
+        return _facing_rotation(h), baseline_ratio
     sign = np.sign(np.linalg.det(u @ vt))
-    return np.asarray(sign * u @ vt), base
+    return np.asarray(sign * u @ vt), baseline_ratio
 
 
 def _facing_rotation(h: FloatArray) -> FloatArray | None:
@@ -446,13 +460,13 @@ Even for a pure rotation it is not zero, because of lens distortion and rounded 
 lengths."""
 
 
-def _rotation_by_essential_matrix(
+def _rotation_from_essential_matrix(
     p: FloatArray, q: FloatArray, a: NormalizedFeatures, b: NormalizedFeatures
 ) -> FloatArray | None:
     """Return the rotation from the essential matrix."""
     import cv2
 
-    k1, k2 = a.matrix, b.matrix
+    k1, k2 = a.calibration_matrix, b.calibration_matrix
     if k1 is None or k2 is None or len(p) < MIN_MATCHES:
         return None
     n1 = (p - [k1[0, 2], k1[1, 2]]) / k1[0, 0]

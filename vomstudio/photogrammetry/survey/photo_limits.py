@@ -26,9 +26,9 @@ def ground_sampling_distance(
     sensor_width_mm : float
         Width of the part of the sensor that the image shows, along its long side.
     focal_length_mm : float
-        Of the lens, not its 35 mm equivalent.
+        Focal length of the lens, not its 35 mm equivalent.
     distance_m : float
-        From the camera to the rock, at right angles to the image.
+        Distance from the camera to the rock, perpendicular to the image.
     image_width_px : int
         Long side of the image.
 
@@ -84,7 +84,7 @@ def expected_planes(
     )
 
 
-def planes_in_short(planes: PlaneSizes) -> str:
+def planes_summary(planes: PlaneSizes) -> str:
     """Return the expected errors as text for a table, for the resolution of photos."""
     large_text = tr(
         "{large} (1000 px) ± {better:.1f}°",

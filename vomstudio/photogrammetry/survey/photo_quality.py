@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 
-_TILE = 384
-_TILES = 16
-_SIGMA0 = 1.5
+_TILE_PX = 384
+_MAX_TILES = 16
+_REBLUR_SIGMA_PX = 1.5
 # Above this sigma, the second blurring changes too little, so measure at half the size.
 _MAX_BLUR_SIGMA_PX = 2.0
 _EDGE_QUANTILE = 0.5
 _STRONG_QUANTILE = 0.99
-_SMOOTH = 0.8
+_SMOOTHING_SIGMA_PX = 0.8
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class PhotoQuality:
         the photo has too few edges.
     brightness : float
         Mean linear light, 0 to 1.
-    burnt : float
+    saturated_share : float
         Share of saturated pixels.
-    resampled : float
+    resampling_strength : float
         Strength of an interpolation period relative to the rest of the spectrum.
     error : str or None
         Reason why the photo cannot be decoded.
@@ -52,8 +52,8 @@ class PhotoQuality:
 
     blur_px: float | None = None
     brightness: float | None = None
-    burnt: float | None = None
-    resampled: float | None = None
+    saturated_share: float | None = None
+    resampling_strength: float | None = None
     error: str | None = None
 
 
@@ -74,8 +74,8 @@ def measure_quality(photo: Photo) -> PhotoQuality:
     return PhotoQuality(
         blur_px=blur(pixels, mask),
         brightness=float(linear_picture.mean()),
-        burnt=float((used_pixels >= 254).mean()),
-        resampled=interpolation_period(pixels),
+        saturated_share=float((used_pixels >= 254).mean()),
+        resampling_strength=measure_resampling(pixels),
     )
 
 
@@ -93,7 +93,7 @@ def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
     pixels : (h, w) grey values
     mask : (h, w), True for used pixels
     """
-    tiles = [tile.astype(np.float32) for tile in _tiles(pixels, mask)]
+    tiles = [tile.astype(np.float32) for tile in _select_tiles(pixels, mask)]
     for level in range(4):
         horizontal_sigma, vertical_sigma = (_edge_sigma(tiles, axis) for axis in (1, 0))
         known_sigmas = [s for s in (horizontal_sigma, vertical_sigma) if s is not None]
@@ -113,10 +113,10 @@ def _halve_size(tile: Float32Array) -> Float32Array:
     return np.asarray(half_tile, np.float32)
 
 
-def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
+def _select_tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
     """Return full-resolution tiles spread over the photo, those with most contrast first."""
     height, width = pixels.shape
-    size = min(_TILE, height, width)
+    size = min(_TILE_PX, height, width)
     rows = np.unique(np.linspace(0, height - size, 6).astype(int))
     columns = np.unique(np.linspace(0, width - size, 6).astype(int))
     candidates: list[tuple[float, int, ByteArray]] = []
@@ -126,7 +126,7 @@ def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
                 continue
             tile = pixels[y : y + size, x : x + size]
             candidates.append((-float(tile[::4, ::4].std()), len(candidates), tile))
-    return [tile for _, _, tile in sorted(candidates, key=lambda f: f[:2])[:_TILES]]
+    return [tile for _, _, tile in sorted(candidates, key=lambda f: f[:2])[:_MAX_TILES]]
 
 
 def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
@@ -135,39 +135,39 @@ def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
     ratios = []
     for tile in tiles:
         # Reduce noise; the effect of the smoothing is subtracted below.
-        tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTH), np.float32)
-        blurred_tile = cv2.GaussianBlur(tile, (0, 0), _SIGMA0)
+        tile = np.asarray(cv2.GaussianBlur(tile, (0, 0), _SMOOTHING_SIGMA_PX), np.float32)
+        blurred_tile = cv2.GaussianBlur(tile, (0, 0), _REBLUR_SIGMA_PX)
         # Use central differences, since a wider operator would add its own width.
         kernel = np.array([[-0.5, 0.0, 0.5]], np.float32)
         kernel = kernel if axis == 1 else kernel.T
-        step = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
-        softened_edges = np.abs(cv2.filter2D(blurred_tile, cv2.CV_32F, kernel))
-        cross_edges = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
+        gradient = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel))
+        blurred_gradient = np.abs(cv2.filter2D(blurred_tile, cv2.CV_32F, kernel))
+        cross_gradient = np.abs(cv2.filter2D(tile, cv2.CV_32F, kernel.T))
         is_inner = np.zeros(tile.shape, bool)
         is_inner[4:-4, 4:-4] = True
-        top = (
+        is_peak = (
             is_inner
-            & (step >= np.roll(step, 1, axis))
-            & (step >= np.roll(step, -1, axis))
-            & (step > 2 * cross_edges)
+            & (gradient >= np.roll(gradient, 1, axis))
+            & (gradient >= np.roll(gradient, -1, axis))
+            & (gradient > 2 * cross_gradient)
         )
-        values = step[top]
+        values = gradient[is_peak]
         if len(values) < 20:
             continue
-        strong = top & (step >= max(float(np.quantile(values, _STRONG_QUANTILE)), 2.0))
-        ratios.append(step[strong] / np.maximum(softened_edges[strong], 1e-6))
+        is_strong = is_peak & (gradient >= max(float(np.quantile(values, _STRONG_QUANTILE)), 2.0))
+        ratios.append(gradient[is_strong] / np.maximum(blurred_gradient[is_strong], 1e-6))
     ratio = np.concatenate(ratios) if ratios else np.empty(0)
     # A gradient that increases when blurred is noise or a corner.
     ratio = ratio[ratio > 1.005]
     if len(ratio) < 30:
         return None
     # Variance of the smoothing, plus the variance of a box two pixels wide for the differences.
-    own_variance = _SMOOTH**2 + 1.0 / 3.0
-    variance = _SIGMA0**2 / (ratio**2 - 1.0) - own_variance
+    smoothing_variance = _SMOOTHING_SIGMA_PX**2 + 1.0 / 3.0
+    variance = _REBLUR_SIGMA_PX**2 / (ratio**2 - 1.0) - smoothing_variance
     return float(np.sqrt(max(float(np.quantile(variance, _EDGE_QUANTILE)), 0.04)))
 
 
-def interpolation_period(pixels: ByteArray) -> float:
+def measure_resampling(pixels: ByteArray) -> float:
     """Return how strongly second differences are periodic along rows and columns.
 
     Such a period is a trace of resampling (Gallagher 2005, "Detection of linear and cubic
@@ -178,11 +178,11 @@ def interpolation_period(pixels: ByteArray) -> float:
     height, width = pixels.shape
     size = 2048
     y, x = max(0, (height - size) // 2), max(0, (width - size) // 2)
-    part = pixels[y : y + size, x : x + size].astype(np.float32)
-    if min(part.shape) < 256:
+    crop = pixels[y : y + size, x : x + size].astype(np.float32)
+    if min(crop.shape) < 256:
         return 0.0
     peaks = []
-    for lines in (part, part.T):
+    for lines in (crop, crop.T):
         second_difference = np.abs(2 * lines[:, 1:-1] - lines[:, :-2] - lines[:, 2:]).mean(0)
         trace = np.log(second_difference + 1e-3)
         trace = trace - np.convolve(trace, np.ones(15) / 15, "same")

@@ -20,17 +20,21 @@ def pixel_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Fin
     """Return findings on blur, digital zoom, enlargement, exposure and light."""
     photos, quality = measurements.photos, measurements.quality
     findings = []
-    blurs = {i: look.blur_px for i, look in enumerate(quality) if look.blur_px is not None}
+    blurs = {
+        i: photo_quality.blur_px
+        for i, photo_quality in enumerate(quality)
+        if photo_quality.blur_px is not None
+    }
     if blurs:
         median = float(np.median(list(blurs.values())))
-        limit = max(limits.blur_px, limits.blur_times * median)
-        blurred_names = tuple(photos[i].name for i, value in blurs.items() if value > limit)
-        if blurred_names:
+        limit = max(limits.blur_px, limits.max_blur_ratio * median)
+        blurred_photos = tuple(photos[i].name for i, value in blurs.items() if value > limit)
+        if blurred_photos:
             worst_blur = max(blurs.values())
             findings.append(
-                Finding("blurred", photos=blurred_names, value=worst_blur, median=median)
+                Finding("blurred", photos=blurred_photos, value=worst_blur, median=median)
             )
-        if median > limits.soft_px:
+        if median > limits.soft_blur_px:
             findings.append(Finding("soft", photos=(), value=median, factor=median / 0.8))
     findings += _enlargement_findings(measurements, limits)
     findings += _light_findings(measurements, limits)
@@ -42,7 +46,9 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
 
     findings = []
     photos = measurements.photos
-    zoomed = {p.name: p.digital_zoom for p in photos if p.digital_zoom and p.digital_zoom > 1.05}
+    zoom_factors = {
+        p.name: p.digital_zoom for p in photos if p.digital_zoom and p.digital_zoom > 1.05
+    }
     photos_by_lens: dict[tuple[object, ...], list[Photo]] = defaultdict(list)
     for photo in photos:
         if photo.focal_mm and photo.focal_35mm:
@@ -54,10 +60,10 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
             if (photo.focal_35mm or 0) > 1.15 * min_focal and photo.long_side >= max(
                 p.long_side for p in group if p.focal_35mm == min_focal
             ):
-                zoomed.setdefault(photo.name, (photo.focal_35mm or 0) / min_focal)
-    if zoomed:
-        max_zoom = max(value or 1.0 for value in zoomed.values())
-        findings.append(Finding("digital-zoom", photos=tuple(zoomed), value=max_zoom))
+                zoom_factors.setdefault(photo.name, (photo.focal_35mm or 0) / min_focal)
+    if zoom_factors:
+        max_zoom = max(value or 1.0 for value in zoom_factors.values())
+        findings.append(Finding("digital-zoom", photos=tuple(zoom_factors), value=max_zoom))
     enlarged_photos = []
     for photo in photos:
         model = find_camera(photo.camera)
@@ -76,8 +82,10 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
             )
         )
     measured_photos = [quality for quality in measurements.quality if quality.blur_px is not None]
-    traced = [
-        quality for quality in measured_photos if (quality.resampled or 0.0) >= limits.resampled
+    resampled_photos = [
+        quality
+        for quality in measured_photos
+        if (quality.resampling_strength or 0.0) >= limits.resampling_strength
     ]
     median = (
         float(np.median([quality.blur_px or 0.0 for quality in measured_photos]))
@@ -87,8 +95,8 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
     # Undistortion and reduction also leave a trace, but do no harm.
     if (
         not enlarged_photos
-        and len(traced) > 0.6 * len(measured_photos)
-        and median > limits.enlarged_px
+        and len(resampled_photos) > 0.6 * len(measured_photos)
+        and median > limits.enlarged_blur_px
     ):
         findings.append(
             Finding(
@@ -96,7 +104,7 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
                 photos=[
                     p.name
                     for p, quality in zip(photos, measurements.quality, strict=True)
-                    if (quality.resampled or 0.0) >= limits.resampled
+                    if (quality.resampling_strength or 0.0) >= limits.resampling_strength
                 ],
                 value=median,
             )
@@ -107,27 +115,30 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
 def _light_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     findings = []
     photos = measurements.photos
-    badly_exposed = {
+    badly_exposed_rows = {
         i
         for i, quality in enumerate(measurements.quality)
         if quality.brightness is not None
-        and (quality.brightness < limits.darkest or (quality.burnt or 0.0) > limits.burnt)
+        and (
+            quality.brightness < limits.min_brightness
+            or (quality.saturated_share or 0.0) > limits.saturated_share
+        )
     }
-    if badly_exposed:
-        names = tuple(photos[i].name for i in sorted(badly_exposed))
+    if badly_exposed_rows:
+        names = tuple(photos[i].name for i in sorted(badly_exposed_rows))
         findings.append(Finding("exposure", photos=names, value=len(names)))
-    brightest = {
+    log_brightness = {
         i: math.log2(quality.brightness)
         for i, quality in enumerate(measurements.quality)
-        if quality.brightness is not None and quality.brightness > 0 and i not in badly_exposed
+        if quality.brightness is not None and quality.brightness > 0 and i not in badly_exposed_rows
     }
-    if len(brightest) >= 3:
-        median = float(np.median(list(brightest.values())))
+    if len(log_brightness) >= 3:
+        median = float(np.median(list(log_brightness.values())))
         brightness_jumps = tuple(
-            photos[i].name for i, v in brightest.items() if abs(v - median) > limits.stops
+            photos[i].name for i, v in log_brightness.items() if abs(v - median) > limits.stops
         )
         if brightness_jumps:
-            worst_difference = max((v - median for v in brightest.values()), key=abs)
+            worst_difference = max((v - median for v in log_brightness.values()), key=abs)
             findings.append(
                 Finding(
                     "brightness-jump",
@@ -145,7 +156,7 @@ def _time_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     exposures = [p.exposure_value for p in photos if p.exposure_value is not None]
     if len(exposures) >= 3:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))
-        if spread > limits.light_stops:
+        if spread > limits.max_exposure_stops:
             findings.append(Finding("light-changed", photos=(), value=spread))
     times = sorted(p.taken_at for p in photos if p.taken_at is not None)
     if len(times) >= 2:

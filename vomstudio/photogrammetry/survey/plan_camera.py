@@ -35,20 +35,20 @@ class PlanCamera:
         return self.sensor_width_mm / self.width_px
 
 
-def camera_of(text: str, focal_mm: float | None = None) -> PlanCamera:
-    """Return a camera by its name in the table, by a photo, or by numbers.
+def parse_camera(text: str, focal_mm: float | None = None) -> PlanCamera:
+    """Return the camera given by its name in the table, by a photo or by numbers.
 
-    Numbers are sensor in mm, focal length in mm and pixels, as `23.5x15.6,35,6000x4000` or
-    `sensor=23.5 focal=35 pixels=6000`.
+    Numbers are sensor size in mm, focal length in mm and size in pixels, such as
+    `23.5x15.6,35,6000x4000` or `sensor=23.5 focal=35 pixels=6000`.
 
     focal_mm : focal length that replaces any other value. Raises UsageError, and InputError for a
     photo.
     """
     text = text.strip()
     if _is_file(text):
-        return _camera_of_photo(text, focal_mm)
+        return _camera_from_photo(text, focal_mm)
     if re.match(r"^[\d.=,;xX×\s]*$|.*=", text):
-        return _camera_of_numbers(text, focal_mm)
+        return _camera_from_numbers(text, focal_mm)
     from vomstudio.io.photos.camera_table import find_camera, similar_cameras
 
     model = find_camera(text)
@@ -83,7 +83,7 @@ def _is_file(text: str) -> bool:
         return False
 
 
-def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
+def _camera_from_photo(path: str, focal_mm: float | None) -> PlanCamera:
     from vomstudio.io.photos.camera_table import find_camera
     from vomstudio.io.photos.reading import read_photo
 
@@ -111,7 +111,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
     )
 
 
-def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
+def _camera_from_numbers(text: str, focal_mm: float | None) -> PlanCamera:
     sensor: tuple[float, ...] = ()
     pixels: tuple[float, ...] = ()
     unnamed_numbers: list[float] = []
@@ -121,9 +121,9 @@ def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
         try:
             numbers = tuple(float(part) for part in re.split(r"[xX×]", value))
         except ValueError:
-            raise _not_a_camera(token) from None
+            raise _invalid_camera_error(token) from None
         if not numbers or len(numbers) > 2 or not all(0 < n < 1e6 for n in numbers):
-            raise _not_a_camera(token)
+            raise _invalid_camera_error(token)
         key = key.strip().casefold()
         if key in ("sensor", "width", "sensor_width", "sensor_width_mm", "sw"):
             sensor = numbers
@@ -132,7 +132,7 @@ def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
         elif key in ("pixels", "px", "image", "image_width", "width_px", "iw"):
             pixels = numbers
         elif key:
-            raise _not_a_camera(token)
+            raise _invalid_camera_error(token)
         elif len(numbers) == 2 and min(numbers) > 100:
             pixels = numbers
         elif len(numbers) == 2:
@@ -148,14 +148,14 @@ def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
         pixels = tuple(unnamed_numbers[:2])
         unnamed_numbers = unnamed_numbers[2:]
     if not sensor or focal is None or not pixels or unnamed_numbers:
-        raise _not_a_camera(text)
+        raise _invalid_camera_error(text)
     pixels = tuple(sorted(pixels, reverse=True))
     sensor = tuple(sorted(sensor, reverse=True))
     height = pixels[1] if len(pixels) > 1 else None
     if height is None:
         height = pixels[0] * sensor[1] / sensor[0] if len(sensor) > 1 else pixels[0] * 2.0 / 3.0
     if pixels[0] < 16 or height < 16:
-        raise _not_a_camera(text)
+        raise _invalid_camera_error(text)
     return PlanCamera(
         tr("custom camera"),
         sensor[0],
@@ -166,7 +166,7 @@ def _camera_of_numbers(text: str, focal_mm: float | None) -> PlanCamera:
     )
 
 
-def _not_a_camera(text: str) -> UsageError:
+def _invalid_camera_error(text: str) -> UsageError:
     return UsageError(
         Finding("plan.not-a-camera", camera=shorten(text)),
         field="--camera",

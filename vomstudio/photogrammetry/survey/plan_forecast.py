@@ -36,7 +36,7 @@ def add_forecasts(
         plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M
     )
     findings = []
-    if receiver_m is not None or _nearly_in_line(plan):
+    if receiver_m is not None or _is_nearly_collinear(plan):
         findings = forecast_findings(plan, *both_forecasts)
     return replace(plan, registration=both_forecasts, warnings=(*plan.warnings, *findings))
 
@@ -85,7 +85,7 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
                 rotation95_deg=control.worst_95_deg,
             )
         )
-    if _nearly_in_line(plan):
+    if _is_nearly_collinear(plan):
         findings.append(Finding("plan.nearly-in-line"))
     findings.append(Finding("plan.measure-on-site"))
     return findings
@@ -114,11 +114,11 @@ def convert_to_world(positions: FloatArray, is_upright: bool) -> FloatArray:
     )
 
 
-def _nearly_in_line(plan: SurveyPlan) -> bool:
+def _is_nearly_collinear(plan: SurveyPlan) -> bool:
     """Return whether the extent of the cameras is ten times larger along one line than across."""
     positions = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
-    max_distance = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
-    return bool(len(positions) < 3 or max_distance[1] < 0.1 * max_distance[0])
+    singular_values = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    return bool(len(positions) < 3 or singular_values[1] < 0.1 * singular_values[0])
 
 
 def forecast_text(result: Forecast) -> str:
@@ -128,8 +128,8 @@ def forecast_text(result: Forecast) -> str:
     values = {
         "count": result.points,
         "sigma": result.sigma_m[0],
-        "worst": _degrees(result.worst_95_deg),
-        "up": _degrees(result.about_up_95_deg),
+        "worst": _angle_text(result.worst_95_deg),
+        "up": _angle_text(result.about_up_95_deg),
     }
     if result.by == "receiver":
         return tr(
@@ -144,16 +144,16 @@ def forecast_text(result: Forecast) -> str:
     )
 
 
-def forecast_in_short(result: Forecast) -> str:
+def forecast_summary(result: Forecast) -> str:
     """Describe a forecast in a few words."""
     if result.why_not is not None:
         return tr("cannot be registered")
     return tr(
         "{worst} (95 %), if accurate to {sigma:.2g} m",
-        worst=_degrees(result.worst_95_deg),
+        worst=_angle_text(result.worst_95_deg),
         sigma=result.sigma_m[0],
     )
 
 
-def _degrees(angle: float | None) -> str:
+def _angle_text(angle: float | None) -> str:
     return tr("any angle") if angle is None else f"{angle:.2g}°"

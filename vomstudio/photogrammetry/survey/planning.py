@@ -35,9 +35,9 @@ OBLIQUE_DEG = 30.0
 horizontal and 30 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground
 (3.2.1)."""
 RECOMMENDED_VIEWS = 4
-_MAX_BLUR_PIXELS = 2.0
+_MAX_BLUR_PX = 2.0
 _MAX_HAND_HEIGHT_M = 2.5
-_TARGET_PIXELS = 20.0
+_TARGET_SIZE_PX = 20.0
 _MAX_PHOTOS = 20_000
 
 
@@ -139,12 +139,12 @@ class SurveyPlan(PrintableResult):
 
     @property
     def planes(self) -> PlaneSizes:
-        """Expected errors of planes by size, without that of the registration."""
+        """Expected errors of planes of different sizes, excluding the registration error."""
         return PlaneSizes.from_pixel_size(self.gsd_m)
 
     @property
     def plane_error(self) -> tuple[PlaneError, ...]:
-        """Expected 95 % errors of planes by size, without the registration."""
+        """Expected 95 % errors of planes of different sizes, excluding the registration."""
         return tuple(self.planes.curve())
 
     @property
@@ -155,7 +155,7 @@ class SurveyPlan(PrintableResult):
     @property
     def target_size_m(self) -> float:
         """Size of a control point's mark: twenty pixels across."""
-        return _TARGET_PIXELS * self.gsd_m
+        return _TARGET_SIZE_PX * self.gsd_m
 
     def select_kind(self, kind: str) -> list[CameraStation]:
         """Return the stations that are "perpendicular" or "oblique"."""
@@ -189,7 +189,7 @@ def depth_of_field(
     return near / 1000.0, far
 
 
-def distance_for(camera: PlanCamera, gsd_m: float) -> float:
+def distance_for_gsd(camera: PlanCamera, gsd_m: float) -> float:
     """Return the distance in metres at which a pixel covers `gsd_m` (eq. 18 solved for D)."""
     return gsd_m * camera.focal_mm * camera.width_px / camera.sensor_width_mm
 
@@ -220,14 +220,14 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     expected_count = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
     if expected_count > _MAX_PHOTOS:
         raise UsageError(Finding("plan.too-many-photos", photos=expected_count))
-    stations, least_stations, centre = _stations(
+    stations, min_views, median_views = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
-    sharp_aperture = depth_of_field(
-        camera.focal_mm, aperture, distance_m, _MAX_BLUR_PIXELS * camera.pixel_pitch_mm
+    depth_of_field_m = depth_of_field(
+        camera.focal_mm, aperture, distance_m, _MAX_BLUR_PX * camera.pixel_pitch_mm
     )
     warnings += _plan_findings(
-        manner, stations, distance_m, width_m, height_m, footprint, least_stations
+        manner, stations, distance_m, width_m, height_m, footprint, min_views
     )
     return SurveyPlan(
         camera,
@@ -240,11 +240,11 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
         footprint,
         spacing,
         aperture,
-        sharp_aperture,
+        depth_of_field_m,
         stations,
         _control_points(width_m, height_m),
-        least_stations,
-        centre,
+        min_views,
+        median_views,
         tuple(warnings),
     )
 
@@ -273,7 +273,7 @@ def _distance(
         if gsd_m is None:
             options = ("--distance", "--gsd", "--plane")
             raise UsageError(Finding("option.none-given", options=options), field=options[0])
-        distance_m = distance_for(camera, gsd_m)
+        distance_m = distance_for_gsd(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
         raise UsageError(Finding("plan.too-close"), field="--distance")
     gsd = ground_sampling_distance(
@@ -286,7 +286,7 @@ def _distance(
                 distance=distance_m,
                 gsd=1000 * gsd,
                 wanted=1000 * gsd_m,
-                closer=distance_for(camera, gsd_m),
+                closer=distance_for_gsd(camera, gsd_m),
             )
         )
     return distance_m, gsd, warnings
@@ -307,18 +307,20 @@ def _stations(
     photos show every corner. Returns also the least and median number of views.
     """
     columns = max(1, math.ceil(width / spacing[0] - 1e-9))
-    ways = [(0, 0.0), (1, 0.0)]
+    extensions = [(0, 0.0), (1, 0.0)]
     if manner != "handheld":
-        ways.append((1, spacing[1]))
-    for extra_columns, margin in ways:
+        extensions.append((1, spacing[1]))
+    for extra_columns, margin in extensions:
         rows = _row_heights(height, footprint[1], spacing[1], margin)
         horizontal_positions = [
             i * width / columns for i in range(-extra_columns, columns + 1 + extra_columns)
         ]
-        aimed = [(u, v, 0.0, 0.0) for v in rows for u in horizontal_positions]
-        aimed += _obliques(rows, width, footprint, manner)
-        stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
-        views = _views(camera, stations, width, height)
+        targets = [(u, v, 0.0, 0.0) for v in rows for u in horizontal_positions]
+        targets += _oblique_targets(rows, width, footprint, manner)
+        stations = tuple(
+            _create_station(n, *target, distance) for n, target in enumerate(targets, 1)
+        )
+        views = _view_counts(camera, stations, width, height)
         if views.min() >= RECOMMENDED_VIEWS:
             break
     return stations, int(views.min()), float(np.median(views))
@@ -328,20 +330,20 @@ def _row_heights(
     extent: float, picture_height: float, spacing: float, margin: float
 ) -> list[float]:
     """Return the heights of rows that cover the extent and a margin; one row if sufficient."""
-    dof = extent + 2.0 * margin - picture_height
-    if dof <= 0:
+    remaining_height = extent + 2.0 * margin - picture_height
+    if remaining_height <= 0:
         return [extent / 2.0]
-    steps = math.ceil(dof / spacing - 1e-9)
-    return [picture_height / 2.0 - margin + i * dof / steps for i in range(steps + 1)]
+    steps = math.ceil(remaining_height / spacing - 1e-9)
+    return [picture_height / 2.0 - margin + i * remaining_height / steps for i in range(steps + 1)]
 
 
-def _obliques(
+def _oblique_targets(
     rows: list[float], width: float, footprint: tuple[float, float], manner: Manner
 ) -> list[tuple[float, float, float, float]]:
-    """Return targets (along, up) with turn and tilt in degrees.
+    """Return the targets (along, up) of oblique photos, with turn and tilt in degrees.
 
-    A cliff is viewed obliquely from the left and right in turns on foot, and from above by drone.
-    Flat ground is viewed from both ends.
+    On foot, a cliff is photographed alternately from the left and the right; a drone photographs
+    it from above. Flat ground is photographed from both ends.
     """
     count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
     targets = []
@@ -355,7 +357,7 @@ def _obliques(
     return targets
 
 
-def _station_at(
+def _create_station(
     number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
 ) -> CameraStation:
     """Return a camera at `distance` from its target, with this turn and tilt."""
@@ -371,25 +373,25 @@ def _station_at(
     )
 
 
-def _views(
+def _view_counts(
     camera: PlanCamera, stations: tuple[CameraStation, ...], width: float, height: float
 ) -> IntArray:
     """Return the number of photos of each of 11 x 7 places of the outcrop, corners included."""
     u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
-    places = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
+    points = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
     half_x = camera.sensor_width_mm / 2.0 / camera.focal_mm
     half_y = camera.sensor_height_mm / 2.0 / camera.focal_mm
-    counts = np.zeros(len(places), np.int64)
+    counts = np.zeros(len(points), np.int64)
     for s in stations:
-        ray = places - [s.along_m, s.up_m, s.away_m]
+        rays = points - [s.along_m, s.up_m, s.away_m]
         axis = np.array([s.target_along_m - s.along_m, s.target_up_m - s.up_m, -s.away_m])
         axis /= np.linalg.norm(axis)
         right = np.cross(axis, [0.0, 1.0, 0.0])
         right /= np.linalg.norm(right)
         up = np.cross(right, axis)
-        depth = ray @ axis
+        depth = rays @ axis
         with np.errstate(divide="ignore", invalid="ignore"):
-            x, y = ray @ right / depth, ray @ up / depth
+            x, y = rays @ right / depth, rays @ up / depth
         counts += (depth > 0) & (np.abs(x) <= half_x + 1e-9) & (np.abs(y) <= half_y + 1e-9)
     return counts
 
@@ -418,18 +420,20 @@ def _plan_findings(
     width: float,
     height: float,
     footprint: tuple[float, float],
-    min_count: int,
+    min_views: int,
 ) -> list[Finding]:
     findings: list[Finding] = []
-    highest = max(station.up_m for station in stations)
-    if manner == "handheld" and highest > _MAX_HAND_HEIGHT_M:
-        one_row = distance * height / footprint[1]
-        if one_row > distance * (1.0 + 1e-9):
-            findings.append(Finding("plan.high-rows", height_m=highest, distance_m=one_row))
+    max_height_m = max(station.up_m for station in stations)
+    if manner == "handheld" and max_height_m > _MAX_HAND_HEIGHT_M:
+        single_row_distance_m = distance * height / footprint[1]
+        if single_row_distance_m > distance * (1.0 + 1e-9):
+            findings.append(
+                Finding("plan.high-rows", height_m=max_height_m, distance_m=single_row_distance_m)
+            )
         else:
-            findings.append(Finding("plan.high-row", height_m=highest))
+            findings.append(Finding("plan.high-row", height_m=max_height_m))
     if min(width, height) < 0.2 * max(width, height):
         findings.append(Finding("plan.narrow-strip"))
-    if min_count < RECOMMENDED_VIEWS:
-        findings.append(Finding("plan.thin-border", count=min_count))
+    if min_views < RECOMMENDED_VIEWS:
+        findings.append(Finding("plan.thin-border", count=min_views))
     return findings

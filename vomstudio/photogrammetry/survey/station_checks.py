@@ -11,10 +11,10 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.survey.camera_positions import (
-    accuracy_of,
+    median_accuracy,
     metres_from_gps,
     rotation_error95_deg,
-    straightness,
+    width_to_length_ratio,
 )
 from vomstudio.photogrammetry.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.photogrammetry.survey.overlap import MIN_MATCHES, SetOverlap
@@ -41,27 +41,30 @@ def pair_findings(
     if count < 2:
         return []
     findings = []
-    parts = pairs.components(count)
-    larger_parts = [g for g in parts if len(g) > 1]
-    if not larger_parts:
+    components = pairs.components(count)
+    larger_components = [g for g in components if len(g) > 1]
+    if not larger_components:
         return [
             Finding(
                 "unmatched", "error", photos=[p.name for p in photos], value=0, least=MIN_MATCHES
             )
         ]
-    findings += _component_findings(photos, parts)
+    findings += _component_findings(photos, components)
     low_overlap = tuple(
-        photos[i].name for g in larger_parts for i in g if best_overlaps[i] < limits.overlap
+        photos[i].name for g in larger_components for i in g if best_overlaps[i] < limits.overlap
     )
     if low_overlap:
         max_overlap = max(
-            best_overlaps[i] for g in larger_parts for i in g if best_overlaps[i] < limits.overlap
+            best_overlaps[i]
+            for g in larger_components
+            for i in g
+            if best_overlaps[i] < limits.overlap
         )
         findings.append(
             Finding("low-overlap", photos=low_overlap, value=max_overlap, overlap=100 * max_overlap)
         )
     views = float(np.median(pairs.views))
-    if count >= limits.fewest_photos and views < limits.views and pairs.pairs:
+    if count >= limits.min_photos and views < limits.views and pairs.pairs:
         photos_with_few_views = tuple(
             p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views
         )
@@ -70,24 +73,26 @@ def pair_findings(
     return findings
 
 
-def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> list[Finding]:
+def _component_findings(
+    photos: Sequence[Photo], components: Sequence[Sequence[int]]
+) -> list[Finding]:
     """Find photos without matches, and components without common matches.
 
-    parts : rows, largest first
+    components : rows, largest first
     """
     findings = []
-    unmatched = tuple(photos[g[0]].name for g in parts if len(g) == 1)
-    larger_parts = [g for g in parts if len(g) > 1]
+    unmatched = tuple(photos[g[0]].name for g in components if len(g) == 1)
+    larger_components = [g for g in components if len(g) > 1]
     if unmatched:
         findings.append(Finding("unmatched", photos=unmatched, value=len(unmatched)))
-    if len(larger_parts) > 1:
-        photos_outside = tuple(photos[i].name for g in larger_parts[1:] for i in g)
+    if len(larger_components) > 1:
+        disconnected_photos = tuple(photos[i].name for g in larger_components[1:] for i in g)
         findings.append(
             Finding(
                 "parts",
-                photos=photos_outside,
-                value=len(larger_parts),
-                sizes=[len(g) for g in larger_parts],
+                photos=disconnected_photos,
+                value=len(larger_components),
+                sizes=[len(g) for g in larger_components],
             )
         )
     return findings
@@ -95,10 +100,10 @@ def _component_findings(photos: Sequence[Photo], parts: Sequence[Sequence[int]])
 
 def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) -> list[Finding]:
     photos = measurements.photos
-    turned_photos: list[tuple[str, str]] = []
-    same_positions: list[tuple[str, str]] = []
+    rotated_pairs: list[tuple[str, str]] = []
+    identical_pairs: list[tuple[str, str]] = []
     for pair in measurements.pairs.pairs:
-        if pair.baseline_ratio is None or pair.baseline_ratio > limits.same_place:
+        if pair.baseline_ratio is None or pair.baseline_ratio > limits.max_baseline_ratio:
             continue
         names = photos[pair.first].name, photos[pair.second].name
         angle = pair.turn_deg or 0.0
@@ -111,18 +116,16 @@ def _same_position_findings(measurements: SurveyMeasurements, limits: Limits) ->
             )
             zoom = max(first_focal / second_focal, second_focal / first_focal)
         if angle > limits.turn_deg or zoom > limits.zoom:
-            turned_photos.append(names)
-        elif pair.overlap > limits.near_identical:
-            same_positions.append(names)
+            rotated_pairs.append(names)
+        elif pair.overlap > limits.near_identical_overlap:
+            identical_pairs.append(names)
     findings = []
-    if turned_photos:
-        photos_of_group = _photos_of_pairs(turned_photos)
-        findings.append(Finding("same-position", photos=photos_of_group, value=len(turned_photos)))
-    if same_positions:
-        photos_of_group = _photos_of_pairs(same_positions)
-        findings.append(
-            Finding("near-identical", photos=photos_of_group, value=len(same_positions))
-        )
+    if rotated_pairs:
+        photo_names = _photos_of_pairs(rotated_pairs)
+        findings.append(Finding("same-position", photos=photo_names, value=len(rotated_pairs)))
+    if identical_pairs:
+        photo_names = _photos_of_pairs(identical_pairs)
+        findings.append(Finding("near-identical", photos=photo_names, value=len(identical_pairs)))
     return findings
 
 
@@ -135,26 +138,30 @@ def direction_findings(
 ) -> list[Finding]:
     """Find surveys with one view direction only, which causes doming (textbook 3.2.1)."""
     photos = measurements.photos
-    gimbal = _gimbal_axes(photos)
-    if gimbal is not None:
-        axes, is_known = gimbal, np.ones(len(photos), bool)
+    gimbal_axes = _gimbal_axes(photos)
+    if gimbal_axes is not None:
+        axes, is_known = gimbal_axes, np.ones(len(photos), bool)
     if is_known.sum() < 3 or is_known.sum() < 0.5 * len(photos):
         return []
     used_axes = axes[is_known]
-    centre = used_axes.mean(axis=0)
-    norm = float(np.linalg.norm(centre))
+    mean_axis = used_axes.mean(axis=0)
+    norm = float(np.linalg.norm(mean_axis))
     if norm < 0.2:
         return []
-    angles = np.degrees(np.arccos(np.clip(used_axes @ centre / norm, -1.0, 1.0)))
+    angles = np.degrees(np.arccos(np.clip(used_axes @ mean_axis / norm, -1.0, 1.0)))
     # Ignore outliers: obliques are a tenth of the set, at least two.
-    steady_axes = max(2, math.ceil(0.1 * len(angles)))
+    outlier_count = max(2, math.ceil(0.1 * len(angles)))
     spread = (
-        float(np.sort(angles)[-steady_axes]) if len(angles) >= steady_axes else float(angles.max())
+        float(np.sort(angles)[-outlier_count])
+        if len(angles) >= outlier_count
+        else float(angles.max())
     )
     if spread >= limits.doming_deg:
         return []
-    is_down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
-    source = "photos" if gimbal is None else "gimbal"
+    is_down = gimbal_axes is not None and bool(
+        np.all(gimbal_axes[:, 2] < -math.cos(math.radians(15.0)))
+    )
+    source = "photos" if gimbal_axes is None else "gimbal"
     return [Finding("one-direction", photos=(), value=spread, source=source, straight_down=is_down)]
 
 
@@ -190,12 +197,12 @@ def size_findings(
     if ratio <= limits.gsd_ratio:
         return []
     median = float(np.median(list(known_sizes.values())))
-    far_photos = tuple(
+    outlying_photos = tuple(
         photos[i].name
         for i, value in known_sizes.items()
         if max(value / median, median / value) > math.sqrt(limits.gsd_ratio)
     )
-    return [Finding("gsd-spread", photos=far_photos, value=ratio)]
+    return [Finding("gsd-spread", photos=outlying_photos, value=ratio)]
 
 
 def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
@@ -205,9 +212,9 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
     )
     if best_pairs:
         sizes[best_pairs[0].first] = 1.0
-    is_grown = True
-    while is_grown:
-        is_grown = False
+    has_grown = True
+    while has_grown:
+        has_grown = False
         for pair in best_pairs:
             i, j, ratio = pair.first, pair.second, pair.pixel_ratio
             assert ratio is not None
@@ -218,7 +225,7 @@ def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
                 sizes[i] = sizes[j] * ratio
             else:
                 continue
-            is_grown = True
+            has_grown = True
             break
     return [sizes.get(i) for i in range(count)]
 
@@ -245,19 +252,19 @@ def position_findings(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
 
 
 def _gps_accuracy_finding(
-    placed_photos: Sequence[Photo], position: FloatArray, limits: Limits
+    located_photos: Sequence[Photo], positions: FloatArray, limits: Limits
 ) -> Finding:
     """Report how well positions (n, 3) of photos determine the rotation of a model."""
-    sigma, has_stated_accuracy = accuracy_of(placed_photos)
-    error, _ = rotation_error95_deg(position, sigma)
-    if straightness(position) < limits.straight and error > limits.rotation_deg:
-        return Finding("collinear", photos=(), value=straightness(position))
+    sigma, has_stated_accuracy = median_accuracy(located_photos)
+    error, _ = rotation_error95_deg(positions, sigma)
+    if width_to_length_ratio(positions) < limits.min_width_ratio and error > limits.rotation_deg:
+        return Finding("collinear", photos=(), value=width_to_length_ratio(positions))
     if error > limits.rotation_deg:
         return Finding(
             "gps-noise",
             photos=(),
             value=error,
-            extent_m=2 * _radius(position),
+            extent_m=2 * _radius(positions),
             sigma_m=sigma,
             stated=has_stated_accuracy,
         )
@@ -266,6 +273,6 @@ def _gps_accuracy_finding(
     )
 
 
-def _radius(position: FloatArray) -> float:
+def _radius(positions: FloatArray) -> float:
     """Return the largest horizontal distance of positions (n, 3) from their mean."""
-    return float(np.linalg.norm(position[:, :2] - position[:, :2].mean(axis=0), axis=1).max())
+    return float(np.linalg.norm(positions[:, :2] - positions[:, :2].mean(axis=0), axis=1).max())

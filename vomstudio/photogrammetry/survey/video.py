@@ -26,7 +26,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.photo_quality import blur
 from vomstudio.photogrammetry.survey.survey_options import DEFAULT_FPS
 
-VIDEO_ENDINGS = (
+VIDEO_EXTENSIONS = (
     ".mp4",
     ".mov",
     ".avi",
@@ -61,12 +61,12 @@ _SIGNATURES = (
     ((4, b"G"), (196, b"G"), (388, b"G")),
 )
 # Number of frames per interval that are compared for sharpness.
-_CANDIDATES = 5
-_BLUR_PX, _BLUR_TIMES, _MAX_BLUR_PX = 2.5, 1.8, 4.0
+_CANDIDATES_PER_INTERVAL = 5
+_BLUR_PX, _MAX_BLUR_RATIO, _MAX_BLUR_PX = 2.5, 1.8, 4.0
 # Limits of the shift between frames, as a share of the long side: 96 % overlap is "nearly 100 %".
 _MIN_SHIFT = 0.04
 _MAX_SHIFT = 0.4
-_TRACKING_SIZE = 480
+_TRACKING_SIZE_PX = 480
 _MIN_FRAMES = 8
 NO_DETAIL = to_translate("without any detail")
 BLURRED = to_translate("blurred")
@@ -146,18 +146,20 @@ def take_frames(
     UsageError, TargetError, Cancelled
     """
     progress = progress or SilentProgress()
-    target = _checked_target(Path(folder), force)
+    target = _check_target(Path(folder), force)
     with _Video(Path(video)) as source:
         parent = target.parent
         try:
-            part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
+            temporary_folder = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
             raise TargetError(
                 Finding("output.unwritable", reason=failure_reason(parent, error)),
                 file=folder,
             ) from error
         try:
-            report = _add_verdict(_select_frames(source, target, part, fps, progress), fps)
+            report = _add_verdict(
+                _select_frames(source, target, temporary_folder, fps, progress), fps
+            )
             if not report.frames:
                 reasons = ", ".join(
                     tr("{reason}: {count}", reason=tr(reason), count=count)
@@ -167,27 +169,27 @@ def take_frames(
                     Finding("video.no-frames", reasons=reasons),
                     file=source.path,
                 )
-            _put_in_place(part, target, report)
+            _move_to_target(temporary_folder, target, report)
         except OSError as error:
             raise TargetError(
                 Finding("output.unwritable", reason=failure_reason(parent, error)),
                 file=folder,
             ) from error
         finally:
-            shutil.rmtree(part, ignore_errors=True)
+            shutil.rmtree(temporary_folder, ignore_errors=True)
     return report
 
 
 def _is_video(path: Path) -> bool:
-    """Return whether a file starts as files of `VIDEO_ENDINGS` do.
+    """Return whether a file starts as files of `VIDEO_EXTENSIONS` do.
 
     The decoder detects the content, and would open other files for a playlist or a numbered name.
     """
     with open_regular_file(path) as file:
         header = file.read(400)
     return any(
-        all(header[position : position + len(sign)] == sign for position, sign in signs)
-        for signs in _SIGNATURES
+        all(header[position : position + len(magic)] == magic for position, magic in signature)
+        for signature in _SIGNATURES
     )
 
 
@@ -240,7 +242,7 @@ class _Video:
 
 
 def _select_frames(
-    source: _Video, target: Path, part: Path, fps: float, progress: Progress
+    source: _Video, target: Path, temporary_folder: Path, fps: float, progress: Progress
 ) -> FrameReport:
     import cv2
 
@@ -251,24 +253,24 @@ def _select_frames(
     last_frame: ByteArray | None = None
     sigmas: list[float] = []
     stem = decode_name(source.path.stem)
-    for done_count, group in _windows(source, window):
+    for done_count, group in _candidate_groups(source, window):
         progress.step(min(done_count, stated_count) if stated_count else done_count)
-        number, frame = max(group, key=lambda item: _detail(item[1]))
+        number, frame = max(group, key=lambda item: _sharpness(item[1]))
         sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
         # The sharp ones so far: most of a video may be blurred.
-        sharp = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
+        sharp_sigma = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
         if sigma is None:
-            _count(report, NO_DETAIL)
+            _count_skipped(report, NO_DETAIL)
             continue
         sigmas.append(sigma)
-        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MAX_BLUR_PX):
-            _count(report, BLURRED)
+        if sigma > min(max(_BLUR_PX, _MAX_BLUR_RATIO * sharp_sigma), _MAX_BLUR_PX):
+            _count_skipped(report, BLURRED)
             continue
         reduced_frame = _reduce_size(frame)
         if last_frame is not None:
             shift = _shift(last_frame, reduced_frame)
             if shift is not None and shift < _MIN_SHIFT:
-                _count(report, UNCHANGED)
+                _count_skipped(report, UNCHANGED)
                 continue
             if shift is None or shift > _MAX_SHIFT:
                 report.gaps_s.append(round(number / source.fps, 2))
@@ -277,7 +279,7 @@ def _select_frames(
         if not done_count:
             raise OSError(28, tr("the disk may be full"))
         # Not by OpenCV, which a name that is not UTF-8 crashes.
-        (part / name).write_bytes(content.tobytes())
+        (temporary_folder / name).write_bytes(content.tobytes())
         report.frames.append(VideoFrame(name, number, number / source.fps, sigma))
         last_frame = reduced_frame
     if stated_count and source.count is not None and source.count < 0.95 * stated_count:
@@ -285,9 +287,11 @@ def _select_frames(
     return replace(report, seconds=(source.count or 0) / source.fps)
 
 
-def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
+def _candidate_groups(
+    source: _Video, window: int
+) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
     """Return the candidate frames of each interval."""
-    stride = max(1, window // _CANDIDATES)
+    stride = max(1, window // _CANDIDATES_PER_INTERVAL)
     group: list[tuple[int, ByteArray]] = []
     end = window
     for number, frame in source.frames(stride):
@@ -301,7 +305,7 @@ def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int,
         yield group[-1][0] + 1, group
 
 
-def _detail(frame: ByteArray) -> float:
+def _sharpness(frame: ByteArray) -> float:
     """Return the variance of the Laplacian, which ranks frames of one scene by sharpness.
 
     Pech-Pacheco et al. 2000.
@@ -315,7 +319,7 @@ def _detail(frame: ByteArray) -> float:
 def _reduce_size(frame: ByteArray) -> ByteArray:
     import cv2
 
-    scale = _TRACKING_SIZE / max(frame.shape[:2])
+    scale = _TRACKING_SIZE_PX / max(frame.shape[:2])
     reduced_frame = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return np.asarray(cv2.cvtColor(reduced_frame, cv2.COLOR_BGR2GRAY), np.uint8)
 
@@ -330,10 +334,10 @@ def _shift(previous_frame: ByteArray, frame: ByteArray) -> float | None:
     moved_corners, status, _ = cv2.calcOpticalFlowPyrLK(
         previous_frame, frame, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    tracked_back, back_status, _ = cv2.calcOpticalFlowPyrLK(
+    tracked_back_corners, back_status, _ = cv2.calcOpticalFlowPyrLK(
         frame, previous_frame, moved_corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
     )
-    is_consistent = np.linalg.norm((tracked_back - corners).reshape(-1, 2), axis=1) < 1.0
+    is_consistent = np.linalg.norm((tracked_back_corners - corners).reshape(-1, 2), axis=1) < 1.0
     is_tracked = (status.ravel() == 1) & (back_status.ravel() == 1) & is_consistent
     if is_tracked.sum() < max(12, 0.15 * len(corners)):
         return None
@@ -341,38 +345,38 @@ def _shift(previous_frame: ByteArray, frame: ByteArray) -> float | None:
     return float(np.median(steps)) / float(max(previous_frame.shape))
 
 
-def _count(report: FrameReport, reason: str) -> None:
+def _count_skipped(report: FrameReport, reason: str) -> None:
     report.skipped[reason] = report.skipped.get(reason, 0) + 1
 
 
 def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
     """Add the verdict whether the video is suitable for a reconstruction."""
-    n_frames = len(report.frames)
-    moments = n_frames + sum(report.skipped.values())
-    blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
+    frame_count = len(report.frames)
+    interval_count = frame_count + sum(report.skipped.values())
+    blurred_share = report.skipped.get(BLURRED, 0) / max(interval_count, 1)
     unchanged_count = report.skipped.get(UNCHANGED, 0)
     reasons = report.reasons
     size = max(report.width, report.height)
-    if n_frames < _MIN_FRAMES:
-        reasons.append(Finding("video.few-frames", count=n_frames, least=_MIN_FRAMES))
-    if blurred > 0.5:
-        reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
-    if n_frames and len(report.gaps_s) > 0.3 * n_frames:
+    if frame_count < _MIN_FRAMES:
+        reasons.append(Finding("video.few-frames", count=frame_count, least=_MIN_FRAMES))
+    if blurred_share > 0.5:
+        reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred_share))
+    if frame_count and len(report.gaps_s) > 0.3 * frame_count:
         reasons.append(Finding("video.too-fast", moments=len(report.gaps_s)))
     if size < 1000:
         reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
     elif size < 1900:
         report.warnings.append(Finding("video.small", width=report.width, height=report.height))
-    if 0 < blurred <= 0.5 and blurred > 0.2:
-        report.warnings.append(Finding("video.blurred", share_percent=100 * blurred))
-    if unchanged_count > 0.3 * max(moments, 1):
+    if 0 < blurred_share <= 0.5 and blurred_share > 0.2:
+        report.warnings.append(Finding("video.blurred", share_percent=100 * blurred_share))
+    if unchanged_count > 0.3 * max(interval_count, 1):
         report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
-    return replace(report, good_enough=not reasons, verdict=verdict_of(report).message)
+    return replace(report, good_enough=not reasons, verdict=video_verdict(report).message)
 
 
-def verdict_of(report: FrameReport) -> Finding:
+def video_verdict(report: FrameReport) -> Finding:
     """Return whether a video is suitable for a reconstruction."""
     if not report.reasons:
         return Finding("video.usable", count=len(report.frames))
@@ -381,7 +385,7 @@ def verdict_of(report: FrameReport) -> Finding:
 
 
 # ------------------------------------------------------------------------------------------------
-def _checked_target(folder: Path, force: bool) -> Path:
+def _check_target(folder: Path, force: bool) -> Path:
     if not folder.name:
         raise TargetError(Finding("folder.unnamed"), file=folder)
     target = folder.absolute()
@@ -393,7 +397,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
         )
     if target.exists() and not target.is_dir():
         raise TargetError(Finding("folder.is-file"), file=folder)
-    if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
+    if target.is_dir() and any(target.iterdir()) and not force and not is_extraction_folder(target):
         raise TargetError(
             Finding("folder.not-empty"),
             file=folder,
@@ -401,7 +405,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
     return target
 
 
-def is_ours(folder: Path) -> bool:
+def is_extraction_folder(folder: Path) -> bool:
     """Return whether a folder contains only the results of an earlier extraction."""
     try:
         record = read_json(folder / _RECORD_FILE)
@@ -411,7 +415,7 @@ def is_ours(folder: Path) -> bool:
     return {path.name for path in folder.iterdir()} <= names
 
 
-def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
+def _move_to_target(temporary_folder: Path, target: Path, report: FrameReport) -> None:
     record = {
         "verdict": report.verdict,
         "frames": [
@@ -419,18 +423,18 @@ def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
             for f in report.frames
         ],
     }
-    (part / _RECORD_FILE).write_text(json.dumps(record, indent=1), encoding="utf-8")
-    if target.is_dir() and is_ours(target):
+    (temporary_folder / _RECORD_FILE).write_text(json.dumps(record, indent=1), encoding="utf-8")
+    if target.is_dir() and is_extraction_folder(target):
         shutil.rmtree(target)
     if not target.is_dir():
-        part.chmod(0o777 & ~_umask())
-        part.rename(target)
+        temporary_folder.chmod(0o777 & ~_current_umask())
+        temporary_folder.rename(target)
         return
-    for path in sorted(part.iterdir()):
+    for path in sorted(temporary_folder.iterdir()):
         os.replace(path, target / path.name)
 
 
-def _umask() -> int:
+def _current_umask() -> int:
     current_mask = os.umask(0o022)
     os.umask(current_mask)
     return current_mask

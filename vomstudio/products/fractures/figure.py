@@ -102,7 +102,7 @@ def lay_out_page(mapped_network: MappedNetwork, style: NetStyle = PRINT) -> Frac
     """
     is_cut = np.asarray(mapped_network.pieces.is_cut.any(axis=1))
     panel_letters = ("d" if len(is_cut) and not is_cut.all() else "") + (
-        "e" if mapped_network.found.P21_by_size else ""
+        "e" if mapped_network.statistics.P21_by_size else ""
     )
     texts = _legend_texts(mapped_network)
     if not texts:
@@ -285,7 +285,7 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
             colors=style.ink if len(mapped_network.sets) > 1 else _color(1, style),
         )
     )
-    network = mapped_network.found
+    network = mapped_network.statistics
     title = tr("{count:,} traces", count=network.traces)
     if network.plane is not None and not network.plane.is_horizontal:
         title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
@@ -367,7 +367,7 @@ def _draw_directions(
 
 def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
     """Return the directions to the left, right and top of the map; a map needs only the top."""
-    plane = mapped_network.found.plane
+    plane = mapped_network.statistics.plane
     if plane is None or plane.is_horizontal:
         return "", "", "N" if mapped_network.y_axis == "N" else tr(mapped_network.y_axis)
     if mapped_network.y_axis != "N":
@@ -378,7 +378,7 @@ def _orientation(mapped_network: MappedNetwork) -> tuple[str, str, str]:
 
 def _draw_rose(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
     start, end, _ = line_segments(mapped_network.pieces.lines)
-    plane = mapped_network.found.plane
+    plane = mapped_network.statistics.plane
     directions = end - start
     rose = count_rose(
         trace_azimuths_deg(directions, plane),
@@ -446,7 +446,7 @@ def _draw_triangle(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> 
             fontsize=1.15 * style.font_pt,
             color=style.ink,
         )
-    nodes = mapped_network.found.nodes
+    nodes = mapped_network.statistics.nodes
     if nodes.I + nodes.Y + nodes.X:
         ax.plot(
             *triangle_position(nodes.I, nodes.Y, nodes.X),
@@ -500,7 +500,7 @@ def _draw_lengths(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> s
     ax.set_xlabel(tr("trace length, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel(tr("fraction longer than this"), fontsize=style.font_pt, color=style.ink)
     lengths, is_cut = mapped_network.pieces.lengths(), mapped_network.pieces.is_cut.any(axis=1)
-    length = mapped_network.found.length
+    length = mapped_network.statistics.length
     title = tr("Lengths, n = {count:,} pieces", count=len(lengths))
     if length.mean_m is not None:
         title += "\n" + (
@@ -595,7 +595,7 @@ def _draw_intensities(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) 
     _style_axes(ax, style)
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
-    sizes = mapped_network.found.P21_by_size
+    sizes = mapped_network.statistics.P21_by_size
     r = np.array([size.radius_m for size in sizes])
     mean = np.array([size.P21_1_per_m for size in sizes])
     low, high = (
@@ -624,9 +624,9 @@ def _draw_intensities(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) 
         linewidth=1.2 * style.line_pt,
         label=tr("mean"),
     )
-    if mapped_network.found.P21_1_per_m is not None:
+    if mapped_network.statistics.P21_1_per_m is not None:
         ax.axhline(
-            mapped_network.found.P21_1_per_m,
+            mapped_network.statistics.P21_1_per_m,
             color=style.ink,
             linewidth=0.8 * style.line_pt,
             linestyle=(0, (4, 2)),

@@ -80,7 +80,7 @@ def map_fractures(
 
     Parameters
     ----------
-    request : FractureOrder
+    request : FractureMapRequest
         Files and options.
     lines, area, scanlines : (n,) arrays of shapely geometries or None
         Geometries that replace those of the files, in metres, with or without heights.

@@ -77,7 +77,7 @@ class NetSet:
     variant : int
         Number that distinguishes sets with the same colour and symbol: filled, open, pale, deep,
         then again from the start.
-    turns : Turns or None
+    rotation_errors : RotationErrors or None
         Rotation errors due to the registrations of the models; None if unknown.
     slips : (n, 3) array or None
         Unit vectors of the hanging-wall movement at striae; NaN if unknown.
@@ -349,7 +349,7 @@ class NetContents:
         95 % ellipses of all features with known errors.
     averages : tuple of str
         Sentences about each set, shown below the legend.
-    live : NetLive or None
+    live : LiveFeature or None
     notation, decimals
         Format of orientations.
     title, notes

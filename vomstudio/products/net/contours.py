@@ -32,7 +32,7 @@ OPACITY = 0.6
 
 @dataclass(frozen=True, eq=False)
 class ContourGroup:
-    """Density of one set, or of all features together without `of`, on a grid.
+    """Density on a grid of one set, or of all features if `of` is None.
 
     steps (k,) and values (k, k) are as returned by `density_grid`. `dash` is the line style.
     """
@@ -57,7 +57,7 @@ class ContourPlan:
 
     @classmethod
     def of(cls, net: NetContents) -> ContourPlan | None:
-        """Plan the contours of a net; return None if not requested or without features.
+        """Plan the contours of a net; None if not requested or if there are no features.
 
         Copies of a net that differ in other contents share the plan, so that the density is
         computed once.

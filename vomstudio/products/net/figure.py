@@ -196,7 +196,9 @@ def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> fl
     while height < _MAX_HEIGHT_MM:
         page = NetPage(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
         # The width may be the limiting dimension.
-        if page.whole and (2.0 * page.radius >= min_diameter_pt or page.radius <= previous_radius):
+        if page.is_complete and (
+            2.0 * page.radius >= min_diameter_pt or page.radius <= previous_radius
+        ):
             break
         previous_radius = page.radius
         height += _HEIGHT_STEP_MM

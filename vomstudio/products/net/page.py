@@ -83,7 +83,7 @@ class NetPage:
             if len(self._arrange_in_rows(self.width - 2 * self.pad)) > _MAX_BRIEF_ROWS:
                 self.entries = []
         self.words: list[str] = []
-        self.whole = True
+        self.is_complete = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.bar_lines: list[str] = []
@@ -110,7 +110,7 @@ class NetPage:
     def _arrange(self) -> None:
         """Arrange the legend and the colour bar beside or below the net to make it largest.
 
-        The attribute `whole` is set to whether nothing had to be omitted.
+        The attribute `is_complete` is set to whether nothing had to be omitted.
         """
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
@@ -124,7 +124,7 @@ class NetPage:
             self.bar_lines = _wrap_texts(texts, self.font, max_legend_width)
         gap = tick + 1.5 * self.font
         column = self._column_width(lines)
-        diameter_beside = min(
+        diameter_with_side_legend = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
@@ -138,8 +138,10 @@ class NetPage:
         )
         diameter_below = min(self.height - head - tick - low - self.heading, available_space)
 
-        self.is_legend_beside = diameter_beside >= diameter_below and not self.net.brief
-        self.radius = max(diameter_beside if self.is_legend_beside else diameter_below, 20.0) / 2.0
+        self.is_legend_beside = diameter_with_side_legend >= diameter_below and not self.net.brief
+        self.radius = (
+            max(diameter_with_side_legend if self.is_legend_beside else diameter_below, 20.0) / 2.0
+        )
         if self.is_legend_beside:
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
@@ -151,11 +153,13 @@ class NetPage:
             self.rows = rows[:maximum]
             available_space -= 1.15 * self.row * len(self.rows)
             self.words = _limit_lines(lines, max(int(available_space / self.row), 0))
-            self.whole = len(self.rows) == len(rows) and self.words == lines
+            self.is_complete = len(self.rows) == len(rows) and self.words == lines
         else:
             self.caption_lines, self.rows, self.words = caption_below, rows, averages_below
-            self.whole = self.words == _wrap_texts(self.averages, self.font, width_below)
-            self.whole = self.whole and len(rows) == len(self._arrange_in_rows(width_below))
+            self.is_complete = self.words == _wrap_texts(self.averages, self.font, width_below)
+            self.is_complete = self.is_complete and len(rows) == len(
+                self._arrange_in_rows(width_below)
+            )
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad

@@ -31,7 +31,7 @@ class NetAdditions:
 
     Parameters
     ----------
-    turning : Turning
+    turning : NetRotation
         Rotation that is applied to everything.
     circles, marks : tuples
         Circles and directions entered by the user.

@@ -63,7 +63,7 @@ class RoseContents:
         Whether the area of a petal is proportional to its share. Otherwise its length is.
     empty : tuple of str
         Names of sets without any row that has both an angle and a weight.
-    counted_sets : mapping of str to Counted
+    counted_sets : mapping of str to CountedFeatures
         Counted features by the name of their set, if known.
     title, notes
         Title of the figure, and notes that are shown above the caption.

@@ -250,7 +250,7 @@ def project_lines(
 
     Parameters
     ----------
-    lines : sequence of ReadLine
+    lines : sequence of GisLine
     sidecar : Sidecar
     data : Mesh or PointCloud
         Model in the World frame, m.

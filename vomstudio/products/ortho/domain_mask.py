@@ -57,10 +57,10 @@ class DomainExtent:
     Parameters
     ----------
     name : str
-    boundaries : tuple of Wall
+    boundaries : tuple of DomainBoundary
         Faults that separate the domain from others.
     points : (n, 3) array
-        Points of features that decide where walls do not; empty if the walls are sufficient.
+        Points of features that delimit the domain where no boundary does; empty if not needed.
     is_member : (n,) bool array
         Whether each of these points belongs to the domain.
     notes : tuple of Finding
@@ -73,16 +73,19 @@ class DomainExtent:
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
-        """Return features of this domain or without one; angles of others are distorted."""
+        """Return the features of this domain and those without a domain.
+
+        Angles of features of other domains would be distorted.
+        """
         return tuple(item for item in items if item.domain in ("", self.name))
 
     def add_view_findings(self, items: Sequence[Item], plan: OrthophotoPlan) -> DomainExtent:
-        """Return the territory, with findings if the view is not along the domain's axis."""
+        """Return a copy with findings if the view is not along the axis of the domain."""
         return replace(self, notes=(*self.notes, *off_axis_findings(items, self.name, plan)))
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Facts for the sidecar of the picture."""
+        """Metadata of the domain for the sidecar of the picture."""
         return {"name": self.name, "ends_at": [boundary.name for boundary in self.boundaries]}
 
     @cached_property

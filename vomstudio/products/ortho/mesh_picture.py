@@ -170,8 +170,8 @@ class MeshSource:
                     if material is None or material.diffuse is None
                     else [255.0 * c for c in material.diffuse]
                 )
-                light = _face_brightness(self._view[self._faces[face[rows]]])
-                rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
+                brightness = _face_brightness(self._view[self._faces[face[rows]]])
+                rgb[rows] = np.clip(np.rint(brightness[:, None] * np.array(color)), 0, 255)
         return rgb
 
     def _group_by_material(self, face: Int32Array) -> Iterator[tuple[int | None, IntArray]]:

@@ -69,7 +69,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Tile:
-    """Tile of a grid: `number` counts along rows, (column, row) is the top left pixel."""
+    """Tile of a grid, numbered row by row; (column, row) is its top left pixel."""
 
     number: int
     column: int

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.words import to_translate, tr
-from vomstudio.photogrammetry.survey.photo_limits import planes_in_short
-from vomstudio.photogrammetry.survey.plan_forecast import forecast_in_short
+from vomstudio.photogrammetry.survey.photo_limits import planes_summary
+from vomstudio.photogrammetry.survey.plan_forecast import forecast_summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -205,7 +205,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
         ),
         (tr("Distance"), tr("{distance:.3g} m", distance=plan.distance_m)),
         (tr("Pixel size (GSD)"), tr("{size:.3g} mm", size=1000 * plan.gsd_m)),
-        (tr("Planes across"), planes_in_short(plan.planes)),
+        (tr("Planes across"), planes_summary(plan.planes)),
         (tr("Footprint"), tr("{width:.3g} x {height:.3g} m", width=width, height=height)),
         (
             tr("Spacing"),
@@ -240,7 +240,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
                 tr("Rotation by GPS")
                 if registration.by == "receiver"
                 else tr("Rotation by control"),
-                forecast_in_short(registration),
+                forecast_summary(registration),
             )
             for registration in plan.registration
         ),

@@ -43,7 +43,7 @@ def read_log_request(
 
     Returns
     -------
-    LogQuestion
+    LogRequest
 
     Raises
     ------

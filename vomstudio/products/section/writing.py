@@ -386,7 +386,7 @@ def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]
 
 
 def describe_projection(figures: SectionFigures) -> list[str]:
-    """Describe the projection of features; empty without features."""
+    """Describe the projection of features; empty if there are no features."""
     if not figures.features:
         return []
     domain_lines = [item.words for item in figures.domains or ()]

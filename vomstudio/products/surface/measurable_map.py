@@ -29,7 +29,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 FIELDS = ("expected_error95_deg", "trace_error95_deg", "patch_error95_deg", "measurable")
-"""Names of the point fields; the last one is an index into `CLASSES`."""
+"""Names of the point fields; the last one is an index into `QUALITY_CLASSES`."""
 RASTER_SUFFIXES = (".tif", ".tiff")
 _MAX_CELLS = 25_000_000
 _MAX_PATCHES = 10

@@ -10,7 +10,7 @@ from vomstudio.core.words import to_translate
 
 @dataclass(frozen=True)
 class SurfaceOptions(Options):
-    """Patch to analyse, and map of its deviations.
+    """Options for the analysis of a patch and the map of its deviations.
 
     Raises
     ------

@@ -124,20 +124,20 @@ def _resolve_photos(
 ) -> tuple[tuple[str, str, float, float], ...]:
     """Replace the photo names of marks by the matching names of the photo set."""
     find = photo_finder(photos)
-    resolved_photos = []
+    resolved_marks = []
     for mark in marks:
         photo_index = find(mark.photo)
-        resolved_photos.append(
+        resolved_marks.append(
             (mark.label, mark.photo if photo_index is None else photos[photo_index], mark.x, mark.y)
         )
-    return tuple(resolved_photos)
+    return tuple(resolved_marks)
 
 
 def stored_path(project: Path, photos: Path) -> str:
     """Return the path to store for photos: relative inside the project, otherwise absolute."""
-    resolved_photos, folder = photos.resolve(), project.resolve()
+    resolved_path, folder = photos.resolve(), project.resolve()
     return (
-        resolved_photos.relative_to(folder).as_posix()
-        if resolved_photos.is_relative_to(folder)
-        else str(resolved_photos)
+        resolved_path.relative_to(folder).as_posix()
+        if resolved_path.is_relative_to(folder)
+        else str(resolved_path)
     )

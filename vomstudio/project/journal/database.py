@@ -272,7 +272,7 @@ class SqliteJournal:
         )
 
     def try_writing(self) -> None:
-        """Report immediately, instead of with the next row, if rows cannot be written."""
+        """Check that rows can be written, and report a failure without waiting for the next row."""
         try:
             self._write_dependencies()
             self._db.execute("BEGIN IMMEDIATE")

@@ -91,7 +91,7 @@ class Dimension(LoggedFeature):
 
 
 def measure(context: MeasurementContext, dimensions: Sequence[Dimension]) -> list[Measurement]:
-    """Measure dimensions."""
+    """Measure the length, height, or area and perimeter of each dimension."""
     return [_measure(context, dimension) for dimension in dimensions]
 
 
@@ -189,7 +189,7 @@ MEASURED_QUANTITY = replace(
     explanation=_("Measured quantity"),
     value=lambda subject: subject.feature.kind,
     words=(),
-    shown=None,
+    format_text=None,
 )
 """Used only in files; elsewhere, `kind` is the feature type."""
 FIGURES = (

@@ -214,7 +214,7 @@ WHAT = replace(
     explanation=_("Known quantity"),
     value=lambda subject: subject.feature.kind,
     words=(),
-    shown=None,
+    format_text=None,
 )
 """Used only in files; elsewhere, `kind` is the feature type."""
 

@@ -46,7 +46,7 @@ class Patch(PaintedFeature, SurfaceFeature, RepeatableFeature, TypedFeature):
     Attributes
     ----------
     element, runs, n, mean, outline
-        As for Painted.
+        See `PaintedFeature`.
     scatter, n_effective
         Together with `n` and `mean`, the moments of the points in the file frame
         (geometry/patches.py), from which the plane can be computed without the model.

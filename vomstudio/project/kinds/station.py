@@ -206,7 +206,7 @@ STATION_KIND = replace(
     explanation=_("Station or sample"),
     value=_kind_text,
     words=(),
-    shown=None,
+    format_text=None,
 )
 """Used only in files; elsewhere, `kind` is the feature type."""
 

@@ -117,7 +117,7 @@ def plane_row(
         95 % half-angle due to doubtful stretches, which is a lower bound of the total error.
     plane : Plane or None
         Attitude of the fit if it is already known.
-    judged_as, outcrop_normal, bend_deg
+    verdict_kind, outcrop_normal, bend_deg
         Inputs of the verdict.
     **metadata
         Other columns (id, name, kind, set, overturned, area_m2, model, frame, notes).

@@ -44,7 +44,7 @@ class ModelFit:
 
     Attributes
     ----------
-    observation : Combined
+    observation : SimilarityObservation
         The fit as an observation for the adjustment with other observations.
     places : int
         Number of used positions on the model, each the mean of the points within `radius_m`.

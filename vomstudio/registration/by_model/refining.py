@@ -99,8 +99,8 @@ def refine(
 
     Parameters
     ----------
-    model : Places
-    reference : Reference
+    model : ModelPlanes
+    reference : ReferencePlanes
     start : Similarity
     include_scale : bool
         Whether the scale is estimated.

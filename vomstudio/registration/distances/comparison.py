@@ -66,7 +66,7 @@ class Comparison(PrintableResult):
         cylinders.
     registration_error_m : float or None
         One-sigma registration error, which is part of the level of detection.
-    positive_toward : Toward or None
+    positive_toward : PositiveDirection or None
         Mean direction of positive distances, or None for a closed body.
     sides_by : str
         How the sides of the benchmark were determined: "winding" of its faces, "normals" from its

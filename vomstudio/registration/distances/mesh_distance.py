@@ -33,7 +33,7 @@ class OrientedMesh:
         size = np.linalg.norm(normal, axis=1, keepdims=True)
         self._faces: FloatArray = normal / np.where(size > 0, size, 1.0)
         self.areas: FloatArray = size[:, 0] / 2
-        self._places = weld_points(mesh.vertices)[mesh.faces]
+        self._corner_ids = weld_points(mesh.vertices)[mesh.faces]
         self._corners = self._corner_normals(corners)
         self._edge_keys, self._edges, self._has_one_face = self._edge_normals()
         is_border = np.zeros(len(self._corners), bool)
@@ -53,14 +53,14 @@ class OrientedMesh:
         return float(self.areas.sum())
 
     def _corner_normals(self, corners: list[FloatArray]) -> FloatArray:
-        normals = np.zeros((int(self._places.max(initial=-1)) + 1, 3))
+        normals = np.zeros((int(self._corner_ids.max(initial=-1)) + 1, 3))
         for k in range(3):
             a, b = corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]
             sine = np.linalg.norm(np.cross(a, b), axis=1)
             angle = np.arctan2(sine, np.einsum("ij,ij->i", a, b))
             for axis in range(3):
                 normals[:, axis] += np.bincount(
-                    self._places[:, k], angle * self._faces[:, axis], len(normals)
+                    self._corner_ids[:, k], angle * self._faces[:, axis], len(normals)
                 )
         return normals
 
@@ -76,8 +76,8 @@ class OrientedMesh:
 
     def _edge_key(self, rows: slice | IntArray, opposite: int) -> IntArray:
         """Return the keys of the edges opposite a corner of the faces."""
-        a = self._places[rows, (opposite + 1) % 3]
-        b = self._places[rows, (opposite + 2) % 3]
+        a = self._corner_ids[rows, (opposite + 1) % 3]
+        b = self._corner_ids[rows, (opposite + 2) % 3]
         return np.asarray(np.minimum(a, b) * len(self._corners) + np.maximum(a, b), np.int64)
 
     def find_counterparts(
@@ -125,7 +125,7 @@ class OrientedMesh:
                 self._has_one_face[edge],
             )
             selected_rows = np.flatnonzero(~is_zero[:, k] & (is_zero.sum(axis=1) == 2))
-            corner = self._places[face[selected_rows], k]
+            corner = self._corner_ids[face[selected_rows], k]
             pseudonormal[selected_rows], is_border[selected_rows] = (
                 self._corners[corner],
                 self._is_border[corner],

@@ -78,9 +78,9 @@ def _suggest_names(names: Sequence[str], known_names: Sequence[str]) -> list[str
     """Return the names, each with the most similar known name."""
     hints = []
     for name in names:
-        similar_names = most_similar_name(name, known_names)
+        similar_name = most_similar_name(name, known_names)
         hints.append(
-            name if similar_names is None else tr("{name} ({near}?)", name=name, near=similar_names)
+            name if similar_name is None else tr("{name} ({near}?)", name=name, near=similar_name)
         )
     return hints
 
@@ -97,7 +97,7 @@ def name_findings(
     ----------
     points : sequence of str
         Labels of the points that have coordinates.
-    marks : sequence of Marked
+    marks : sequence of PhotoMark
     views : mapping
         View of each photo, by its name.
 
@@ -137,7 +137,7 @@ def group_photos_by_label(
     ----------
     points : sequence of str
         Labels.
-    marks : sequence of Marked
+    marks : sequence of PhotoMark
     views : mapping
         View of each photo, by its name.
 
@@ -204,7 +204,7 @@ class _PixelConvention:
         return np.asarray(pixels @ np.array(self.turn, np.float64).T + size * self.start)
 
 
-def _other_conventions() -> Iterator[_PixelConvention]:
+def _pixel_conventions() -> Iterator[_PixelConvention]:
     """Yield all conventions with the origin at a corner or the centre of a photo."""
     yield _PixelConvention(tr("column and row are swapped"), ((0, 1), (1, 0)))
     yield _PixelConvention(tr("rows are counted from the lower edge"), ((1, 0), (0, -1)), (0, 1))
@@ -316,7 +316,7 @@ def _conversions(
 
     Each consists of a description, a size relative to the marked copies, and a conversion.
     """
-    for convention in _other_conventions():
+    for convention in _pixel_conventions():
         yield convention.words, 1.0, convention
 
     def change(log_size: float) -> Callable[[FloatArray, View], FloatArray]:

@@ -71,7 +71,7 @@ def pieces(count: int, stop_event: threading.Event, size: int = PIECE_SIZE) -> I
 
 
 def finite_bounds(points: FloatingArray, stop_event: threading.Event) -> FloatArray:
-    """Return the bounds (2, 3) of the finite points, or zeros without finite points."""
+    """Return the bounds (2, 3) of the finite points, or zeros if there are none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop_event):
         # Reduces long rows, because a reduction along rows of three elements is eight times

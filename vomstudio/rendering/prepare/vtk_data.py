@@ -61,7 +61,7 @@ def triangles(
     uv: Float32Array | None = None,
     colors: ByteArray | None = None,
 ) -> vtkPolyData:
-    """Create a triangle mesh from points (n, 3) and faces (m, 3), which are rows of points."""
+    """Create a triangle mesh from points (n, 3) and faces (m, 3) of point indices."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
     data.SetPolys(triangle_cells(faces))
@@ -75,7 +75,7 @@ def triangles(
 
 
 def triangle_cells(faces: Int32Array) -> vtkCellArray:
-    """Return triangles (m, 3), given as rows of points, as VTK cells."""
+    """Convert triangles (m, 3), given as point indices, to VTK cells."""
     cells = vtkCellArray()
     flat_indices = np.ascontiguousarray(faces, np.int32).reshape(-1)
     offsets = np.arange(0, len(flat_indices) + 1, 3, dtype=np.int32)

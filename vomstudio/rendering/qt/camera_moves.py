@@ -124,12 +124,10 @@ class CameraMoves(QObject):
         """Return the scale at the distance of the pivot, in metres per logical pixel."""
         return self.camera.metres_per_pixel(self._pane.extent()[1])
 
-    def seen(self) -> tuple[FloatArray, float, float]:
+    def view_extent(self) -> tuple[FloatArray, float, float]:
         """Return the centre (3,) of the view in the World frame, and the size of the view.
 
-        The size is in metres, at the distance of the pivot.
-
-        All are at the pivot's distance.
+        The centre and the size (width and height, m) are at the distance of the pivot.
         """
         camera, scale = self.camera, self.metres_per_pixel()
         centre = camera.position + camera.distance * camera.direction

@@ -113,7 +113,7 @@ class Gestures(QObject):
         self._last_position = QPointF()
         self._action: str | None = None
         self._action_depth: float | None = None
-        self._after_double_click = False
+        self._is_after_double_click = False
         self._last_hover_time = 0.0
         self._hover_event: PointerEvent | None = None
         self._hover_timer = QTimer(self, singleShot=True)
@@ -302,10 +302,10 @@ class Gestures(QObject):
         elif action == "tool":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
             self.pointer.emit(replace(end, handle=None))
-        elif action is None and not self._after_double_click:
+        elif action is None and not self._is_after_double_click:
             click = self._event(Pointer.CLICK, press, event.button(), event)
             self.pointer.emit(click)
-        self._after_double_click = False
+        self._is_after_double_click = False
         self._dragged_handle = None
 
     def double_click(self, event: QMouseEvent) -> None:
@@ -317,7 +317,7 @@ class Gestures(QObject):
         self._button = event.button()
         self._action = None
         self._dragged_handle = None
-        self._after_double_click = True
+        self._is_after_double_click = True
         pointer_event = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
         if event.button() == Qt.MouseButton.LeftButton and pointer_event.hit is not None:
             self._moves.set_pivot(self._view.world_position(pointer_event.hit))

@@ -35,13 +35,13 @@ class ColorEntry:
 
 
 class ColorLegend:
-    """Title and entries of a legend in the upper left corner; it is empty without entries."""
+    """Title and entries of a legend in the upper left corner."""
 
     def __init__(self, title: str = "", entries: Sequence[ColorEntry] = ()) -> None:
         self.title, self.entries = title, tuple(entries)
 
     def box(self) -> QRectF:
-        """Return the rectangle of the legend, which is empty without entries."""
+        """Return the rectangle of the legend; empty if there are no entries."""
         if not self.entries:
             return QRectF()
         bold = QFontMetricsF(painting.system_font(bold=True))

@@ -47,7 +47,7 @@ class PhotoCameras:
     def attach_to(self, scene: Scene) -> None:
         """Pass the state to a new scene."""
         scene.cameras.show(self.frusta)
-        scene.cameras.choose(self.selection)
+        scene.cameras.select(self.selection)
 
     def show(self, frusta: Sequence[Frustum]) -> None:
         """Show the cameras of photos, given in the World frame."""
@@ -61,15 +61,15 @@ class PhotoCameras:
             # Cameras far from the models need another depth range.
             self._picture.redraw()
 
-    def choose(self, names: Iterable[str]) -> None:
-        """Emphasise the cameras of exactly these photos."""
+    def select(self, names: Iterable[str]) -> None:
+        """Emphasise only the cameras of these photos."""
         selection = frozenset(names)
         if selection == self.selection:
             return
         self.selection = selection
         scene = self._lifetime.scene
         if scene is not None:
-            scene.cameras.choose(selection)
+            scene.cameras.select(selection)
         if self.frusta:
             self._picture.redraw_features()
 

@@ -121,9 +121,9 @@ class PreviewPainter:
 
     def _paint_pending(self, preview: Preview, color: QColor) -> None:
         """Paint the places of clicks that have not taken effect yet."""
-        if preview.pending_places is None or not len(preview.pending_places):
+        if preview.pending_positions is None or not len(preview.pending_positions):
             return
-        pixels, _ = self._camera.project(preview.pending_places, self._extent)
+        pixels, _ = self._camera.project(preview.pending_positions, self._extent)
         for x, y in pixels[np.isfinite(pixels).all(axis=1)]:
             painting.draw_pending_click(self._painter, x, y, color)
 

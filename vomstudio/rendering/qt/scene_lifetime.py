@@ -64,8 +64,8 @@ class SceneLifetime(QObject):
         scene = Scene(self._camera)
         self._fill_scene(scene)
         self.scene = scene
-        waiting, self._pending_jobs = self._pending_jobs, []
-        for job in waiting:
+        pending_jobs, self._pending_jobs = self._pending_jobs, []
+        for job in pending_jobs:
             job()
         self.started.emit()
 

@@ -55,7 +55,11 @@ class ShownFeatures:
         self._hovered: tuple[str, float, float] | None = None
         self._camera, self._pane = camera, pane
         self._lifetime, self._picture = lifetime, picture
-        self._annotations, self._inside, self._has_clip_box = annotations, is_inside, has_clip_box
+        self._annotations, self._is_inside, self._has_clip_box = (
+            annotations,
+            is_inside,
+            has_clip_box,
+        )
 
     def attach_to(self, scene: Scene) -> None:
         """Pass the drawings to a new scene."""
@@ -80,7 +84,7 @@ class ShownFeatures:
         self._picture.redraw_features()
 
     def select(self, ids: Iterable[str]) -> None:
-        """Emphasise exactly these features."""
+        """Emphasise only these features."""
         self.selected = frozenset(ids)
         if self._lifetime.scene is not None:
             self._lifetime.scene.set_selected(self.selected)
@@ -121,7 +125,7 @@ class ShownFeatures:
         if (feature_id := self._annotations.at(x, y)) is not None:
             return feature_id
         # Clipped features cannot be picked.
-        candidates = [d for d in self.drawings.values() if d.visible and self._inside(d)]
+        candidates = [d for d in self.drawings.values() if d.visible and self._is_inside(d)]
         return feature_at(
             candidates, x, y, self._camera, self._pane.extent(), include_discs=include_discs
         )
@@ -130,4 +134,4 @@ class ShownFeatures:
         """Return the drawings that are at least partly inside the clipping box, keyed by id."""
         if not self._has_clip_box():
             return self.drawings
-        return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}
+        return {key: drawing for key, drawing in self.drawings.items() if self._is_inside(drawing)}

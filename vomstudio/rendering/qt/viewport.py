@@ -262,7 +262,7 @@ class Viewport(QWidget):
         self._picture.redraw_features()
 
     def set_legend(self, legend: ColorLegend) -> None:
-        """Show a legend of the colours of features; it is hidden without entries."""
+        """Show a legend of the colours of features, or hide it if there are no entries."""
         self.overlays.legend = legend
         self._picture.redraw_features()
 

@@ -73,8 +73,8 @@ class CameraLayer:
         self.frusta = tuple(frusta)
         self._is_stale = True
 
-    def choose(self, names: frozenset[str]) -> None:
-        """Emphasise the cameras of exactly these photos."""
+    def select(self, names: frozenset[str]) -> None:
+        """Emphasise only the cameras of these photos."""
         self.selection = names
         self._is_stale = True
 

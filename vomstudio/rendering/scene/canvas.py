@@ -179,7 +179,7 @@ class Canvas:
 
     @property
     def start(self) -> FloatArray:
-        """Origin (3,) in the World frame, or zeros without contents."""
+        """Origin (3,) in the World frame, or zeros if there are no contents."""
         return np.zeros(3) if self.origin is None else self.origin
 
     def placement(self, to_world: FloatArray, origin: FloatArray) -> vtkMatrix4x4:

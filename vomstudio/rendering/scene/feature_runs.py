@@ -45,7 +45,7 @@ class Runs:
         return cls(points.astype(np.float32), sizes, np.repeat(rgb, sizes, axis=0))
 
     @classmethod
-    def joined(cls, parts: Iterable[Runs]) -> Runs:
+    def concatenate(cls, parts: Iterable[Runs]) -> Runs:
         """Concatenate runs."""
         all_runs = [Runs.of([], [], np.zeros(3)), *parts]
         return cls(
@@ -88,7 +88,7 @@ class _Block:
 
     Parameters
     ----------
-    shown : list of FeatureDrawing
+    drawings : list of FeatureDrawing
         Visible drawings of the block.
     boxes : (n, 2, 3) float64
         Minimum and maximum World corners of each feature's line and disc; NaN if it has neither.
@@ -96,7 +96,7 @@ class _Block:
         Bounding box of all features in the block, including their areas.
     """
 
-    shown: list[FeatureDrawing]
+    drawings: list[FeatureDrawing]
     lines: Runs
     discs: Runs
     boxes: FloatArray
@@ -143,11 +143,11 @@ class FeatureRuns:
 
     def lines(self) -> Runs:
         """Return the lines of the visible features."""
-        return Runs.joined(block.lines for block in self._all_blocks())
+        return Runs.concatenate(block.lines for block in self._all_blocks())
 
     def discs(self) -> Runs:
         """Return the discs of the visible features."""
-        return Runs.joined(block.discs for block in self._all_blocks())
+        return Runs.concatenate(block.discs for block in self._all_blocks())
 
     def visible_runs(self, is_needed: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
         """Return the lines and discs of the visible features selected by their boxes.
@@ -172,7 +172,7 @@ class FeatureRuns:
         self, is_needed: Callable[[FloatArray], BoolArray] | None
     ) -> list[FeatureDrawing]:
         blocks = self._all_blocks()
-        drawings = [drawing for item in blocks for drawing in item.shown]
+        drawings = [drawing for item in blocks for drawing in item.drawings]
         if is_needed is None:
             return drawings
         boxes = np.concatenate([np.zeros((0, 2, 3)), *(item.boxes for item in blocks)])
@@ -215,7 +215,7 @@ def spots(drawing: FeatureDrawing) -> FloatArray:
 
 
 def _bounding_boxes(runs: list[FloatArray]) -> FloatArray:
-    """Return the bounding box (n, 2, 3) of each run, NaN for a run without points."""
+    """Return the bounding box (n, 2, 3) of each run, NaN if the run is empty."""
     boxes = np.full((len(runs), 2, 3), np.nan)
     sizes = np.array([len(run) for run in runs], np.int64)
     filled_rows = np.flatnonzero(sizes)

@@ -247,7 +247,7 @@ class Scene:
         self.features.change(changes)
 
     def set_selected(self, ids: Iterable[str]) -> None:
-        """Emphasise exactly these features."""
+        """Emphasise only these features."""
         self.features.select(frozenset(ids))
 
     # -- coordinates of VTK

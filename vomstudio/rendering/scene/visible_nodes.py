@@ -56,5 +56,5 @@ class VisibleNodes:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether enough nodes are about to arrive that drawing a frame should wait for them."""
+        """Whether the next frame should be delayed because many nodes are about to arrive."""
         return not self.is_settled and time.perf_counter() - self._requested_at_s < MAX_NODE_DELAY_S

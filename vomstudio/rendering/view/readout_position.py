@@ -72,7 +72,7 @@ class PickedPoints:
         points = np.vstack([np.asarray(self.line, float).reshape(-1, 2), self.dots.reshape(-1, 2)])
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
-    def ahead(self) -> FloatArray:
+    def expected_segment(self) -> FloatArray:
         """Return the extrapolated line (0 or 1, 4), where the next vertex is expected."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if not len(line) or not np.isfinite(line[-1]).all():
@@ -91,7 +91,7 @@ class ReadingPosition:
     ----------
     side : int
         Index of the last position.
-    box : Box or None
+    box : PixelBox or None
         Rectangle in which the reading was last drawn, or None.
     """
 
@@ -137,9 +137,9 @@ class ReadingPosition:
         return box
 
     def _free_side(self, positions: list[PixelBox], picked_points: PickedPoints) -> int | None:
-        next_segment = picked_points.ahead()
+        next_segment = picked_points.expected_segment()
 
-        def free(side: int, margin: float, *, include_next: bool = False) -> bool:
+        def is_free(side: int, margin: float, *, include_next: bool = False) -> bool:
             box = positions[side]
             if _covered_length(box, picked_points, margin) > 0.0:
                 return False
@@ -148,17 +148,17 @@ class ReadingPosition:
         cursor_positions = range(POSITIONS_AT_CURSOR)
         is_preferred = self.side < len(positions)
         if self.side < POSITIONS_AT_CURSOR:
-            if free(self.side, LINE_CLEARANCE, include_next=True):
+            if is_free(self.side, LINE_CLEARANCE, include_next=True):
                 return self.side
             clearance = NEW_CLEARANCE
         else:
             clearance = RETURN_CLEARANCE
         for side in cursor_positions:
-            if free(side, clearance, include_next=True):
+            if is_free(side, clearance, include_next=True):
                 return side
-        if is_preferred and free(self.side, LINE_CLEARANCE):
+        if is_preferred and is_free(self.side, LINE_CLEARANCE):
             return self.side
-        return next((side for side in range(len(positions)) if free(side, NEW_CLEARANCE)), None)
+        return next((side for side in range(len(positions)) if is_free(side, NEW_CLEARANCE)), None)
 
 
 def _candidate_boxes(size: Size, view: Size, picked_points: PickedPoints) -> list[PixelBox]:

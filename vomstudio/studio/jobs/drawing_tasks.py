@@ -81,7 +81,7 @@ class PictureGeometry:
     matrix: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, sidecar: Sidecar) -> PictureGeometry:
+    def from_sidecar(cls, sidecar: Sidecar) -> PictureGeometry:
         """Return the geometry of the picture that a sidecar describes."""
         rows = tuple(tuple(float(value) for value in row) for row in sidecar.matrix)
         return cls(sidecar.width, sidecar.height, rows)
@@ -143,7 +143,7 @@ class DrawnLines:
 
 
 def collect_lines(
-    brought_projected_lines: ProjectedLines,
+    projected_lines: ProjectedLines,
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: Iterable[Finding],
@@ -153,7 +153,7 @@ def collect_lines(
 
     Parameters
     ----------
-    brought_projected_lines : ProjectedLines
+    projected_lines : ProjectedLines
         Lines of the drawing with their positions on the surface.
     names : iterable of str
         Names of the lines that the drawing contains.
@@ -167,7 +167,7 @@ def collect_lines(
 
     stated_names = {name.strip() for name in names}
     lines = []
-    for line in (*brought_projected_lines.lines, *brought_projected_lines.skipped):
+    for line in (*projected_lines.lines, *projected_lines.skipped):
         points = line.points
         if to_file is not None and len(points):
             points = transform.apply(to_file, points)
@@ -179,8 +179,8 @@ def collect_lines(
                 layer=line.layer,
                 pixels=tuple((float(x), float(y)) for x, y in line.pixels),
                 points=tuple(
-                    _to_point(next(positions)) if is_point_met else None
-                    for is_point_met in line.is_on_surface
+                    _to_point(next(positions)) if is_point_on_surface else None
+                    for is_point_on_surface in line.is_on_surface
                 ),
                 id=line.words.id,
                 kind=line.words.kind,
@@ -188,7 +188,7 @@ def collect_lines(
             )
         )
     return DrawnLines(
-        tuple(lines), sidecar.content_hash, PictureGeometry.of(sidecar), tuple(warnings)
+        tuple(lines), sidecar.content_hash, PictureGeometry.from_sidecar(sidecar), tuple(warnings)
     )
 
 
@@ -212,12 +212,12 @@ def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     data = read_in_file_frame(request.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
-        brought_lines = project_lines(
+        projected_lines = project_lines(
             lines, transform_sidecar(picture, request.model.to_world), data
         )
     except InputError as error:
         raise error.with_file(request.drawing) from error
-    return collect_lines(brought_lines, (line.name for line in lines), picture, findings)
+    return collect_lines(projected_lines, (line.name for line in lines), picture, findings)
 
 
 READ_DRAWN_LINES = Job(

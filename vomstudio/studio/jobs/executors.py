@@ -13,7 +13,7 @@ from vomstudio.core.errors import UsageError, WorkerError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Executor, InlineExecutor, Progress
 from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSOR_COUNT, map_unordered
-from vomstudio.photogrammetry.base.memory import workers_at_once
+from vomstudio.photogrammetry.base.memory import worker_count
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -44,7 +44,7 @@ class Threads:
         """See `Executor`."""
         done_count = 0
         progress.step(0)
-        threads = workers_at_once(needed_count, self._count)
+        threads = worker_count(needed_count, self._count)
 
         def check() -> None:
             progress.step(done_count)

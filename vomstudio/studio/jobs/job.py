@@ -43,7 +43,7 @@ class Job(Generic[Request, Result]):
 
     Parameters
     ----------
-    smaller : str
+    memory_hint : str
         Advice for the case of insufficient memory, a sentence for `tr`; "" for no advice.
     """
 
@@ -51,8 +51,8 @@ class Job(Generic[Request, Result]):
     lane: Lane
     request: type[Request]
     result: type[Result]
-    do: Callable[[Request, Progress], Result]
-    smaller: str = ""
+    function: Callable[[Request, Progress], Result]
+    memory_hint: str = ""
 
     def run_plain(self, args: Any, progress: Progress) -> Any:
         """Run the job in the worker process, with plain values as input and output.
@@ -62,10 +62,12 @@ class Job(Generic[Request, Result]):
         WorkerError
             If the values cannot be converted. All errors of the job itself are raised as well.
         """
-        return serialisation.encode(self.do(serialisation.decode(self.request, args), progress))
+        return serialisation.encode(
+            self.function(serialisation.decode(self.request, args), progress)
+        )
 
     def memory_advice(self) -> str:
         """Return advice for the case of insufficient memory."""
-        if self.smaller:
-            return tr(self.smaller)
+        if self.memory_hint:
+            return tr(self.memory_hint)
         return tr("Close other programs and try again.")

@@ -66,7 +66,7 @@ class FitRequest:
         Whether the scale is estimated.
     pairs : tuple of HomologousPoint
         At least three pairs, or fewer if the model is already close to the reference.
-    stable : StablePart or None
+    stable : StableArea or None
         Stable part of the reference. If None, the whole reference is stable.
     """
 

@@ -75,7 +75,7 @@ class ControlSummary:
 
 @dataclass(frozen=True)
 class ReconstructionForecast:
-    """Forecast of a reconstruction: memory (None without photos) and control points."""
+    """Forecast of a reconstruction: memory (None if there are no photos), control points."""
 
     memory: MemoryRequirement | None
     control: ControlSummary | None

@@ -68,7 +68,7 @@ def exit_error(code: int, stderr_text: str, job: Job[Any, Any], request: Any) ->
     remedy = tr("Try again.")
     if code == _KILL_CODE:
         remedy = job.memory_advice()
-    elif code in _CRASH_CODES and job.smaller:
+    elif code in _CRASH_CODES and job.memory_hint:
         remedy = tr("This may be caused by a lack of memory. {remedy}", remedy=job.memory_advice())
     return WorkerError(Finding("job.worker-died", ending=exit_text(code), remedy=remedy))
 

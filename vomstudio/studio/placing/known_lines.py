@@ -165,7 +165,7 @@ def solve_placement(
 
     Returns
     -------
-    Placed
+    ModelPlacement
 
     Raises
     ------
@@ -251,7 +251,7 @@ def line_residuals(
     Parameters
     ----------
     lines : sequence of KnownLine
-    placement : Placed
+    placement : ModelPlacement
     directions : mapping of str to ModelDirection
         Directions of the compass readings on the model, keyed by reading id.
     turned_deg : float
@@ -322,15 +322,19 @@ def placement_covariance(
     known_parts = placement.known
     if known_parts.all or previous_registration is None:
         return total
-    earlier = np.zeros((7, 7))
+    previous_covariance = np.zeros((7, 7))
     shape = previous_registration.shape_covariance()
     if shape is not None:
-        earlier[:4, :4] = shape
+        previous_covariance[:4, :4] = shape
     if previous_registration.covariance is not None and previous_registration.centre is not None:
         # A rotation or scale about the centre also shifts other points.
-        moves = np.eye(7)
-        moves[4:] = jacobian(np.subtract(placement.centre, previous_registration.centre))
-        earlier = moves @ np.array(previous_registration.covariance, np.float64) @ moves.T
+        shift_jacobian = np.eye(7)
+        shift_jacobian[4:] = jacobian(np.subtract(placement.centre, previous_registration.centre))
+        previous_covariance = (
+            shift_jacobian
+            @ np.array(previous_registration.covariance, np.float64)
+            @ shift_jacobian.T
+        )
     is_free = [not known_parts.vertical] * 2 + [not known_parts.north, not known_parts.scale]
     is_kept = np.array(is_free + [not known_parts.position] * 3, np.float64)
-    return np.asarray(total + earlier * np.outer(is_kept, is_kept))
+    return np.asarray(total + previous_covariance * np.outer(is_kept, is_kept))

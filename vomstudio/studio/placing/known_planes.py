@@ -112,7 +112,7 @@ def placement_readings(
 def compass_table(
     lines: Sequence[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> CompassTable | None:
-    """Return the readings used for placement as a compass table, or None without readings.
+    """Return the readings used for placement as a compass table, or None if there are none.
 
     The errors in the table combine those of the reading and the feature.
     """
@@ -151,7 +151,7 @@ def residual_deg(
     line : KnownLine
     model_direction : ModelDirection
         Direction of the reading on the model.
-    placement : Placed
+    placement : ModelPlacement
     turned_deg : float
         Correction that is added to the azimuth, degrees.
     """
@@ -242,7 +242,7 @@ def parse_sigma(text: str) -> float:
     return number
 
 
-def reading_refusal(
+def reading_problem(
     record: Record | None, model: Model, measurement: Measurement | None
 ) -> Finding | None:
     """Return why a record cannot have a compass reading on a model, or None if it can."""

@@ -97,7 +97,7 @@ def fit_model(
     ----------
     loaded_model : LoadedModel
     reference : str or Path
-    previous_placement : Placed or None
+    previous_placement : ModelPlacement or None
         Initial placement by other observations. If None, the fit starts with the frames of the
         files.
     crs : str or None

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from vomstudio.io.control.attitude_tables import AttitudeTable
     from vomstudio.io.control.observation_tables import Pairs, Positions
     from vomstudio.io.models.reader import LoadedModel
-    from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.io.photos.own_cameras.result import ModelCameras
     from vomstudio.registration.attitude_evidence import AttitudeResidual
     from vomstudio.registration.compass_evidence import Segment
     from vomstudio.registration.north import NorthInputs
@@ -253,9 +253,11 @@ def _model_record(
     from vomstudio.io.models.frames import file_frame, stored_registration
 
     path = loaded_model.path
-    stored = stored_registration(loaded_model, FrameOptions(up=options.up, unit=options.unit))
-    findings += stored.findings
-    placement = stored.registration or file_frame(path, loaded_model.crs)
+    stored_result = stored_registration(
+        loaded_model, FrameOptions(up=options.up, unit=options.unit)
+    )
+    findings += stored_result.findings
+    placement = stored_result.registration or file_frame(path, loaded_model.crs)
     return Model("", path.stem, str(path), loaded_model.kind, loaded_model.content_hash, placement)
 
 
@@ -367,7 +369,7 @@ def _fit_to_reference(
 
 
 def _solve(evidence: Evidence, loaded_model: LoadedModel | None, start: _Start) -> ModelPlacement:
-    """Solve the placement; undetermined parameters are those at the start."""
+    """Solve for the placement. Undetermined parameters keep their initial values."""
     from vomstudio.registration.evidence import register
 
     extent = None if loaded_model is None else _model_bounds(loaded_model)
@@ -475,7 +477,9 @@ def _collect_evidence(
     if options.cameras is not None:
         positions = _positions(options.cameras, cameras)
         evidence.positions, crs, position = positions_in_metres(positions, crs, findings)
-        findings += check_area(evidence.positions.places, crs, is_converted=position is not None)
+        findings += check_area(
+            evidence.positions.coordinates, crs, is_converted=position is not None
+        )
     north = _north(options, evidence, crs, position)
     if options.attitudes is not None:
         table = _attitudes(options.attitudes, options.north, cameras)
@@ -504,10 +508,10 @@ def _collect_evidence(
     return evidence, crs, read_north
 
 
-def _own_cameras(options: Observations, loaded_model: LoadedModel | None) -> OwnCameras:
+def _own_cameras(options: Observations, loaded_model: LoadedModel | None) -> ModelCameras:
     """Read the cameras in the frame of the model."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
-    from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import find_camera_file, read_camera_file
 
     if options.model_cameras is not None:
         path = Path(options.model_cameras)
@@ -517,11 +521,11 @@ def _own_cameras(options: Observations, loaded_model: LoadedModel | None) -> Own
                 Finding("option.needs-cameras"),
                 field="MODEL",
             )
-        path = find_own_cameras(loaded_model.path) or loaded_model.path.with_name(FILE_NAME)
-    return read_own_cameras(path, None if loaded_model is None else loaded_model.data.bounds)
+        path = find_camera_file(loaded_model.path) or loaded_model.path.with_name(FILE_NAME)
+    return read_camera_file(path, None if loaded_model is None else loaded_model.data.bounds)
 
 
-def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
+def _positions(source: str | Path, cameras: ModelCameras) -> Positions:
     """Read the positions of photos from a table or from the photos."""
     from vomstudio.io.control.observation_tables import read_positions
     from vomstudio.registration.photo_evidence import read_photo_positions
@@ -531,7 +535,7 @@ def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
     return read_positions(source)
 
 
-def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeTable:
+def _attitudes(source: str | Path, north: str, cameras: ModelCameras) -> AttitudeTable:
     """Read the attitudes of photos from a table or from the photos."""
     from vomstudio.io.control.attitude_tables import read_attitudes
     from vomstudio.registration.photo_evidence import read_photo_attitudes
@@ -551,7 +555,7 @@ def _north(
     from vomstudio.registration.north import NorthInputs, centre_longitude_latitude, parse_day
 
     positions = [] if evidence.pairs is None else [evidence.pairs.world]
-    positions += [] if evidence.positions is None else [evidence.positions.places]
+    positions += [] if evidence.positions is None else [evidence.positions.coordinates]
     if position is None and crs is not None and positions:
         position = centre_longitude_latitude(crs, np.concatenate(positions))
     day = None if options.date is None else parse_day(options.date)
@@ -577,7 +581,7 @@ def _rotate_to_grid_north(
     return correction.read_north(evidence.compass_sigma_deg)
 
 
-def _find_photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
+def _find_photos(source: str | Path, cameras: ModelCameras, option: str) -> dict[str, Path]:
     """Find the photos of the cameras, in the given folder or beside the model."""
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
 

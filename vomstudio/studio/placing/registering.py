@@ -125,8 +125,8 @@ def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArra
         return None
     model_points, target_points = transform.apply(model.to_world, pairs.model), pairs.world
     (x, y, z), (u, v, w) = model_points[1] - model_points[0], target_points[1] - target_points[0]
-    level, length = np.hypot(u, v), np.linalg.norm([u, v, w])
-    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * length:
+    horizontal_length, length = np.hypot(u, v), np.linalg.norm([u, v, w])
+    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or horizontal_length <= 0.1 * length:
         return None
     angle = np.arctan2(y, x) - np.arctan2(v, u)
     to_model = np.eye(4)
@@ -417,13 +417,13 @@ def set_rotations_deg(
 
 
 def set_rotation_finding(rotation_by_set_deg: Mapping[str, float]) -> Finding | None:
-    """Return the finding on the rotation of sets, largest first, or None without sets."""
-    ordered = sorted(rotation_by_set_deg.items(), key=lambda each: -each[1])
+    """Return the finding on set rotations, largest first, or None if there are no sets."""
+    sorted_rotations = sorted(rotation_by_set_deg.items(), key=lambda each: -each[1])
     parts = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=rotation)
-        for name, rotation in ordered[:MAX_SETS_REPORTED]
+        for name, rotation in sorted_rotations[:MAX_SETS_REPORTED]
     ]
-    if len(ordered) > MAX_SETS_REPORTED:
+    if len(sorted_rotations) > MAX_SETS_REPORTED:
         parts.append(tr("others by less"))
     return Finding("registration.sets-turned", sets=parts) if parts else None
 

@@ -73,7 +73,7 @@ class Proposals:
     Parameters
     ----------
     model : Model
-    judged_by : Thresholds
+    thresholds : Thresholds
         Thresholds at the time of the assessment.
     patches : tuple of Patch
         Patches without names or types, the largest first.
@@ -90,7 +90,7 @@ class Proposals:
     model_id: str
     to_world: object
     model: Model
-    judged_by: Thresholds
+    thresholds: Thresholds
     options: FacetOptions
     result: FacetsResult
     patches: tuple[Patch, ...]
@@ -127,7 +127,7 @@ class FacetProposals(ProposalQueue[Proposals]):
 
     Attributes
     ----------
-    open, accepted : set of int
+    open_rows, accepted : set of int
         Indices of the undecided proposals and of the accepted ones.
     """
 
@@ -304,7 +304,7 @@ class FacetProposals(ProposalQueue[Proposals]):
                 # Avoids measuring hundreds of patches again while the window waits.
                 new_features = [f for f in edit.after.values() if isinstance(f, Feature)]
                 self._store_expected_measurements(
-                    list(zip(new_features, measurements, strict=True)), proposals.judged_by
+                    list(zip(new_features, measurements, strict=True)), proposals.thresholds
                 )
             return edit
 

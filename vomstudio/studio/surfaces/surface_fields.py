@@ -142,7 +142,7 @@ class ModelFields(ModelWork):
         models.loaded.connect(self._follow_model)
 
     # --- availability -------------------------------------------------------------------------
-    def why_not(self, model_id: str) -> Finding | None:
+    def disabled_reason(self, model_id: str) -> Finding | None:
         """Return why no field can be computed for a model, or None if one can."""
         open_model = self._models.open_models.get(model_id)
         if open_model is None:
@@ -216,7 +216,7 @@ class ModelFields(ModelWork):
         """Compute a field and show it, cancelling a running computation."""
         self.stop()
         self.findings = ()
-        reason = self.why_not(model_id)
+        reason = self.disabled_reason(model_id)
         name = self.get_name(model_id, request)
         if reason is not None:
             self._report(reason)

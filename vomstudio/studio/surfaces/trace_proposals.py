@@ -233,7 +233,9 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         maximum = MAX_WAY_POINTS
         if proposals.options.onnx_model is not None:
             cost, maximum = None, MAX_VERTICES
-        trace_id = tool.begin_followed_trace(model, _clicks(line.trace, maximum), cost, note)
+        trace_id = tool.begin_followed_trace(
+            model, _select_way_points(line.trace, maximum), cost, note
+        )
         if trace_id is not None:
             self._trace_ids[row] = trace_id
         self._notify_change()
@@ -277,7 +279,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self.changed.emit()
 
 
-def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
+def _select_way_points(trace: Trace, maximum: int) -> tuple[Point, ...]:
     """Return up to `maximum` way-points of a proposed line for the trace tool."""
     from vomstudio.extraction.proposals.known_lines import simplify_line
 

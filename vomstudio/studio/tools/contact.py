@@ -16,7 +16,7 @@ from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.length_figures import words
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.following import FollowingTool
-from vomstudio.studio.tools.polyline import points_text, type_of_draft
+from vomstudio.studio.tools.polyline import draft_type_id, points_text
 from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
@@ -55,7 +55,7 @@ class ContactTool(FollowingTool[Contact]):
             count,
         )
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
@@ -122,7 +122,7 @@ class ContactTool(FollowingTool[Contact]):
         contact = Contact(
             str(state["contact_id"]),
             "",
-            type_of_draft(self._context, state, self.next_contact.type_id),
+            draft_type_id(self._context, state, self.next_contact.type_id),
             str(state["model_id"]),
             str(state["model_hash"]),
             vertices,

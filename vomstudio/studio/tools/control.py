@@ -96,10 +96,10 @@ class ControlTool(StatelessTool):
             )
         return tr("Control points: click {point} on the outcrop.", point=point.name)
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         return Finding("tool.nothing-open")
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         return Finding("tool.nothing-open")
 
     # --- gestures -----------------------------------------------------------------------------

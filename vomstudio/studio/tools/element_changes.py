@@ -61,7 +61,7 @@ class ElementChanges:
         model_id = self.model_id()
         return None if model_id is None else self._context.elements.data(model_id)
 
-    def everything(self) -> None:
+    def select_all(self) -> None:
         """Select all elements of the model."""
         from vomstudio.extraction.selection.visible_region import element_count
 
@@ -76,11 +76,11 @@ class ElementChanges:
         if (selection := self._tool.selection) is not None:
             self._replace_selection(selection, ~selection.mask, tr("Invert"))
 
-    def wider(self) -> None:
+    def expand(self) -> None:
         """Enlarge the selection by one ring of neighbours."""
         self._change_ring(includes_outer=True)
 
-    def narrower(self) -> None:
+    def shrink(self) -> None:
         """Shrink the selection by one ring of elements."""
         self._change_ring(includes_outer=False)
 
@@ -88,16 +88,16 @@ class ElementChanges:
         selection = self._tool.selection
         if selection is None:
             return
-        growth_steps = self.wider if includes_outer else self.narrower
+        growth_steps = self.expand if includes_outer else self.shrink
         neighbours = self._context.elements.neighbours(selection.model_id, growth_steps)
         if neighbours is None:
             self._context.hint(Finding("neighbours.pending"))
         elif isinstance(neighbours, Finding):
             self._context.report(neighbours)
         elif includes_outer:
-            self._replace_selection(selection, neighbours.wider(selection.mask), tr("Expand"))
+            self._replace_selection(selection, neighbours.expand(selection.mask), tr("Expand"))
         else:
-            self._replace_selection(selection, neighbours.narrower(selection.mask), tr("Shrink"))
+            self._replace_selection(selection, neighbours.shrink(selection.mask), tr("Shrink"))
 
     def select_patch(self, patch: Patch) -> None:
         """Select the faces or points of a patch."""

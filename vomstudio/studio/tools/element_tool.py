@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class ElementTool:
-    """Tool that chooses faces or points; see the module.
+    """Tool that selects faces or points.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class ElementTool:
         Action of a click or drag.
     combine : Combine
         How the result is combined with the selection without a key.
-    through : bool
+    is_through : bool
         Whether shapes also select hidden elements.
     """
 
@@ -108,7 +108,7 @@ class ElementTool:
         selection = None if self._shape is not None else self._selection
         return None if selection is None else selection.next_step
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         return None if self.is_open else Finding("selection.empty")
 
     # --- settings ----------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class ElementTool:
         shape = self._shape
         if shape is None:
             return
-        if (reason := shape.close_refusal()) is not None:
+        if (reason := shape.close_problem()) is not None:
             self._context.hint(reason)
             return
         self._shape = None

@@ -104,9 +104,9 @@ class FollowedLine:
     Parameters
     ----------
     finder : PathFinder
-    found : callable
+    on_leg : callable
         Called when a leg is available.
-    said : callable
+    on_finding : callable
         Receives the reason why a leg is not available, once per leg.
     rank : callable
         Returns the rank of a line (n, 3), given the model, its way-points and the cost; the
@@ -207,12 +207,12 @@ class FollowedLine:
             return ()
         line = np.concatenate([leg.points for leg in known_legs])
         costs = np.concatenate([leg.costs for leg in known_legs if leg.costs is not None])
-        is_new_place = _are_new_points(line)
+        is_new_point = _are_new_points(line)
         position = (
-            np.cumsum(is_new_place)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
+            np.cumsum(is_new_point)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
         )
         return find_jumps(
-            line[is_new_place], costs[is_new_place], np.append(0, position), resolution
+            line[is_new_point], costs[is_new_point], np.append(0, position), resolution
         )
 
     def by(self, model_id: str) -> str:

@@ -43,7 +43,7 @@ class FollowingTool(PolylineTool[F]):
         self._queued_type: tuple[str, str] | None = None
         self._is_handling_queue = False
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         n_missing = 3 - len(self.vertices)
@@ -202,7 +202,7 @@ class FollowingTool(PolylineTool[F]):
             return self._queued_type
         return self._context.next_type_id, self._context.next_set
 
-    def _pending_places(self) -> FloatArray | None:
+    def _pending_positions(self) -> FloatArray | None:
         hits = [
             event.hit
             for event in self._queued_clicks

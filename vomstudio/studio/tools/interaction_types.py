@@ -208,7 +208,7 @@ class Preview:
         Area that the present brush stroke has touched; it is drawn over `area`.
     is_erasing : bool
         Whether the stroke erases.
-    pending_places : (k, 3) float64, optional
+    pending_positions : (k, 3) float64, optional
         Places of clicks that take effect as soon as earlier work is done.
     """
 
@@ -227,7 +227,7 @@ class Preview:
     outline: Outline | None = None
     stroke: Area | None = None
     is_erasing: bool = False
-    pending_places: FloatArray | None = None
+    pending_positions: FloatArray | None = None
 
     def areas(self) -> list[tuple[Area, tuple[float, float, float]]]:
         """Return the areas to draw with their colours; erased parts are white."""

@@ -87,7 +87,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
             return tr(_HINTS[self.kind])
         return tr("Click the other end. Press Backspace to remove the first one, Esc to cancel.")
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
@@ -106,7 +106,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """Do nothing, because a known line has no vertices between its ends."""
 
     def _edit(self, feature: KnownLine) -> Edit:
-        if (reason := self.finish_refusal()) is not None:
+        if (reason := self.finish_problem()) is not None:
             raise GeometryError(reason)
         if feature.vertices[0] == feature.vertices[1]:
             raise GeometryError(Finding("points.coincident"))

@@ -22,7 +22,7 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.kinds.lineation import Lineation
 from vomstudio.project.records import Model
 from vomstudio.studio.tools.fit_summary import WRAP_WIDTH, first_reason_lines
-from vomstudio.studio.tools.polyline import PolylineTool, get_plane, points_text, type_of_draft
+from vomstudio.studio.tools.polyline import PolylineTool, draft_type_id, get_plane, points_text
 from vomstudio.studio.tools.set_memory import SetMemory
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
@@ -65,7 +65,7 @@ class LineTool(PolylineTool[Lineation]):
             count,
         )
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         n_missing = 2 - len(self.vertices)
@@ -151,7 +151,7 @@ class LineTool(PolylineTool[Lineation]):
         lineation = Lineation(
             id=str(state["line_id"]),
             name="",
-            type_id=type_of_draft(self._context, state, self.next_line.type_id),
+            type_id=draft_type_id(self._context, state, self.next_line.type_id),
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,

@@ -41,7 +41,7 @@ def measure_surroundings(
 def surroundings_function(
     surface: Surface | None,
 ) -> Callable[[Sequence[Point]], tuple[float | None, Point | None]] | None:
-    """Return `measure_surroundings` for one surface, or None without a surface.
+    """Return `measure_surroundings` for a surface, or None if there is no surface.
 
     Parameters
     ----------

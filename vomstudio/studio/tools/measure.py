@@ -77,7 +77,7 @@ class MeasureTool(PolylineTool[Dimension]):
             len(self.vertices),
         )
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         missing_count = MIN_POINTS[self.kind] - len(self.vertices)
@@ -131,7 +131,7 @@ class MeasureTool(PolylineTool[Dimension]):
         if (
             len(self.vertices) == 2
             and not self._has_stored_feature
-            and self.finish_refusal() is None
+            and self.finish_problem() is None
         ):
             self.finish()
 
@@ -141,7 +141,7 @@ class MeasureTool(PolylineTool[Dimension]):
             super().insert_vertex(position)
 
     def _edit(self, feature: Dimension) -> Edit:
-        if (reason := self.finish_refusal()) is not None:
+        if (reason := self.finish_problem()) is not None:
             raise GeometryError(reason)
         measurement = self.measurement
         if measurement is None or measurement.problem:

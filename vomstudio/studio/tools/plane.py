@@ -66,7 +66,7 @@ _HINT_OPEN = to_translate("Plane: {count} Press Enter to save the plane, Esc to 
 
 
 class PlaneTool(ElementTool):
-    """Tool that measures planes; see the module.
+    """Tool that measures planes.
 
     Attributes
     ----------
@@ -152,12 +152,12 @@ class PlaneTool(ElementTool):
         hint_text = tr(_PICK_HINT) if self.mode == "pick" else tr(SHAPE_HINTS[self.mode])
         return tr(_HINT, how=hint_text, count=count_text(0))
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._shape is not None:
-            return self._shape.close_refusal()
+            return self._shape.close_problem()
         return None if self.is_open else Finding("plane.nothing-chosen")
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         return None if self.is_open else Finding("tool.nothing-open")
 
     # --- settings ----------------------------------------------------------------------------
@@ -168,11 +168,11 @@ class PlaneTool(ElementTool):
             self._radius = metres
             self._notify_change()
 
-    def larger(self) -> None:
+    def enlarge_brush(self) -> None:
         """Enlarge the brush by one step."""
         self.set_radius(_round_to_two_digits(self.radius * RADIUS_FACTOR))
 
-    def smaller(self) -> None:
+    def shrink_brush(self) -> None:
         """Shrink the brush by one step."""
         self.set_radius(_round_to_two_digits(self.radius / RADIUS_FACTOR))
 
@@ -438,10 +438,12 @@ class PlaneTool(ElementTool):
         if self._continued_patch is None:
             return self._preview.patch(selection)
         surface = self._context.surface(selection.model_id)
-        stored = get(self._context.session.records, self._continued_patch.id, Patch)
+        stored_patch = get(self._context.session.records, self._continued_patch.id, Patch)
         if surface is None or surface.count != len(selection.mask):
             return None
-        return replace(stored or self._continued_patch, **patch_fields(surface, selection.ids()))
+        return replace(
+            stored_patch or self._continued_patch, **patch_fields(surface, selection.ids())
+        )
 
     def _edit(self, patch: Patch) -> Edit:
         records = self._context.session.records
@@ -542,11 +544,11 @@ class PlaneTool(ElementTool):
     def _suggest_radius(self, model: Model, surface: SelectableSurface) -> None:
         if self._radius is None:
             radius = surface.extent * transform.scale_factor(model.to_world) * DEFAULT_RADIUS_SHARE
-            self._radius = max(_round(radius), MIN_RADIUS_M)
+            self._radius = max(_round_to_series(radius), MIN_RADIUS_M)
             self._context.tool_changed()
 
     def _show_preview(self) -> None:
-        brush, pending_places = self._brush(), self._pending_places()
+        brush, pending_positions = self._brush(), self._pending_positions()
         if brush is None and not self.is_open:
             self._context.show(None)
             return
@@ -568,7 +570,7 @@ class PlaneTool(ElementTool):
                 stroke=None if self._stroke is None else self._stroke.area(),
                 is_erasing=self._is_removing,
                 outline=None if self._shape is None else self._shape.outline(),
-                pending_places=pending_places,
+                pending_positions=pending_positions,
             )
         )
 
@@ -579,7 +581,7 @@ class PlaneTool(ElementTool):
             return (tr("Press Enter to measure the plane"),)
         return plane_reading(self._context, measurement, is_painting=self._is_pressed)
 
-    def _pending_places(self) -> FloatArray | None:
+    def _pending_positions(self) -> FloatArray | None:
         hits = [seed.hit for seed in self._waiting if seed is not None]
         return self._context.world_positions(hits) if hits else None
 
@@ -600,7 +602,7 @@ class PlaneTool(ElementTool):
         )
 
 
-def _round(length: float) -> float:
+def _round_to_series(length: float) -> float:
     """Round a length to the nearest 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(max(length, 1e-300)))
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))

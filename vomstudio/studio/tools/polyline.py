@@ -55,7 +55,7 @@ class PolylineTool(SteppedFeature[F]):
     def hint(self) -> str:
         raise NotImplementedError
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         raise NotImplementedError
 
     def _create_feature(self, model: Model, vertices: tuple[Point, ...]) -> F:
@@ -113,7 +113,7 @@ class PolylineTool(SteppedFeature[F]):
     def document_changed(self) -> None:
         """Do nothing, because an unfinished feature is not part of the document."""
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         return None if self.is_open else Finding("tool.nothing-open")
 
     # --- gestures ----------------------------------------------------------------------------
@@ -353,11 +353,11 @@ class PolylineTool(SteppedFeature[F]):
                 color=rgb(self._color()),
                 reading=self._reading_lines(),
                 verdict=self._verdict_code(),
-                pending_places=self._pending_places(),
+                pending_positions=self._pending_positions(),
             )
         )
 
-    def _pending_places(self) -> FloatArray | None:
+    def _pending_positions(self) -> FloatArray | None:
         """Return the World places (k, 3) of clicks that have not taken effect, or None."""
         return None
 
@@ -367,10 +367,14 @@ class PolylineTool(SteppedFeature[F]):
         return measurement.verdict.quality if measurement and measurement.verdict else None
 
 
-def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:
+def draft_type_id(context: ToolContext, state: Mapping[str, Any], default_type_id: str) -> str:
     """Return the type of a draft, or that of the next feature if the type was removed."""
     type_id = str(state["type_id"])
-    return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
+    return (
+        type_id
+        if isinstance(context.session.records.get(type_id), FeatureType)
+        else default_type_id
+    )
 
 
 def rgb(color: str) -> tuple[float, float, float]:

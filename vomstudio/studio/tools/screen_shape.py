@@ -26,13 +26,13 @@ class DrawnShape:
 
     def __init__(self, mode: ShapeMode, combine: Combine, start: ScreenPoint) -> None:
         self.mode, self.combine = mode, combine
-        self._places: list[ScreenPoint] = [start]
+        self._vertices: list[ScreenPoint] = [start]
         self._cursor: ScreenPoint = start
 
     @property
     def corners(self) -> int:
         """Number of corners drawn so far."""
-        return len(self._places)
+        return len(self._vertices)
 
     def move(self, event: PointerEvent) -> None:
         """Move the cursor."""
@@ -41,47 +41,47 @@ class DrawnShape:
     def drag(self, event: PointerEvent) -> None:
         """Move the cursor while the button is pressed."""
         self.move(event)
-        if self.mode == "lasso" and math.dist(self._places[-1], self._cursor) >= MIN_STEP_PX:
-            self._places.append(self._cursor)
+        if self.mode == "lasso" and math.dist(self._vertices[-1], self._cursor) >= MIN_STEP_PX:
+            self._vertices.append(self._cursor)
 
     def corner(self, event: PointerEvent) -> bool:
         """Add a corner to a polygon, and return whether that closes it."""
         self.move(event)
         cursor = self._cursor
         distance = (
-            min(math.dist(cursor, self._places[0]), math.dist(cursor, self._places[-1]))
+            min(math.dist(cursor, self._vertices[0]), math.dist(cursor, self._vertices[-1]))
             < CLOSING_DISTANCE_PX
         )
         if distance:
-            return self.close_refusal() is None
-        self._places.append(cursor)
+            return self.close_problem() is None
+        self._vertices.append(cursor)
         return False
 
     def remove_last_corner(self) -> bool:
         """Remove the last corner. Return False if no corner remains."""
-        if self.mode != "polygon" or len(self._places) < 2:
+        if self.mode != "polygon" or len(self._vertices) < 2:
             return False
-        self._places.pop()
+        self._vertices.pop()
         return True
 
     def ring(self) -> list[ScreenPoint]:
         """Return the corners of the closed shape."""
         if self.mode != "rectangle":
-            return self._places
-        (x0, y0), (x1, y1) = self._places[0], self._cursor
+            return self._vertices
+        (x0, y0), (x1, y1) = self._vertices[0], self._cursor
         return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
-    def close_refusal(self) -> Finding | None:
+    def close_problem(self) -> Finding | None:
         """Return why the shape is not complete, or None if it is."""
-        if self.mode == "polygon" and len(self._places) < 3:
-            return Finding("feature.too-few-points", count=3 - len(self._places), minimum=3)
+        if self.mode == "polygon" and len(self._vertices) < 3:
+            return Finding("feature.too-few-points", count=3 - len(self._vertices), minimum=3)
         return None
 
     def hint(self) -> str:
         """Describe the effect of the next click."""
         if self.mode != "polygon":
             return tr("Release the button to close the shape; press Esc to discard it.")
-        if self.close_refusal() is not None:
+        if self.close_problem() is not None:
             return tr("Click the next corner; press Esc to discard the polygon.")
         return tr(
             "Click the next corner, or the first one (or Enter) to close the polygon; press"
@@ -90,7 +90,7 @@ class DrawnShape:
 
     def outline(self) -> Outline:
         """Return the outline of the shape for painting."""
-        positions = self.ring() if self.mode == "rectangle" else self._places
+        positions = self.ring() if self.mode == "rectangle" else self._vertices
         if self.mode == "polygon":
             positions = [*positions, self._cursor]
         return Outline(tuple(positions), len(positions) > 2, self.combine == "subtract")

@@ -53,8 +53,8 @@ class SelectTool(ElementTool):
         hint_text = tr(SHAPE_HINTS[mode])
         return tr(_HINTS[self.target], how=hint_text, count=count_text(self.count))
 
-    def finish_refusal(self) -> Finding | None:
-        return Finding("tool.no-shape") if self._shape is None else self._shape.close_refusal()
+    def finish_problem(self) -> Finding | None:
+        return Finding("tool.no-shape") if self._shape is None else self._shape.close_problem()
 
     def set_target(self, target: Target) -> None:
         """Set whether shapes select features or the surface of a model."""
@@ -100,12 +100,12 @@ class SelectTool(ElementTool):
         selection, elements = self.selection, self._context.elements
         if selection is None:
             return
-        model_id, hidden_before = selection.model_id, elements.hidden(selection.model_id)
+        model_id, previous_mask = selection.model_id, elements.hidden(selection.model_id)
         elements.hide(
-            model_id, selection.mask if hidden_before is None else selection.mask | hidden_before
+            model_id, selection.mask if previous_mask is None else selection.mask | previous_mask
         )
         self._discard_selection(
-            selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, hidden_before)
+            selection, tr(UNDO_LABELS["hide"]), lambda: elements.hide(model_id, previous_mask)
         )
 
     def _show_preview(self) -> None:

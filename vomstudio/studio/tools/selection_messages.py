@@ -32,7 +32,7 @@ SHAPE_HINTS: dict[ShapeMode, str] = {
     "lasso": to_translate("hold the left button and draw around an area."),
     "polygon": to_translate("click the corners of a polygon."),
 }
-_EMPTY = to_translate("The right button orbits.")
+_EMPTY_HINT = to_translate("The right button orbits.")
 _SELECTION_HINT = to_translate("{count:,} selected: Shift adds, Alt removes.")
 
 
@@ -47,4 +47,4 @@ def count_text(count: int) -> str:
     -------
     str
     """
-    return tr(_SELECTION_HINT, count=count) if count else tr(_EMPTY)
+    return tr(_SELECTION_HINT, count=count) if count else tr(_EMPTY_HINT)

@@ -47,7 +47,7 @@ class StationTool(PolylineTool[Station]):
             )
         return tr("Field station: click the position of a station or sample on the outcrop.")
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
         return None if self.vertices else Finding("feature.too-few-points", count=1, minimum=1)

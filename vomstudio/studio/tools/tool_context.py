@@ -60,10 +60,10 @@ class Tool(Protocol):
     def hint(self) -> str:
         """Describe the effect of the next click for the status line."""
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         """Return why `finish` cannot be called now, or None if it can."""
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         """Return why `cancel` cannot be called now, or None if it can."""
 
     def pointer(self, event: PointerEvent) -> None: ...

@@ -20,7 +20,7 @@ from vomstudio.project.records import SURROUNDINGS_RULE, Model
 from vomstudio.studio.tools.fit_summary import WRAP_WIDTH, first_reason_lines
 from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.local_surface import measure_surroundings
-from vomstudio.studio.tools.polyline import points_text, type_of_draft
+from vomstudio.studio.tools.polyline import draft_type_id, points_text
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 
@@ -124,7 +124,7 @@ class TraceTool(FollowingTool[Trace]):
         return Trace(
             id=str(state["trace_id"]),
             name="",
-            type_id=type_of_draft(self._context, state, self._context.next_type_id),
+            type_id=draft_type_id(self._context, state, self._context.next_type_id),
             model_id=str(state["model_id"]),
             model_hash=str(state["model_hash"]),
             vertices=vertices,

@@ -31,7 +31,7 @@ class Command:
         Menu text, with `&` before its mnemonic.
     tip : str
         First line of the tooltip.
-    why_not : callable
+    disabled_reason : callable
         Returns the reason why the command cannot run now, which is shown in the tooltip, or None
         if it can.
     is_viewport_key : bool
@@ -54,7 +54,7 @@ class Command:
     icon: str | None = None
     shortcut: str | tuple[str, ...] = ()
     tip: str = ""
-    why_not: Callable[[], Finding | None] = lambda: None
+    disabled_reason: Callable[[], Finding | None] = lambda: None
     is_viewport_key: bool = False
     is_checked: Callable[[], bool] | None = None
     target: Callable[[], str | None] = lambda: None
@@ -68,7 +68,7 @@ class _State:
     """State of a command that is shown by its action."""
 
     text: str
-    why_not: Finding | None
+    disabled_reason: Finding | None
     target: str | None
     is_checked: bool | None
 
@@ -127,13 +127,13 @@ class Actions(QObject):
         # A key arrives here only if it was not handled by an enabled command. Esc is never
         # reported.
         if event.key() != Qt.Key.Key_Escape and not event.isAutoRepeat():
-            self._report_refusal(QKeySequence(event.keyCombination()))
+            self._report_unavailable_command(QKeySequence(event.keyCombination()))
         return False
 
-    def _report_refusal(self, key_sequence: QKeySequence) -> None:
+    def _report_unavailable_command(self, key_sequence: QKeySequence) -> None:
         for name, command in self._commands.items():
             if command.is_viewport_key and key_sequence in self.all[name].shortcuts():
-                reason = command.why_not()
+                reason = command.disabled_reason()
                 if reason is not None:
                     self.refused.emit(reason)
                     return
@@ -142,9 +142,9 @@ class Actions(QObject):
         """Return the actions of commands with plain keys in the viewport."""
         return [self.all[name] for name, item in self._commands.items() if item.is_viewport_key]
 
-    def why_not(self, name: str) -> Finding | None:
+    def disabled_reason(self, name: str) -> Finding | None:
         """Return why a command cannot run now, or None if it can."""
-        return self._commands[name].why_not()
+        return self._commands[name].disabled_reason()
 
     def target(self, name: str) -> str | None:
         """Return the name of the object that a command would change now, or None."""
@@ -153,7 +153,7 @@ class Actions(QObject):
     def run(self, name: str) -> None:
         """Run an action if it can run now."""
         command = self._commands[name]
-        if command.why_not() is None:
+        if command.disabled_reason() is None:
             _log.info("action %s", name)
             command.run()
         self.refresh()
@@ -176,7 +176,7 @@ class Actions(QObject):
         text = command.text if command.current_text is None else command.current_text()
         state = _State(
             text,
-            self.why_not(command.name),
+            self.disabled_reason(command.name),
             command.target(),
             None if command.is_checked is None else command.is_checked(),
         )
@@ -192,7 +192,7 @@ class Actions(QObject):
 
 
 def _show_state(action: QAction, command: Command, state: _State) -> None:
-    action.setEnabled(state.why_not is None)
+    action.setEnabled(state.disabled_reason is None)
     action.setText(state.text)
     keys = ", ".join(
         key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts()
@@ -200,8 +200,8 @@ def _show_state(action: QAction, command: Command, state: _State) -> None:
     text = strip_mnemonic(state.text).rstrip("…")
     lines = [f"{text} ({keys})" if keys else text]
     lines += [line for line in (command.tip, state.target) if line]
-    if state.why_not is not None:
-        lines.append(tr("Not now: {reason}", reason=state.why_not))
+    if state.disabled_reason is not None:
+        lines.append(tr("Not now: {reason}", reason=state.disabled_reason))
     action.setToolTip(escape_markup("\n".join(lines)))
     if state.is_checked is not None:
         action.setChecked(state.is_checked)

@@ -86,7 +86,7 @@ def current_model(studio: Studio) -> Model | None:
 
 
 def current_feature(studio: Studio) -> Feature | None:
-    """Return the feature that was selected last, or None without a selection."""
+    """Return the feature that was selected last, or None if nothing is selected."""
     current_id = studio.selection.current if studio.has_project else None
     return None if current_id is None else get_feature(studio.records, current_id)
 

@@ -61,8 +61,8 @@ class Label(QLabel):
 
 def rich_lines(lines: Sequence[str], bold: Collection[str] = ()) -> str:
     """Return HTML that shows lines of text literally, some of them in bold."""
-    escaped = ((escape(line), line in bold) for line in lines)
-    return "<br>".join(f"<b>{line}</b>" if is_bold else line for line, is_bold in escaped)
+    escaped_lines = ((escape(line), line in bold) for line in lines)
+    return "<br>".join(f"<b>{line}</b>" if is_bold else line for line, is_bold in escaped_lines)
 
 
 def rich_label(text: str = "") -> Label:
@@ -239,22 +239,26 @@ class Slider(QSlider):
         event.ignore()
 
 
-def set_enabled(widget: QWidget, why_not: Finding | None) -> None:
+def set_enabled(widget: QWidget, disabled_reason: Finding | None) -> None:
     """Enable a widget, or disable it and show the reason in its tooltip.
 
     Parameters
     ----------
-    why_not : Finding or None
+    disabled_reason : Finding or None
         Reason why the widget is disabled. If None, it is enabled and its tooltip is restored.
     """
     tooltip = widget.toolTip()
     original_tooltip = (
         widget.property("own_tip") if tooltip and tooltip == widget.property("refusal") else tooltip
     )
-    refusal = "" if why_not is None else escape_markup(tr("Not now: {reason}", reason=why_not))
+    refusal = (
+        ""
+        if disabled_reason is None
+        else escape_markup(tr("Not now: {reason}", reason=disabled_reason))
+    )
     widget.setProperty("own_tip", original_tooltip)
     widget.setProperty("refusal", refusal)
-    widget.setEnabled(why_not is None)
+    widget.setEnabled(disabled_reason is None)
     widget.setToolTip(refusal or original_tooltip)
 
 

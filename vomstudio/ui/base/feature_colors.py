@@ -60,7 +60,7 @@ def _octant_color(octant: int) -> str:
 
 
 def _find_octant(measurement: Measurement) -> int | None:
-    """Return the number of the wind nearest to a dip direction or trend, or None without one."""
+    """Return the octant nearest to a dip direction or trend, or None if it has neither."""
     if measurement.plane is not None:
         return round(measurement.plane.dip_direction_deg / 45.0) % 8
     return None if measurement.line is None else round(measurement.line.trend_deg / 45.0) % 8

@@ -31,9 +31,9 @@ def photos() -> str:
 
 
 def videos() -> str:
-    from vomstudio.photogrammetry.survey.video import VIDEO_ENDINGS
+    from vomstudio.photogrammetry.survey.video import VIDEO_EXTENSIONS
 
-    return _add_all_files(tr("Videos ({patterns})", patterns=_patterns(VIDEO_ENDINGS)))
+    return _add_all_files(tr("Videos ({patterns})", patterns=_patterns(VIDEO_EXTENSIONS)))
 
 
 def tables() -> str:

@@ -74,7 +74,7 @@ class LatestRequestRunner:
             self._finished_callback(result)
 
     def request(self, task: Task) -> None:
-        """Run a function in a worker thread; cancels earlier requests."""
+        """Cancel earlier requests and run a function in a worker thread."""
         if not self.is_waiting:
             self._slow_timer.start()
         self._background.run(

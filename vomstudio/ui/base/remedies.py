@@ -92,7 +92,7 @@ def short_reason(reason: Finding) -> str:
 
 
 def remedy_command(reason: Finding) -> str:
-    """Return the name of the command that acts on a reason, or "" without such a command.
+    """Return the name of the command that resolves a reason, or "" if there is none.
 
     Parameters
     ----------

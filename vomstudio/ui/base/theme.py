@@ -254,7 +254,7 @@ def icon(name: str) -> QIcon:
 
 
 def verdict_icon(verdict: str | None) -> QIcon:
-    """Return a green circle, amber triangle or red square, or an empty icon without a verdict."""
+    """Return a green circle, amber triangle or red square; empty if there is no verdict."""
 
     def draw(painter: QPainter) -> None:
         if verdict is not None:

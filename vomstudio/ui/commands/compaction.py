@@ -22,19 +22,21 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             tr("&Compact project…"),
             lambda: _compact(studio, parent),
             tip=tr("Remove edits and files that undo cannot restore."),
-            why_not=lambda: _why_not(studio),
+            disabled_reason=lambda: _disabled_reason(studio),
         ),
         Command(
             "take_back_compaction",
             tr("Undo compaction"),
             lambda: _undo_compaction(studio),
             tip=tr("Restore the removed edits, until the project is closed."),
-            why_not=lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
+            disabled_reason=lambda: (
+                None if studio.project.is_compacted else Finding("compaction.not-done")
+            ),
         ),
     ]
 
 
-def _why_not(studio: Studio) -> Finding | None:
+def _disabled_reason(studio: Studio) -> Finding | None:
     if studio.session.dirty:
         return Finding("compaction.unsaved")
     return Finding("feature.open") if studio.open_tool is not None else None

@@ -44,8 +44,8 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
     def toggle_lighting() -> None:
         state.set_lit(current_mode(), not state.lit[current_mode()])
 
-    def mode_refusal(value: str) -> Callable[[], Finding | None]:
-        return lambda: display.mode_refusal(value, models())
+    def mode_problem(value: str) -> Callable[[], Finding | None]:
+        return lambda: display.mode_problem(value, models())
 
     def set_point_size(value: float | None) -> Callable[[], None]:
         return lambda: state.set_point_size(value)
@@ -58,7 +58,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             name,
             tr(display.MODES[value]),
             set_mode(value),
-            why_not=mode_refusal(value),
+            disabled_reason=mode_problem(value),
             is_checked=is_mode(value),
         )
         for name, value in MODES_BY_COMMAND.items()
@@ -69,7 +69,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("Scalar field"),
             lambda: choose_field(studio, docks),
             tip=tr("Colour the model by intensity, classification, elevation or another field."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_checked=lambda: state.mode == "field",
         ),
         Command(
@@ -77,7 +77,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("&Lighting"),
             toggle_lighting,
             tip=tr("Shade the surface with a light; turn off to see true colours."),
-            why_not=lambda: display.lighting_refusal(models()),
+            disabled_reason=lambda: display.lighting_problem(models()),
             is_checked=lambda: state.lit[current_mode()],
         ),
         Command(
@@ -85,7 +85,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             tr("&Eye-dome lighting"),
             lambda: state.set_eye_dome(not state.eye_dome),
             tip=tr("Shade a point cloud by depth while the view is still."),
-            why_not=lambda: display.eye_dome_refusal(models()),
+            disabled_reason=lambda: display.eye_dome_problem(models()),
             is_checked=lambda: state.eye_dome,
         ),
         Command(
@@ -94,14 +94,14 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             lambda: state.set_cameras(not state.cameras),
             icon="camera-outline",
             tip=tr("Show where the photos of the model were taken."),
-            why_not=cameras.why_not,
+            disabled_reason=cameras.disabled_reason,
             is_checked=lambda: state.cameras,
         ),
         Command(
             "display_size_auto",
             tr("Automatic (fill gaps)"),
             set_point_size(None),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_checked=is_point_size(None),
         ),
         Command(
@@ -110,14 +110,14 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
             lambda: toggle_clipping_box(studio, view, docks),
             icon="cube-scan",
             tip=tr("Show and pick only the part of the model inside a box."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_checked=lambda: state.clipping,
         ),
         Command(
             "clipping_reset",
             tr("Fit clipping box"),
             lambda: fit_clipping_box(studio, view),
-            why_not=lambda: None if state.clipping else Finding("action.no-clipping-box"),
+            disabled_reason=lambda: None if state.clipping else Finding("action.no-clipping-box"),
         ),
         Command(
             "display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK_NAME)
@@ -130,7 +130,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 f"display_size_{pixels:g}",
                 text,
                 set_point_size(pixels),
-                why_not=view.why_not,
+                disabled_reason=view.disabled_reason,
                 is_checked=is_point_size(pixels),
             )
         )

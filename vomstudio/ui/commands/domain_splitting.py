@@ -9,7 +9,7 @@ from vomstudio.project.records import TypedFeature, get
 from vomstudio.ui.base.studio import Studio
 
 
-def why_not(studio: Studio) -> Finding | None:
+def disabled_reason(studio: Studio) -> Finding | None:
     """Return why the selection cannot split domains, or None if it is a single plane."""
     current_id = studio.selection.current if studio.has_project else None
     if (

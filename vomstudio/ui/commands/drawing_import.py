@@ -46,7 +46,7 @@ class DrawingImport(QObject):
         self._drawing_name = ""
         studio.project_opened.connect(self._clear)
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         return missing_model_finding(self._studio)
 
     def choose_file(self) -> None:

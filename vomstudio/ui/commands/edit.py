@@ -27,10 +27,10 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
     def missing_selection_finding() -> Finding | None:
         return missing_feature_finding(studio)
 
-    def undo_refusal() -> Finding | None:
+    def undo_problem() -> Finding | None:
         return None if studio.undo_label else Finding("edit.nothing-to-undo")
 
-    def redo_refusal() -> Finding | None:
+    def redo_problem() -> Finding | None:
         if studio.redo_label:
             return None
         if studio.session.redo_label and studio.open_tool is not None:
@@ -66,7 +66,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             studio.undo,
             icon="undo",
             shortcut="Ctrl+Z",
-            why_not=undo_refusal,
+            disabled_reason=undo_problem,
             current_text=undo_text,
         ),
         Command(
@@ -75,7 +75,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             studio.redo,
             icon="redo",
             shortcut=("Ctrl+Shift+Z", "Ctrl+Y"),
-            why_not=redo_refusal,
+            disabled_reason=redo_problem,
             current_text=redo_text,
         ),
         Command(
@@ -83,9 +83,15 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             tr("&Delete features"),
             lambda: delete_selected(studio),
             icon="delete-outline",
-            why_not=missing_selection_finding,
+            disabled_reason=missing_selection_finding,
         ),
-        Command("rename", tr("&Rename…"), rename, shortcut="F2", why_not=missing_selection_finding),
+        Command(
+            "rename",
+            tr("&Rename…"),
+            rename,
+            shortcut="F2",
+            disabled_reason=missing_selection_finding,
+        ),
         Command(
             "select_all",
             tr("Select &all features"),

@@ -50,7 +50,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
     def missing_selection_finding() -> Finding | None:
         return missing_feature_finding(studio)
 
-    def show_all_refusal() -> Finding | None:
+    def show_all_problem() -> Finding | None:
         return None if studio.hidden else Finding("action.nothing-hidden")
 
     def set_plane_style(value: str) -> Callable[[], None]:
@@ -86,7 +86,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
             tr("&Update earlier features"),
             surroundings.update,
             tip=tr("Measure resolution and outcrop face again by the current method."),
-            why_not=surroundings.why_not,
+            disabled_reason=surroundings.disabled_reason,
         ),
         Command(
             "show_chosen",
@@ -94,7 +94,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
             lambda: studio.set_visible(selected_ids(), True),
             icon="eye-outline",
             tip=tr("Show the selected features in the outcrop and on the stereonet."),
-            why_not=missing_selection_finding,
+            disabled_reason=missing_selection_finding,
         ),
         Command(
             "hide_chosen",
@@ -103,14 +103,14 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
             icon="eye-off-outline",
             shortcut="Ctrl+H",
             tip=tr("Hide the selected features in the outcrop and on the stereonet."),
-            why_not=missing_selection_finding,
+            disabled_reason=missing_selection_finding,
         ),
         Command(
             "show_only",
             tr("Show &only selected"),
             lambda: studio.show_only(selected_ids()),
             tip=tr("Hide all features except the selected ones."),
-            why_not=missing_selection_finding,
+            disabled_reason=missing_selection_finding,
         ),
         Command(
             "show_all",
@@ -118,7 +118,7 @@ def commands(studio: Studio, open_types_dialog: Callable[[], object]) -> list[Co
             studio.show_all,
             shortcut="Ctrl+Shift+H",
             tip=tr("Show all features, feature types and models."),
-            why_not=show_all_refusal,
+            disabled_reason=show_all_problem,
         ),
     ]
     for value, title in COLOR_MODES.items():

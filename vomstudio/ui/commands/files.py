@@ -64,7 +64,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             icon="table-arrow-right",
             shortcut="Ctrl+E",
             tip=tr("Export the orientation table as CSV, with errors and verdicts."),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "export_gpkg",
@@ -72,21 +72,21 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             lambda: files.export("gpkg"),
             icon="layers-outline",
             tip=tr("Export all features as layers of a GeoPackage."),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "export_shp",
             tr("Export &shapefiles…"),
             lambda: files.export("shp"),
             tip=tr("Export all features as shapefiles, one per layer."),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "export_dxf",
             tr("Export &DXF…"),
             lambda: files.export("dxf"),
             tip=tr("Export all features for CAD, one layer per type."),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "export_program",
@@ -96,7 +96,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
                 "Stereonet, Orient, FaultKin, Win-Tensor, GemPy, LoopStructural, "
                 "GeMS, KML, GeoJSON."
             ),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "project_report",
@@ -104,7 +104,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.write_report,
             icon="file-document-outline",
             tip=tr("Write all results of the project as an HTML page."),
-            why_not=missing_features_finding,
+            disabled_reason=missing_features_finding,
         ),
         Command(
             "copy_export",
@@ -112,7 +112,7 @@ def commands(studio: Studio, files: Files, quit_program: Callable[[], object]) -
             files.copy_export_command,
             icon="console",
             tip=tr("Copy the shell command that repeats the last export."),
-            why_not=files.missing_export_finding,
+            disabled_reason=files.missing_export_finding,
         ),
         Command("quit", tr("&Quit"), quit_program, shortcut="Ctrl+Q"),
     ]

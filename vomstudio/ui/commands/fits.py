@@ -27,7 +27,7 @@ from vomstudio.ui.widgets.figure_file import choose_figure_file
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """Create the commands that draw the figure of plane shapes and copy the fits."""
 
-    def why_not() -> Finding | None:
+    def disabled_reason() -> Finding | None:
         # The search stops at the first plane, since it runs after every edit on thousands of
         # records.
         has_planes = any(
@@ -42,7 +42,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             lambda: _ask_for_figure(studio, parent),
             icon="chart-scatter-plot",
             tip=tr("Plot coplanarity against collinearity of the selected planes, or all."),
-            why_not=why_not,
+            disabled_reason=disabled_reason,
         ),
         Command(
             "copy_fit",
@@ -50,7 +50,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             lambda: copy_fit(studio, parent),
             icon="console",
             tip=tr("Export the points of selected or all traces, and copy the command."),
-            why_not=why_not,
+            disabled_reason=disabled_reason,
         ),
     ]
 

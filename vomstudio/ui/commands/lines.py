@@ -42,7 +42,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             lambda: plane_relations.keep_intersection(studio),
             icon="vector-intersection",
             tip=tr("Save the intersection of the two selected planes as a line."),
-            why_not=lambda: plane_relations.keep_refusal(studio),
+            disabled_reason=lambda: plane_relations.keep_problem(studio),
         ),
         Command(
             "intersection_of_sets",
@@ -50,7 +50,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             ask_for_sets,
             icon="vector-intersection",
             tip=tr("Intersect the mean planes of two types or sets."),
-            why_not=group_count_finding,
+            disabled_reason=group_count_finding,
         ),
         Command(
             "part_by_plane",
@@ -58,7 +58,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             lambda: domain_splitting.split_domains(studio),
             icon="vector-difference",
             tip=tr("Assign the domains hanging wall and footwall by the selected plane."),
-            why_not=lambda: domain_splitting.why_not(studio),
+            disabled_reason=lambda: domain_splitting.disabled_reason(studio),
         ),
         Command(
             "import_listed",
@@ -66,7 +66,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             feature_import.choose_file,
             icon="map-marker-plus",
             tip=tr("Import traces, planes, stations and areas of other programs."),
-            why_not=lambda: missing_model_finding(studio),
+            disabled_reason=lambda: missing_model_finding(studio),
         ),
         Command(
             "import_drawing",
@@ -74,7 +74,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             drawing_import.choose_file,
             icon="vector-polyline-plus",
             tip=tr("Project lines drawn on an orthophoto onto the model as traces."),
-            why_not=drawing_import.why_not,
+            disabled_reason=drawing_import.disabled_reason,
         ),
         Command(
             UPDATE_DRAWN,
@@ -82,7 +82,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             drawing_import.update,
             icon="vector-polyline-edit",
             tip=tr("Update traces that were edited in the imported drawing."),
-            why_not=drawing_import.missing_update_finding,
+            disabled_reason=drawing_import.missing_update_finding,
         ),
         Command(
             "along_line",
@@ -90,7 +90,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
             directions.look_along_line,
             shortcut="I",
             tip=tr("Look along the selected lineation or intersection (orthographic)."),
-            why_not=directions.line_refusal,
+            disabled_reason=directions.line_problem,
             is_viewport_key=True,
         ),
     ]

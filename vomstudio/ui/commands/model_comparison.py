@@ -39,7 +39,7 @@ def commands(
             fit,
             icon="vector-combine",
             tip=tr("Register the model by fitting it to another model."),
-            why_not=lambda: closed_model_finding(studio),
+            disabled_reason=lambda: closed_model_finding(studio),
         ),
         Command(
             "compare_models",
@@ -47,6 +47,6 @@ def commands(
             compare,
             icon="compare-horizontal",
             tip=tr("Compute signed distances from a more accurate model, with their significance."),
-            why_not=lambda: closed_model_finding(studio),
+            disabled_reason=lambda: closed_model_finding(studio),
         ),
     ]

@@ -28,7 +28,7 @@ def commands(
     def missing_model_finding() -> Finding | None:
         return None if studio.session.of(Model) else Finding("action.no-model")
 
-    def copy_refusal() -> Finding | None:
+    def copy_problem() -> Finding | None:
         model = current_model(studio)
         if model is not None and studio.project.is_untitled:
             return Finding("action.project-untitled")
@@ -45,13 +45,13 @@ def commands(
         if model is not None:
             copy_into_project(parent, studio, links, model)
 
-    def locate_refusal() -> Finding | None:
+    def locate_problem() -> Finding | None:
         model = current_model(studio)
         if model is None:
             return Finding("action.no-model")
         return Finding("action.model-located") if model.id in studio.models else None
 
-    def convert_refusal() -> Finding | None:
+    def convert_problem() -> Finding | None:
         conversion_available = studio.workspace.models.conversion_available
         return Finding("action.no-refused-model") if conversion_available is None else None
 
@@ -62,7 +62,7 @@ def commands(
             files.declare_frame,
             icon="axis-arrow",
             tip=tr("Specify up axis, unit and CRS, so that orientations are geographic."),
-            why_not=missing_model_finding,
+            disabled_reason=missing_model_finding,
         ),
         Command(
             "register_model",
@@ -70,7 +70,7 @@ def commands(
             register,
             icon="vector-point-select",
             tip=tr("Register the model by points with known coordinates."),
-            why_not=missing_model_finding,
+            disabled_reason=missing_model_finding,
         ),
         Command(
             CONVERT,
@@ -78,7 +78,7 @@ def commands(
             studio.workspace.models.convert,
             icon="map-marker-path",
             tip=tr("Open a copy of the rejected model in a metric CRS."),
-            why_not=convert_refusal,
+            disabled_reason=convert_problem,
         ),
         Command(
             "locate",
@@ -86,7 +86,7 @@ def commands(
             files.locate_model,
             icon="file-search-outline",
             tip=tr("Choose the file of a model that was moved or renamed."),
-            why_not=locate_refusal,
+            disabled_reason=locate_problem,
         ),
         Command(
             "copy_model",
@@ -94,7 +94,7 @@ def commands(
             copy,
             icon="content-copy",
             tip=tr("Copy the model with textures, cameras and photos into the project folder."),
-            why_not=copy_refusal,
+            disabled_reason=copy_problem,
         ),
         Command(
             "export_model",
@@ -102,13 +102,13 @@ def commands(
             files.export_model,
             icon="export",
             tip=tr("Export in World coordinates (OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP, DXF)."),
-            why_not=lambda: closed_model_finding(studio),
+            disabled_reason=lambda: closed_model_finding(studio),
         ),
         Command(
             "remove_model",
             tr("&Remove model"),
             files.remove_model,
             icon="close",
-            why_not=missing_model_finding,
+            disabled_reason=missing_model_finding,
         ),
     ]

@@ -108,7 +108,7 @@ def commands(
             draw_on_net,
             icon="pencil-ruler",
             tip=tr("Draw great and small circles, rotate the data, set contour levels."),
-            why_not=net_loading_finding,
+            disabled_reason=net_loading_finding,
         ),
         Command(
             "figure_style",
@@ -116,7 +116,7 @@ def commands(
             choose_style,
             icon="palette-outline",
             tip=tr("Set size, font, symbols and colours of net and rose figures."),
-            why_not=net_loading_finding,
+            disabled_reason=net_loading_finding,
         ),
         Command(
             "rose_diagram",
@@ -124,7 +124,7 @@ def commands(
             toggle_rose,
             icon="chart-donut-variant",
             tip=tr("Switch between the rose diagram of strikes and the net."),
-            why_not=net_loading_finding,
+            disabled_reason=net_loading_finding,
             is_checked=lambda: studio.settings.net_view == "strike",
         ),
         Command(
@@ -133,7 +133,7 @@ def commands(
             toggle_contours,
             icon="chart-bell-curve-cumulative",
             tip=tr("Contour the density of poles and lines, or remove the contours."),
-            why_not=net_loading_finding,
+            disabled_reason=net_loading_finding,
             is_checked=lambda: bool(studio.settings.contour),
         ),
         Command(
@@ -157,7 +157,7 @@ def commands(
             export,
             icon="export-variant",
             tip=tr("Export the stereonet as SVG, PDF or PNG."),
-            why_not=missing_net_finding,
+            disabled_reason=missing_net_finding,
         ),
         Command(
             "copy_net",
@@ -165,7 +165,7 @@ def commands(
             copy,
             icon="content-copy",
             tip=tr("Copy the stereonet to the clipboard as SVG and picture."),
-            why_not=missing_net_finding,
+            disabled_reason=missing_net_finding,
         ),
     ]
 

@@ -33,6 +33,6 @@ def commands(
             icon="camera-metering-matrix",
             shortcut="Ctrl+P",
             tip=tr("Make a true-to-scale picture along the current view, as GeoTIFF."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
         ),
     ]

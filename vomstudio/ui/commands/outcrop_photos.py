@@ -71,7 +71,7 @@ def commands(
             icon="image-search-outline",
             shortcut="Ctrl+Shift+P",
             tip=tr("Show the photos of the selection, with the features drawn on them."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "open_cameras",
@@ -79,7 +79,7 @@ def commands(
             open_cameras,
             icon="camera-outline",
             tip=tr("Open the camera file exported by the program that made the model."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "find_photos",
@@ -87,7 +87,7 @@ def commands(
             find_photos,
             icon="folder-search-outline",
             tip=tr("Choose the folder that contains the photos of the model."),
-            why_not=lambda: None if links.models() else Finding("action.no-cameras"),
+            disabled_reason=lambda: None if links.models() else Finding("action.no-cameras"),
         ),
         Command(
             "previous_photo",
@@ -95,7 +95,7 @@ def commands(
             lambda: photos.step(-1),
             icon="chevron-left",
             shortcut="Alt+Left",
-            why_not=missing_photo_finding,
+            disabled_reason=missing_photo_finding,
         ),
         Command(
             "next_photo",
@@ -103,7 +103,7 @@ def commands(
             lambda: photos.step(1),
             icon="chevron-right",
             shortcut="Alt+Right",
-            why_not=missing_photo_finding,
+            disabled_reason=missing_photo_finding,
         ),
         Command(
             "fit_photo",
@@ -111,6 +111,6 @@ def commands(
             feature_photo.canvas.fit,
             icon="fit-to-screen-outline",
             shortcut="Ctrl+0",
-            why_not=missing_photo_finding,
+            disabled_reason=missing_photo_finding,
         ),
     ]

@@ -49,7 +49,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             propose_sets,
             icon="scatter-plot-outline",
             tip=tr("Group planes into sets and review the proposal on the net."),
-            why_not=missing_planes_finding,
+            disabled_reason=missing_planes_finding,
         ),
         Command(
             "elevation_model",
@@ -57,7 +57,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("elevation"),
             icon="image-filter-hdr",
             tip=tr("Make a raster of heights over any plane, as GeoTIFF."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "section",
@@ -65,7 +65,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("section"),
             icon="box-cutter",
             tip=tr("Cut the model along a plane or line, and project features."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "count_fractures",
@@ -73,7 +73,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("fractures"),
             icon="grid",
             tip=tr("Count traces and measure their length, nodes and spacing."),
-            why_not=missing_lines_finding,
+            disabled_reason=missing_lines_finding,
         ),
         Command(
             "looked_at",
@@ -81,7 +81,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("looked_at"),
             icon="grid",
             tip=tr("Divide the face into cells and mark the inspected ones."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "repeats",
@@ -89,7 +89,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("repeats"),
             icon="replay",
             tip=tr("Repeat some picks and compare the spread with the stated errors."),
-            why_not=missing_lines_finding,
+            disabled_reason=missing_lines_finding,
         ),
         Command(
             "fault_displacement",
@@ -97,7 +97,7 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             analysis_command("displacement"),
             icon="arrow-split-horizontal",
             tip=tr("Compute net slip, throw and heave from cut-off traces."),
-            why_not=missing_lines_finding,
+            disabled_reason=missing_lines_finding,
         ),
         Command(
             "three_points",
@@ -112,6 +112,6 @@ def commands(studio: Studio, workspaces: WorkspaceSwitcher, docks: Docks) -> lis
             view_command("bed_log"),
             icon="layers-triple-outline",
             tip=tr("Measure true bed thicknesses along a line."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
     ]

@@ -37,7 +37,7 @@ def commands(
             return output_folder
         return output_folder if output_folder is not None and survey.rows else cameras.folder()
 
-    def alignment_refusal() -> Finding | None:
+    def alignment_problem() -> Finding | None:
         output_folder = find_results()
         if output_folder is None:
             return Finding("action.no-photos")
@@ -80,7 +80,7 @@ def commands(
             show_alignment,
             icon="vector-link",
             tip=tr("Matches, camera calibration, residuals and depth maps."),
-            why_not=alignment_refusal,
+            disabled_reason=alignment_problem,
         ),
         Command(
             "show_tie_points",
@@ -88,7 +88,7 @@ def commands(
             show_tie_points,
             icon="dots-hexagon",
             tip=tr("Show the sparse cloud of tie points, coloured by reprojection error."),
-            why_not=missing_tie_points_finding,
+            disabled_reason=missing_tie_points_finding,
         ),
         Command(
             "open_report",
@@ -96,7 +96,7 @@ def commands(
             open_report,
             icon="file-document-outline",
             tip=tr("Show the report with all figures of the reconstruction."),
-            why_not=missing_report_finding,
+            disabled_reason=missing_report_finding,
         ),
     ]
 

@@ -29,7 +29,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("fields"),
             icon="palette-outline",
             tip=tr("Colour the outcrop by dip, dip direction, curvature, roughness or planarity."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "propose_facets",
@@ -37,7 +37,7 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("facets"),
             icon="vector-polygon",
             tip=tr("Find near-planar parts of the outcrop, and accept or reject each."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
         Command(
             "propose_traces",
@@ -45,6 +45,6 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
             lambda: show("traces"),
             icon="vector-polyline",
             tip=tr("Find significant lines on the outcrop, and accept or reject each."),
-            why_not=model_finding,
+            disabled_reason=model_finding,
         ),
     ]

@@ -30,7 +30,7 @@ def selected_plane(studio: Studio) -> Feature | None:
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """Create the commands for the selected patch or plane."""
 
-    def patch_refusal() -> Finding | None:
+    def patch_problem() -> Finding | None:
         patch = selected_patch(studio)
         if patch is None:
             return Finding("selection.no-patch")
@@ -38,7 +38,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             return Finding("model.not-open")
         return None
 
-    def plane_refusal() -> Finding | None:
+    def plane_problem() -> Finding | None:
         plane = selected_plane(studio)
         if plane is None:
             return Finding("selection.no-plane")
@@ -73,7 +73,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             show_surface,
             icon="waves",
             tip=tr("Analyse roughness and deviations of the selected patch from its plane."),
-            why_not=patch_refusal,
+            disabled_reason=patch_problem,
         ),
         Command(
             "extend_plane",
@@ -81,6 +81,6 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             show_extension,
             icon="arrow-expand-horizontal",
             tip=tr("Extend the selected plane through its model, with its error band."),
-            why_not=plane_refusal,
+            disabled_reason=plane_problem,
         ),
     ]

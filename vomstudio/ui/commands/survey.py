@@ -60,7 +60,7 @@ def commands(
         if survey.folder is not None and choose_project_folder(photo_set_name(survey.folder)):
             survey.reconstruct()
 
-    def settings_refusal() -> Finding | None:
+    def settings_problem() -> Finding | None:
         if survey.reconstruction_job is not None:
             return Finding("action.reconstruction-running")
         return None if survey.rows else Finding("action.no-photos")
@@ -94,7 +94,7 @@ def commands(
             dialogs.show_settings,
             icon="tune",
             tip=tr("Quality, ground control, coordinate reference system, threads and memory."),
-            why_not=settings_refusal,
+            disabled_reason=settings_problem,
         ),
         Command(
             "make_model",
@@ -102,7 +102,7 @@ def commands(
             reconstruct,
             icon="cube-scan",
             tip=tr("Align the photos and reconstruct a textured model in the background."),
-            why_not=survey.reconstruction_problem,
+            disabled_reason=survey.reconstruction_problem,
         ),
         Command(
             "pause_model",
@@ -110,7 +110,7 @@ def commands(
             survey.pause,
             icon="pause",
             tip=tr("Stop the reconstruction; finished stages are kept."),
-            why_not=lambda: (
+            disabled_reason=lambda: (
                 None if survey.reconstruction_job else Finding("action.no-reconstruction")
             ),
         ),

@@ -40,13 +40,13 @@ class _OpenFeature:
     def missing_feature_finding(self) -> Finding | None:
         return _NO_OPEN_FEATURE if self._studio.open_tool is None else None
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         tool = self._studio.open_tool or self._studio.tool
-        return _NO_OPEN_FEATURE if tool is None else tool.finish_refusal()
+        return _NO_OPEN_FEATURE if tool is None else tool.finish_problem()
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         tool = self._studio.open_tool or self._studio.tool
-        return _NO_OPEN_FEATURE if tool is None else tool.cancel_refusal()
+        return _NO_OPEN_FEATURE if tool is None else tool.cancel_problem()
 
     def missing_vertex_finding(self) -> Finding | None:
         if (tool := self.tool) is None:
@@ -55,14 +55,14 @@ class _OpenFeature:
             return Finding("action.no-vertex")
         return None
 
-    def delete_refusal(self) -> Finding | None:
+    def delete_problem(self) -> Finding | None:
         return (
             self.missing_vertex_finding()
             if self.tool is not None
             else missing_feature_finding(self._studio)
         )
 
-    def continue_refusal(self) -> Finding | None:
+    def continue_problem(self) -> Finding | None:
         if self._studio.open_tool is not None:
             return Finding("feature.open")
         target = self._find_editable_feature()
@@ -126,7 +126,7 @@ class _ContactFollowing:
             else self._studio.get_tool(TraceTool)
         )
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         if self.tool.is_continued:
             return Finding("follow.continued")
         return missing_model_finding(self._studio)
@@ -154,7 +154,7 @@ def _tool_command(studio: Studio, entry: ToolEntry) -> Command:
         icon=entry.icon,
         shortcut=entry.key,
         tip=tr(entry.tip),
-        why_not=lambda: missing_model_finding(studio),
+        disabled_reason=lambda: missing_model_finding(studio),
         is_viewport_key=True,
         is_checked=lambda: studio.tool_name == name,
     )
@@ -187,7 +187,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="vector-curve",
             shortcut="Shift+T",
             tip=tr("Follow the contact between clicks, or draw straight lines."),
-            why_not=contact_following.why_not,
+            disabled_reason=contact_following.disabled_reason,
             is_viewport_key=True,
             is_checked=lambda: contact_following.tool.cost is not None,
         ),
@@ -198,7 +198,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="check",
             shortcut=("Return", "Enter"),
             tip=tr("Finish and save the open feature."),
-            why_not=open_feature.finish_refusal,
+            disabled_reason=open_feature.finish_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -208,7 +208,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             icon="close",
             shortcut="Esc",
             tip=tr("Discard the open feature, or the changes to an edited one."),
-            why_not=open_feature.cancel_refusal,
+            disabled_reason=open_feature.cancel_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -217,7 +217,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             open_feature.continue_feature,
             icon="pencil-outline",
             tip=tr("Edit the vertices or area of the selected feature (double click)."),
-            why_not=open_feature.continue_refusal,
+            disabled_reason=open_feature.continue_problem,
         ),
         Command(
             "delete_vertex",
@@ -225,7 +225,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             open_feature.delete_vertex,
             icon="vector-polyline-remove",
             tip=tr("Delete the selected vertex of the open feature (Del)."),
-            why_not=open_feature.missing_vertex_finding,
+            disabled_reason=open_feature.missing_vertex_finding,
         ),
         Command(
             "delete_here",
@@ -233,7 +233,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             open_feature.delete,
             shortcut="Del",
             tip=tr("Delete the selected vertex of the open feature, or the selected features."),
-            why_not=open_feature.delete_refusal,
+            disabled_reason=open_feature.delete_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -241,7 +241,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             tr("Undo last click"),
             studio.undo_click,
             shortcut="Backspace",
-            why_not=open_feature.missing_feature_finding,
+            disabled_reason=open_feature.missing_feature_finding,
             is_viewport_key=True,
         ),
         Command(
@@ -250,7 +250,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             directions.look_along_beta,
             shortcut="B",
             tip=tr("Look along the fold axis of the bedding (orthographic)."),
-            why_not=directions.fold_axis_problem,
+            disabled_reason=directions.fold_axis_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -259,7 +259,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             directions.face,
             shortcut="Shift+P",
             tip=tr("Look perpendicular to the selected plane (orthographic)."),
-            why_not=directions.plane_refusal,
+            disabled_reason=directions.plane_problem,
             is_viewport_key=True,
         ),
         Command(
@@ -268,7 +268,7 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
             measure_thickness,
             icon="arrow-expand-vertical",
             tip=tr("Measure the distance across a plane between base and top."),
-            why_not=lambda: missing_model_finding(studio),
+            disabled_reason=lambda: missing_model_finding(studio),
         ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
     ]

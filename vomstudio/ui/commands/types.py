@@ -29,7 +29,7 @@ def commands(find_type_box: Callable[[], TypeBox | None]) -> list[Command]:
         if (box := find_type_box()) is not None:
             box.choose(row)
 
-    def why_not(row: int) -> Finding | None:
+    def disabled_reason(row: int) -> Finding | None:
         box = find_type_box()
         if box is None:
             return Finding("action.no-types")
@@ -48,7 +48,7 @@ def commands(find_type_box: Callable[[], TypeBox | None]) -> list[Command]:
             partial(choose, row),
             shortcut=str(row + 1),
             tip=tr("Choose the type of the next feature."),
-            why_not=partial(why_not, row),
+            disabled_reason=partial(disabled_reason, row),
             is_viewport_key=True,
             current_text=partial(name, row),
         )

@@ -34,7 +34,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
     """Create the view commands; `toggle_panels` hides or shows all panels."""
 
     def missing_selection_finding() -> Finding | None:
-        return missing_feature_finding(studio) or view.why_not()
+        return missing_feature_finding(studio) or view.disabled_reason()
 
     def show_view(name: str) -> Callable[[], None]:
         return lambda: view.set_standard_view(name)
@@ -74,7 +74,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="label-outline",
             shortcut="Shift+L",
             tip=tr("Label all features, selected features, or none."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_viewport_key=True,
             current_text=label_mode_text,
         ),
@@ -84,7 +84,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             view.frame_all,
             icon="home-outline",
             shortcut="Home",
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_viewport_key=True,
         ),
         Command(
@@ -94,7 +94,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="image-filter-center-focus",
             shortcut="F",
             tip=tr("Show the selected features."),
-            why_not=missing_selection_finding,
+            disabled_reason=missing_selection_finding,
             is_viewport_key=True,
         ),
         Command(
@@ -104,7 +104,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="chevron-left",
             shortcut="Shift+Z",
             tip=tr("Return to the previous camera and clipping box."),
-            why_not=view.history.back_refusal,
+            disabled_reason=view.history.back_problem,
             is_viewport_key=True,
             depends_on_camera=True,
         ),
@@ -115,7 +115,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="chevron-right",
             shortcut="Shift+Y",
             tip=tr("Go forward to the later view."),
-            why_not=view.history.forward_refusal,
+            disabled_reason=view.history.forward_problem,
             is_viewport_key=True,
             depends_on_camera=True,
         ),
@@ -126,7 +126,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             icon="cube-outline",
             shortcut="O",
             tip=tr("Parallel projection: lengths perpendicular to the view are true."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_viewport_key=True,
             is_checked=lambda: view.is_orthographic,
             depends_on_camera=True,
@@ -136,7 +136,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             tr("Free rotation (&trackball)"),
             toggle_trackball,
             tip=tr("Rotate about any axis. If off, Z stays up (turntable)."),
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_checked=lambda: not studio.settings.turntable,
         ),
         Command(
@@ -153,7 +153,7 @@ def commands(studio: Studio, view: OutcropView, toggle_panels: Callable[[], None
             tr(text),
             show_view(name),
             shortcut=key,
-            why_not=view.why_not,
+            disabled_reason=view.disabled_reason,
             is_viewport_key=True,
         )
         for name, text, key in STANDARD_VIEWS

@@ -86,7 +86,7 @@ class CommandPalette(QDialog):
         """Key of the selected entry, None if it cannot be run now."""
         item = self._list.currentItem()
         key = None if item is None else str(item.data(Qt.ItemDataRole.UserRole))
-        return None if key is None or self._why_not(key) else key
+        return None if key is None or self._disabled_reason(key) else key
 
     def run_selected(self) -> None:
         """Run the selected command, or open the selected page or document."""
@@ -102,8 +102,8 @@ class CommandPalette(QDialog):
         else:
             self._destinations[key].open()
 
-    def _why_not(self, key: str) -> Finding | None:
-        return self._commands[key].why_not() if key in self._commands else None
+    def _disabled_reason(self, key: str) -> Finding | None:
+        return self._commands[key].disabled_reason() if key in self._commands else None
 
     def _fill(self, text: str) -> None:
         self._list.clear()
@@ -116,7 +116,7 @@ class CommandPalette(QDialog):
 
     def _create_item(self, entry: SearchEntry) -> QListWidgetItem:
         icon, title = self._empty_icon, entry.title
-        reason = self._why_not(entry.key)
+        reason = self._disabled_reason(entry.key)
         if entry.key in self._commands:
             action = self._actions.all[entry.key]
             shortcuts = ", ".join(key.toString() for key in action.shortcuts())

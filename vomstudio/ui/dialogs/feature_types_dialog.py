@@ -134,7 +134,7 @@ class TypesDialog(QDialog):
     # --- display -----------------------------------------------------------------------------
     @property
     def type_id(self) -> str:
-        """Id of the selected type, or "" without a selection."""
+        """ID of the selected type, or "" if none is selected."""
         item = self.list.currentItem()
         return str(item.data(_ID)) if item else ""
 

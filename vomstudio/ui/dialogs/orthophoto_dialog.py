@@ -76,7 +76,7 @@ class OrthoDialog(QDialog):
         self._studio = studio
         trend, plunge = viewport.moves.view_direction()
         self._direction = Line(wrap360(trend), plunge)
-        centre, width, height = viewport.moves.seen()
+        centre, width, height = viewport.moves.view_extent()
         x, y, z = (float(v) for v in centre)
         self._visible_region = planning.ViewRegion((x, y, z), width, height)
         self._direction_source, self._error_deg = directions.find_direction_origin(self._direction)

@@ -129,7 +129,7 @@ class ReadingsDialog(QDialog):
         self._proposed_roles = guess(table)
         layout = QVBoxLayout(self)
         layout.addLayout(self._make_notation_row())
-        layout.addWidget(self._make_preview(), 1)
+        layout.addWidget(self._create_preview(), 1)
         layout.addLayout(self._make_settings(type_id, declination))
         self._summary = rich_label()
         self._summary.setWordWrap(True)
@@ -148,7 +148,7 @@ class ReadingsDialog(QDialog):
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         layout.addWidget(self._buttons)
-        self._read_table()
+        self._update_readings()
 
     # --- widgets -----------------------------------------------------------------------------
     def _make_notation_row(self) -> QHBoxLayout:
@@ -160,7 +160,7 @@ class ReadingsDialog(QDialog):
         self._notation.setCurrentIndex(
             max(0, self._notation.findData(self._proposed_roles.notation))
         )
-        self._notation.activated.connect(lambda _: self._read_table())
+        self._notation.activated.connect(lambda _: self._update_readings())
         row = QHBoxLayout()
         label = Label(tr("Notation"))
         label.setBuddy(self._notation)
@@ -170,7 +170,7 @@ class ReadingsDialog(QDialog):
         row.addWidget(Label(tr_n("{count:,} row", "{count:,} rows", len(self._table.rows))))
         return row
 
-    def _make_preview(self) -> QTableWidget:
+    def _create_preview(self) -> QTableWidget:
         table = self._table
         row_count = min(len(table.rows), _PREVIEW_ROWS)
         view = QTableWidget(row_count + 1, table.width)
@@ -250,7 +250,7 @@ class ReadingsDialog(QDialog):
         for other_column, combo in enumerate(self._role_boxes):
             if role and other_column != column and combo.currentData() == role:
                 combo.setCurrentIndex(0)
-        self._read_table()
+        self._update_readings()
 
     def columns(self) -> dict[str, int]:
         """Return the column number of each assigned role."""
@@ -260,7 +260,7 @@ class ReadingsDialog(QDialog):
             if combo.currentData()
         }
 
-    def _read_table(self) -> None:
+    def _update_readings(self) -> None:
         notation = self._notation.currentData()
         for combo in self._role_boxes:
             azimuth = (
@@ -323,7 +323,7 @@ class ReadingsDialog(QDialog):
             )
 
     def _create_type_box(self, name: str) -> QComboBox:
-        """Create the choice for an unknown type name; an unclear name waits for the user."""
+        """Create the choice for an unknown type name; the user must resolve ambiguous names."""
         combo = ComboBox()
         geometry = geometry_of_type(name)
         if geometry is None:
@@ -335,7 +335,7 @@ class ReadingsDialog(QDialog):
         if geometry is not None:
             is_line = geometry == "line" or self._has_only_lines(name)
             combo.setCurrentIndex(combo.findData(NEW_LINE if is_line else NEW_PLANE))
-        combo.activated.connect(lambda _: self._read_table())
+        combo.activated.connect(lambda _: self._update_readings())
         return combo
 
     def _has_only_lines(self, type_name: str) -> bool:

@@ -60,7 +60,7 @@ _VISIBLE_ROWS = 8
 class ReconstructDialog(QDialog):
     """Editor of the reconstruction settings. Every change takes effect immediately.
 
-    `make_action` starts the reconstruction, and provides the text of the start button.
+    `reconstruct_action` starts the reconstruction and provides the text of the start button.
     """
 
     def __init__(

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.survey_options import VideoFrameOptions
-from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
+from vomstudio.photogrammetry.survey.video import FrameReport, is_extraction_folder, video_verdict
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.survey_tasks import EXTRACT_FRAMES, FramesRequest
 from vomstudio.studio.running_jobs import RunningJob
@@ -128,7 +128,7 @@ class VideoDialog(QDialog):
         video = Path(self.video.text().strip()).expanduser()
         folder = Path(self.folder.text().strip()).expanduser()
         force = False
-        if folder.is_dir() and any(folder.iterdir()) and not is_ours(folder):
+        if folder.is_dir() and any(folder.iterdir()) and not is_extraction_folder(folder):
             answer = QMessageBox.question(
                 self,
                 tr("Folder is not empty"),
@@ -143,7 +143,7 @@ class VideoDialog(QDialog):
         def handle_result(result: FrameReport) -> None:
             self._show_result(describe_report(result))
             level = "info" if result.good_enough else "warning"
-            studio.warn(verdict_of(result).with_file(video.name), level)
+            studio.warn(video_verdict(result).with_file(video.name), level)
             open_photos(folder)
 
         def handle_failure(event: Failed) -> None:

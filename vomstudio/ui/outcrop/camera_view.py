@@ -64,7 +64,7 @@ class CameraView(QObject):
         for model_id in self._studio.models:
             self._load_cameras(model_id)
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why no cameras can be shown, or None if cameras can be shown."""
         if not self._studio.models:
             return Finding("action.no-model")
@@ -73,7 +73,7 @@ class CameraView(QObject):
         return None
 
     def folder(self) -> Path | None:
-        """Return the folder of the cameras file of an open model, or None without such a file."""
+        """Return the folder of the camera file of an open model, or None if it has no such file."""
         for model_id in self._studio.models:
             path = self._files.get(model_id)
             if path in self._frusta:
@@ -153,7 +153,7 @@ class CameraView(QObject):
     def highlight_cameras(self, names: set[str]) -> None:
         """Highlight the cameras of these photos."""
         if self._cameras is not None:
-            self._cameras.choose(names)
+            self._cameras.select(names)
 
     def frusta_points(self) -> FloatArray:
         """Return (n, 3) World points of the visible frusta."""
@@ -172,10 +172,10 @@ class CameraView(QObject):
 
 
 def _read_frusta(path: Path, bounds: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
-    from vomstudio.io.photos.own_cameras.reading import read_own_cameras
+    from vomstudio.io.photos.own_cameras.reading import read_camera_file
     from vomstudio.io.photos.own_cameras.result import local_cameras
 
-    cameras = local_cameras(read_own_cameras(path, bounds))
+    cameras = local_cameras(read_camera_file(path, bounds))
     pyramids = frusta(cameras.views, bounds.mean(axis=0) - cameras.origin)
     weak_names = cameras.weak_names
     return [replace(item, is_weak=item.name in weak_names) for item in pyramids], cameras.origin

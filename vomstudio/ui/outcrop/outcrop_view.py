@@ -127,7 +127,7 @@ class OutcropView(QObject):
             self.viewport.gestures.set_turntable(settings.turntable)
             self._handle_camera_change()
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why the view cannot be changed now, or None if it can."""
         if self.viewport is None or not self._studio.models:
             return Finding("action.no-model")
@@ -151,11 +151,11 @@ class OutcropView(QObject):
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def view_direction(self) -> tuple[float, float] | None:
-        """Return the trend and plunge of the view direction in degrees, or None without a view."""
+        """Return the trend and plunge of the view direction, degrees; None if there is no view."""
         return None if self.viewport is None else self.viewport.moves.view_direction()
 
     def view_state(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:
-        """Return the camera and clipping box for `restore_view`, or None without a model."""
+        """Return the camera and clipping box for `restore_view`, or None if no model is open."""
         if self.viewport is None or not self._studio.models:
             return None
         box = self._studio.display.effective_clip
@@ -201,7 +201,7 @@ class OutcropView(QObject):
             self.viewport.moves.frame(np.concatenate(points))
 
     def models_box(self) -> ClipBox | None:
-        """Return the bounding box of all visible models, or None without visible models."""
+        """Return the bounding box of all visible models, or None if no model is visible."""
         return None if self._presenter is None else self._presenter.models_box()
 
     def has_content_in_clip_box(self) -> bool:

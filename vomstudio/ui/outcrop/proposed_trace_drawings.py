@@ -75,13 +75,13 @@ class ProposedTraceDrawings(LineDrawings):
 
 
 def line_area(lines: Sequence[FloatArray]) -> Area | None:
-    """Return World lines (n, 3) as an area for drawing, or None without lines."""
+    """Return World lines (n, 3) as an area for drawing, or None if there are no lines."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
     return piece_area(np.concatenate(pieces)) if pieces else None
 
 
 def piece_area(pieces: FloatArray) -> Area | None:
-    """Return World line segments (k, 2, 3) as an area for drawing, or None without segments."""
+    """Return World segments (k, 2, 3) as an area for drawing, or None if there are none."""
     if not len(pieces):
         return None
     origin = np.floor(pieces[0, 0])

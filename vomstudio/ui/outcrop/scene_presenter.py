@@ -599,7 +599,7 @@ def feature_symbol(
     position: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
-    """Return the map symbol of a plane or line, or None without a position."""
+    """Return the map symbol of a plane or line, or None if it has no position."""
     if position is None:
         return None
     if measurement.plane is not None:

@@ -117,7 +117,7 @@ class ViewHistory(QObject):
         self.changed.emit()
 
     # --- back and forward --------------------------------------------------------------------
-    def back_refusal(self) -> Finding | None:
+    def back_problem(self) -> Finding | None:
         """Return the reason why `go_back` is not possible, or None if it is possible."""
         # A camera move that is not recorded yet is also a step.
         is_moving = (
@@ -127,7 +127,7 @@ class ViewHistory(QObject):
         )
         return None if self._previous_views or is_moving else Finding("view.no-earlier")
 
-    def forward_refusal(self) -> Finding | None:
+    def forward_problem(self) -> Finding | None:
         """Return the reason why `go_forward` is not possible, or None if it is possible."""
         return None if self._next_views else Finding("view.no-later")
 

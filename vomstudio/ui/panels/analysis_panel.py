@@ -84,12 +84,12 @@ class AnalysisPanel(LazyPanel, Generic[Request, Result]):
         Prefix of the object names.
     topic : str
         Help page of the panel.
-    busy : str
+    busy_text : str
         Text displayed while a result is being computed.
 
     Attributes
     ----------
-    result : Answer or None
+    result : Result or None
         The displayed result, or None if it could not be computed.
     message : Label
         Summary of the result, or the reason why it could not be computed.

@@ -75,7 +75,7 @@ class DisplayPanel(QWidget):
     ----------
     studio : Studio
     actions : dict of QAction
-    current : callable
+    find_current_model : callable
         Returns the model whose scalar field is displayed, or None.
     """
 
@@ -321,13 +321,13 @@ class DisplayPanel(QWidget):
         box = self._display.box
         if box is not None:
             axis, side = BOX_FACES[face]
-            if (problem := self._move_refusal(axis, value)) is not None:
+            if (problem := self._move_problem(axis, value)) is not None:
                 self._studio.warn(problem)
                 self._show_clip()
                 return
             self._display.set_clip(box.move_face(axis, side, value))
 
-    def _move_refusal(self, axis: int, value: float) -> Finding | None:
+    def _move_problem(self, axis: int, value: float) -> Finding | None:
         """Return a finding if a face of the clipping box would be far from all models."""
         models_box = self._models_box()
         if models_box is None:
@@ -355,7 +355,7 @@ class DisplayPanel(QWidget):
         mode = display.effective_mode(settings.mode, models)
         reasons = []
         for k, value in enumerate(display.MODES):
-            reason = display.mode_refusal(value, models)
+            reason = display.mode_problem(value, models)
             flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
             item_flags = flags if reason is None else Qt.ItemFlag.NoItemFlags
             self.mode.model().item(k).setFlags(item_flags)  # type: ignore[attr-defined]
@@ -368,8 +368,8 @@ class DisplayPanel(QWidget):
         with QSignalBlocker(self.point_size):
             self.point_size.setValue(settings.point_size or 0.0)
         for box, reason, is_on in (
-            (self.lighting, display.lighting_refusal(models), settings.lit[mode]),
-            (self.eye_dome, display.eye_dome_refusal(models), settings.eye_dome),
+            (self.lighting, display.lighting_problem(models), settings.lit[mode]),
+            (self.eye_dome, display.eye_dome_problem(models), settings.eye_dome),
         ):
             set_enabled(box, reason)
             box.setChecked(is_on)

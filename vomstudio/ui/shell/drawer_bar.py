@@ -27,7 +27,9 @@ class DrawerBar(QToolBar):
         self._docks, self._workspaces = docks, workspaces
         names = [name for name, region in REGIONS.items() if region == "drawer"]
         self.buttons = {name: self._button(name) for name in names}
-        self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
+        self._button_actions = {
+            name: self.addWidget(button) for name, button in self.buttons.items()
+        }
         self._more_button = QToolButton()
         self._more_button.setText(tr("More"))
         self._more_button.setToolTip(tr("Show all pages of the drawer"))
@@ -62,5 +64,5 @@ class DrawerBar(QToolBar):
         offered_pages = self._workspaces.shown.drawer
         for name, button in self.buttons.items():
             is_shown = self._docks.is_shown(name)
-            self._places[name].setVisible(name in offered_pages or is_shown)
+            self._button_actions[name].setVisible(name in offered_pages or is_shown)
             button.setChecked(is_shown)

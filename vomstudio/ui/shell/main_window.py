@@ -549,7 +549,7 @@ class MainWindow(QMainWindow):
 
     # --- state -------------------------------------------------------------------------------
     def _handle_tool_change(self, name: str) -> None:
-        self._workspace_switching.tool_chosen(has_panel=name in self.tool_panel.panels)
+        self._workspace_switching.show_tool_settings(has_panel=name in self.tool_panel.panels)
         self.view.apply_tool(name)
         self._refresh()
 

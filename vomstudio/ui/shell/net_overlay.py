@@ -162,7 +162,7 @@ class NetOverlay(QFrame):
         self._update_mask()
 
     def _update_mask(self) -> None:
-        """Leave the outcrop beside the paper free, unless the buttons are shown there."""
+        """Exclude the area beside the paper from the mask unless it contains the buttons."""
         if self._paper.isEmpty() or not self._buttons.isHidden():
             self.clearMask()
         else:

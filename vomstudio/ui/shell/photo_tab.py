@@ -31,7 +31,9 @@ _WINDOW_SIZE = (1400, 860)
 class PhotoTab(QObject):
     """Switches between the outcrop and the open photo.
 
-    `changed` is emitted when the state that commands depend on has changed, `seen_changed` when
+    `changed` is emitted
+    when the state that commands depend on has changed, `visible_page_changed`
+    when
     another widget is visible and should get the focus, and `photo_hint_changed` with the status
     text of the visible photo, or "" if no photo is visible.
     """

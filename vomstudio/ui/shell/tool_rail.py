@@ -52,7 +52,9 @@ class ToolRail(QToolBar):
         names = [entry.name for entry in TOOLS]
         self._names = [*GENERAL_TOOLS, *(n for n in names if n not in GENERAL_TOOLS)]
         self.buttons = {name: self._button(actions[name]) for name in (_NAVIGATE, *self._names)}
-        self._places = {name: self.addWidget(button) for name, button in self.buttons.items()}
+        self._button_actions = {
+            name: self.addWidget(button) for name, button in self.buttons.items()
+        }
         general_buttons = [self.buttons[name] for name in (_NAVIGATE, *GENERAL_TOOLS)]
         text = max(self.fontMetrics().horizontalAdvance(b.text()) for b in general_buttons)
         width = text + 2 * _PADDING_PX
@@ -88,19 +90,19 @@ class ToolRail(QToolBar):
         """Show the buttons of the tools for the present task."""
         visible_tools = self.visible_tools()
         for name in self._names:
-            self._places[name].setVisible(name in visible_tools)
+            self._button_actions[name].setVisible(name in visible_tools)
         self._fit()
 
     def _fit(self) -> None:
         """Use smaller icons if the rail has no room for all offered tools."""
-        other = self.fontMetrics().height() + _MARGIN_PX
+        text_height = self.fontMetrics().height() + _MARGIN_PX
         layout = self.layout()
         spacing = 0 if layout is None else layout.spacing()
-        room = (self.height() + spacing) // (1 + len(self.visible_tools())) - spacing
-        icon = max(_MIN_ICON_PX, min(room - other, _ICON_PX))
-        height = other + icon
+        available_height = (self.height() + spacing) // (1 + len(self.visible_tools())) - spacing
+        icon_size = max(_MIN_ICON_PX, min(available_height - text_height, _ICON_PX))
+        height = text_height + icon_size
         for button in self.buttons.values():
-            button.setIconSize(QSize(icon, icon))
+            button.setIconSize(QSize(icon_size, icon_size))
             button.setFixedHeight(height)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802

@@ -39,7 +39,7 @@ _END = to_translate(
 
 
 class Tour(QObject):
-    """Introductory tour; `step` is the index of the current step, or None without a tour."""
+    """Introductory tour; `step` is the index of the current step, or None if it is closed."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class Tour(QObject):
         """Start the tour, or restart it from the first step."""
         self.end()
         self._card, self._frame = TourCard(self._window), TourFrame(self._window)
-        self._card.next_requested.connect(self._go_on)
+        self._card.next_requested.connect(self._show_next_step)
         self._card.ended.connect(self.end)
         application = QApplication.instance()
         assert application is not None
@@ -107,7 +107,7 @@ class Tour(QObject):
         self._place_card()
         self._card.show()
 
-    def _go_on(self) -> None:
+    def _show_next_step(self) -> None:
         if self.step is None or self.step == len(self._steps):
             self.end()
         else:

@@ -76,8 +76,8 @@ def run_window(paths: Sequence[str]) -> int:
 
     def begin() -> None:
         # The window is visible by now; only its viewport uses OpenGL.
-        if (refused := opengl_problem()) is not None:
-            _print_refusal(refused)
+        if (opengl_finding := opengl_problem()) is not None:
+            _print_failure(opengl_finding)
             application.exit(2)
             return
         try:
@@ -134,7 +134,7 @@ def _report_missing(error: ImportError) -> int:
     return 2
 
 
-def _print_refusal(finding: Finding) -> None:
+def _print_failure(finding: Finding) -> None:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMessageBox
 

@@ -1,4 +1,4 @@
-"""Panels and commands that depend on little more than the studio.
+"""Panels and commands that mainly depend on the studio.
 
 New panels and commands of this kind are added here, without changes of the window.
 """
@@ -42,22 +42,22 @@ def work_panels() -> tuple[tuple[str, str, PanelFactory], ...]:
         (
             "section",
             to_translate("Section"),
-            position("panels.sections.section_panel.SectionPanel", _view_state),
+            position("panels.sections.section_panel.SectionPanel", _view_direction),
         ),
         (
             "fractures",
             to_translate("Fractures"),
-            position("panels.fractures.fractures_panel.FracturesPanel", _view_state),
+            position("panels.fractures.fractures_panel.FracturesPanel", _view_direction),
         ),
         (
             "repeats",
             to_translate("Repeats"),
-            position("panels.repeatability_panel.RepeatsPanel", _all),
+            position("panels.repeatability_panel.RepeatsPanel", _view_argument),
         ),
         (
             "looked_at",
             to_translate("Coverage"),
-            position("panels.coverage.coverage_panel.CoveragePanel", _view_state),
+            position("panels.coverage.coverage_panel.CoveragePanel", _view_direction),
         ),
         (
             "displacement",
@@ -73,13 +73,13 @@ def work_panels() -> tuple[tuple[str, str, PanelFactory], ...]:
         (
             "elevation",
             to_translate("Elevation model"),
-            position("panels.sections.elevation_panel.ElevationPanel", _view_state),
+            position("panels.sections.elevation_panel.ElevationPanel", _view_direction),
         ),
         ("surface", to_translate("Surface"), position("panels.surface.surface_panel.SurfacePanel")),
         (
             "second_view",
             to_translate("Second view"),
-            position("panels.view.second_view_panel.SecondViewPanel", _all),
+            position("panels.view.second_view_panel.SecondViewPanel", _view_argument),
         ),
         (
             "compare",
@@ -89,20 +89,30 @@ def work_panels() -> tuple[tuple[str, str, PanelFactory], ...]:
     )
 
 
-def _nothing(_: OutcropView) -> tuple[object, ...]:
+def _no_arguments(_: OutcropView) -> tuple[object, ...]:
     return ()
 
 
-def _view_state(view: OutcropView) -> tuple[object, ...]:
+def _view_direction(view: OutcropView) -> tuple[object, ...]:
     return (view.view_direction,)
 
 
-def _all(view: OutcropView) -> tuple[object, ...]:
+def _view_argument(view: OutcropView) -> tuple[object, ...]:
     return (view,)
 
 
-def _create_factory(class_path: str, find_arguments: ArgumentsGetter = _nothing) -> PanelFactory:
-    """Return the factory of a panel of class `class_path`; `find_arguments` returns the rest."""
+def _create_factory(
+    class_path: str, find_arguments: ArgumentsGetter = _no_arguments
+) -> PanelFactory:
+    """Return the factory of a panel.
+
+    Parameters
+    ----------
+    class_path : str
+        Module below `vomstudio.ui` and class of the panel.
+    find_arguments : callable
+        Returns the arguments of the class after the studio.
+    """
     module, _, class_name = class_path.rpartition(".")
 
     def make(studio: Studio, view: OutcropView) -> QWidget:
@@ -121,7 +131,7 @@ def work_commands(
     docks: Docks,
     parent: QWidget,
 ) -> list[Command]:
-    """Return the commands that need little more than the studio, for dialogs of `parent`."""
+    """Return the commands that mainly depend on the studio, with dialogs of `parent`."""
     from vomstudio.ui.commands import fits as fit_commands
     from vomstudio.ui.commands import model_comparison as registration_commands
     from vomstudio.ui.commands import panels as panel_commands

@@ -76,7 +76,7 @@ class WorkspaceSwitching(QObject):
             self._workspaces.switch(_INTERPRET)
 
     # --- inspector ---------------------------------------------------------------------------
-    def tool_chosen(self, *, has_panel: bool) -> None:
+    def show_tool_settings(self, *, has_panel: bool) -> None:
         """Show the settings of a selected tool, or the properties if it has no panel."""
         self._is_picking = has_panel
         if has_panel:

@@ -43,11 +43,15 @@ class CopyCommandButton(QToolButton):
         self.clicked.connect(lambda _=False: clicked_callback())
         self.set_enabled(None)
 
-    def set_enabled(self, why_not: Finding | None) -> None:
+    def set_enabled(self, disabled_reason: Finding | None) -> None:
         """Enable the button, or disable it with a reason."""
-        self.setEnabled(why_not is None)
+        self.setEnabled(disabled_reason is None)
         self.setToolTip(
-            tr("{button}: {more}", button=tr("Copy as command"), more=why_not or self._description)
+            tr(
+                "{button}: {more}",
+                button=tr("Copy as command"),
+                more=disabled_reason or self._description,
+            )
         )
 
 

@@ -12,7 +12,7 @@ from vomstudio.ui.base.studio import Studio
 
 
 class DrawnLine(QObject):
-    """Requests a polyline from the user for a panel.
+    """Request for a polyline that the user draws for a panel.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class DrawnLine(QObject):
 
     Attributes
     ----------
-    drawn : Signal
+    finished : Signal
         Emitted with the `Dimension` of the finished polyline.
     """
 

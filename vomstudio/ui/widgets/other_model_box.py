@@ -175,7 +175,7 @@ class OtherModelBox(QWidget):
             self._background.run(
                 lambda: _fetch_model(path, cached_model),
                 receive_model,
-                lambda error: refuse(str(error)),
+                lambda error: report_failure(str(error)),
             )
 
         def receive_model(other_model: OtherModel) -> None:
@@ -183,13 +183,13 @@ class OtherModelBox(QWidget):
             self.browse.setEnabled(True)
             self._add(other_model)
 
-        def refuse(reason: str) -> None:
+        def report_failure(reason: str) -> None:
             self._job = None
             self.browse.setEnabled(True)
             self.status_changed.emit(reason)
 
         def failed(event: Failed) -> None:
-            refuse(str(Finding("job.stopped")) if event.cancelled else event.message)
+            report_failure(str(Finding("job.stopped")) if event.cancelled else event.message)
 
         self._job = studio.jobs.submit(
             LOAD_MODEL,

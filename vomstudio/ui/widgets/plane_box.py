@@ -101,7 +101,7 @@ class PlaneBox(ComboBox):
         return [f.id for f in planes]
 
     def _reference_point(self) -> FloatArray | None:
-        """Return the points (n, 3) of the open or the current feature, or None without points."""
+        """Return the points (n, 3) of the open or current feature, or None if it has none."""
         measurement = getattr(self._studio.open_tool, "measurement", None)
         current = self._studio.selection.current
         if not isinstance(measurement, Measurement) and current is not None:

@@ -66,7 +66,7 @@ def read_whole_file(path: Path, progress: Progress, padding: bytes = b"") -> Byt
 
 
 def to_utf8(data: ByteArray, padding: bytes = b"") -> ByteArray:
-    """Return the result of `read_whole_file` for the same tail, with UTF-16 converted to UTF-8."""
+    """Return the result of `read_whole_file`, with UTF-16 converted to UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
     raw_data = data[: len(data) - len(padding)].tobytes()

@@ -20,7 +20,7 @@ UNUSED_MAPS = ("normalTexture", "occlusionTexture", "emissiveTexture")
 
 
 def color_map(document: Document, material: object) -> dict[str, Any]:
-    """Return the textureInfo of a material's colour; empty for a material without a texture."""
+    """Return the textureInfo of a material's colour; empty if it has no texture."""
     if material == -1:
         return {}
     entry = document.item("materials", material)

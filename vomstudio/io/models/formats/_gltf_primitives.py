@@ -59,8 +59,8 @@ def read_primitives(document: Document, findings: list[Finding]) -> Iterator[Pla
         steps += len(primitives)
         document.budget.take(BYTES_PER_PRIMITIVE * len(primitives), "meshes")
         for primitive in primitives:
-            key = document.section("attributes", primitive).get("POSITION")
-            use_counts[_key(key)] = use_counts.get(_key(key), 0) + 1
+            accessor_index = document.section("attributes", primitive).get("POSITION")
+            use_counts[_key(accessor_index)] = use_counts.get(_key(accessor_index), 0) + 1
     vertex_count = line_count = done_count = 0
     progress = document.progress
     progress.stage(tr("Reading the scene"), steps)
@@ -72,8 +72,8 @@ def read_primitives(document: Document, findings: list[Finding]) -> Iterator[Pla
             if mode in (1, 2, 3):
                 line_count += 1
                 continue
-            key = document.section("attributes", primitive).get("POSITION")
-            is_shared = use_counts[_key(key)] > 1
+            accessor_index = document.section("attributes", primitive).get("POSITION")
+            is_shared = use_counts[_key(accessor_index)] > 1
             piece = _read_primitive(document, primitive, matrix, weights, is_shared, findings)
             vertex_count += len(piece.positions)
             if vertex_count > MAX_VERTICES:

@@ -278,7 +278,7 @@ class LasHeader:
         Bounds as stated in the header, unchecked.
     records : dict
         Bytes of the variable length records by (user, number); only the first record of each.
-    layers : int
+    layer_count : int
         Number of streams in a chunk of the layered formats (6 and above); 0 for other formats.
     """
 

@@ -142,7 +142,7 @@ def _line_end(data, i):  # type: ignore[no-untyped-def]
 
 
 @part
-def _report(report, count_row, offset_row, offset):  # type: ignore[no-untyped-def]
+def _record_problem(report, count_row, offset_row, offset):  # type: ignore[no-untyped-def]
     """Count a problem, and store the position of its first occurrence."""
     if report[count_row] == 0:
         report[offset_row] = offset
@@ -212,7 +212,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
         if uv_row < 0 or uv_row >= n_uvs:
             uv_row = np.int64(-1)
             if has_b:
-                _report(report, R_BAD_UVS, R_FIRST_BAD_UV, line)
+                _record_problem(report, R_BAD_UVS, R_FIRST_BAD_UV, line)
         if n == 0:
             first_v = row
             first_u = uv_row
@@ -291,7 +291,7 @@ def parse(  # type: ignore[no-untyped-def]
                 if state[n] != READY:
                     value[n] = np.nan
                     if state[n] != UNPARSED:
-                        _report(report, R_NO_NUMBERS, R_FIRST_NO_NUMBER, token[n, 0])
+                        _record_problem(report, R_NO_NUMBERS, R_FIRST_NO_NUMBER, token[n, 0])
                 token[n, 1] = i
                 n += 1
             if kind == _UV and n == 1:
@@ -329,7 +329,7 @@ def parse(  # type: ignore[no-untyped-def]
             if is_invalid and n >= 3:
                 for k in range(t0, t):
                     corners[k, 0] = -1
-                _report(report, R_BAD_CORNERS, R_FIRST_BAD_CORNER, line)
+                _record_problem(report, R_BAD_CORNERS, R_FIRST_BAD_CORNER, line)
         elif kind == _WORD:
             words[w, 0] = i
             words[w, 1] = _line_end(data, i)

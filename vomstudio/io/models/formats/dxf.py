@@ -1,8 +1,8 @@
 """DXF drawings as models: points as a cloud or faces as a mesh.
 
 Faces are 3DFACE, polyface and polygon meshes (POLYLINE) and MESH; each layer becomes a material
-(AutoCAD DXF Reference). The file is parsed here and not by a library for the reasons stated in
-`vomstudio.io.gis.dxf`, in blocks, only one of which is in memory as text.
+(AutoCAD DXF Reference). For the reasons stated in `vomstudio.io.gis.dxf`, the file is not parsed by
+a library. It is read in blocks, so that only one block is in memory as text.
 """
 
 from __future__ import annotations

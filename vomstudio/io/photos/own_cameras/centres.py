@@ -16,7 +16,11 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views, view_from_centre
+from vomstudio.io.photos.own_cameras.result import (
+    ModelCameras,
+    cameras_from_views,
+    view_from_centre,
+)
 from vomstudio.io.text.named_columns import PHOTO_NAMES, WORLD, NamedTable
 
 _ESTIMATED_COLUMNS = (
@@ -38,7 +42,7 @@ def open_table(path: Path) -> NamedTable:
     return NamedTable(path, ("photo", "x", "y", "z"))
 
 
-def read_centres(path: Path, table: NamedTable) -> OwnCameras:
+def read_centres(path: Path, table: NamedTable) -> ModelCameras:
     """Return the centres of a table.
 
     Parameters
@@ -71,7 +75,7 @@ def read_centres(path: Path, table: NamedTable) -> OwnCameras:
     )
     if has_rotations:
         return cameras_from_views(path, _views(table, names, positions))
-    return OwnCameras(path, {}, dict(zip(names, positions, strict=True)))
+    return ModelCameras(path, {}, dict(zip(names, positions, strict=True)))
 
 
 def _views(table: NamedTable, names: list[str], positions: FloatArray) -> list[View]:

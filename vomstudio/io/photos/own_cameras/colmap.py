@@ -19,7 +19,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import CAMERA_MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import (
-    OwnCameras,
+    ModelCameras,
     cameras_from_views,
     pinhole_lens,
     unknown_lens_finding,
@@ -67,7 +67,7 @@ def find_folder(path: Path) -> Path | None:
     return None
 
 
-def read_colmap(folder: Path) -> OwnCameras:
+def read_colmap(folder: Path) -> ModelCameras:
     """Read the cameras of COLMAP.
 
     Raises

@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views
+from vomstudio.io.photos.own_cameras.result import ModelCameras, cameras_from_views
 
 # Margin around the bounding box of the model on each side, relative to its size.
 RELATIVE_MARGIN = 0.5
@@ -35,7 +35,7 @@ class Candidate:
 
 def select_frame(
     path: Path, candidates: Sequence[Candidate], bounds: FloatArray | None
-) -> OwnCameras:
+) -> ModelCameras:
     """Return the cameras in the first frame in which most of them face the model.
 
     Parameters

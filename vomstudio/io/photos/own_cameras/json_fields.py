@@ -20,7 +20,7 @@ ResultType = TypeVar("ResultType")
 
 @dataclass(frozen=True)
 class JsonFields:
-    """Reads fields of one file.
+    """Reader of the fields of a JSON file.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class JsonFields:
         return values
 
     def call(self, field: str, function: Callable[..., ResultType], *arguments: Any) -> ResultType:
-        """Return the result of a function, whose errors become errors of the field."""
+        """Call a function, and convert its errors to errors about a field."""
         try:
             return function(*arguments)
         except (KeyError, TypeError, ValueError, AttributeError, GeometryError) as error:

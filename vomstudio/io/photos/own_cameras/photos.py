@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import is_regular_file
-from vomstudio.io.photos.own_cameras.result import OwnCameras
+from vomstudio.io.photos.own_cameras.result import ModelCameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.io.photos.reading import photo_names
 
@@ -15,7 +15,7 @@ _MAX_TRIED_NAMES = 3
 _FOLDERS = ("photos", "images", ".", "../photos", "../images", "../../photos", "../../images")
 
 
-def find_camera_photos(cameras: OwnCameras, folder: Path | None = None) -> dict[str, Path]:
+def find_camera_photos(cameras: ModelCameras, folder: Path | None = None) -> dict[str, Path]:
     """Return the existing photos of cameras by camera name.
 
     `folder` is the folder of the photos. If None, the folder stated in the camera file and

@@ -30,7 +30,7 @@ from vomstudio.io.photos.own_cameras import (
 )
 from vomstudio.io.photos.own_cameras.frames import Candidate, select_frame
 from vomstudio.io.photos.own_cameras.json_fields import load_json
-from vomstudio.io.photos.own_cameras.result import OwnCameras, cameras_from_views
+from vomstudio.io.photos.own_cameras.result import ModelCameras, cameras_from_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 
@@ -62,7 +62,7 @@ _CAMERA_FILES = (
 )
 
 
-def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnCameras:
+def read_camera_file(path: str | Path, bounds: FloatArray | None = None) -> ModelCameras:
     """Read the cameras in the frame of the model; the format is detected from the content.
 
     Supported formats are `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or
@@ -81,7 +81,7 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     Raises
     ------
     InputError
-        If a file is not valid; states file and line or field.
+        If a file is not valid. The error states the file and the line or field.
     """
     path = Path(path)
     folder = colmap.find_folder(path)
@@ -93,10 +93,10 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     if folder is not None:
         return select_frame(path, micmac.read_micmac(folder), bounds)
     if path.is_dir():
-        camera_file = find_own_cameras(path / "model", include_parents=False)
+        camera_file = find_camera_file(path / "model", include_parents=False)
         if camera_file is None:
             raise InputError(Finding("cameras.none-in-folder"), file=path)
-        return read_own_cameras(camera_file, bounds)
+        return read_camera_file(camera_file, bounds)
     require_file(path)
     if is_xml(path):
         root = read_xml(path)
@@ -120,10 +120,11 @@ def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnC
     return centres.read_centres(path, table)
 
 
-def find_own_cameras(model: str | Path, *, include_parents: bool = True) -> Path | None:
-    """Return the camera file next to a model by its usual names, preferring this program's.
+def find_camera_file(model: str | Path, *, include_parents: bool = True) -> Path | None:
+    """Find the camera file of a model by the usual file names.
 
-    If `include_parents` is set, parent folders are searched as well.
+    Files of VOM Studio take precedence. If `include_parents` is set, parent folders are searched as
+    well. Returns None if there is no such file.
     """
     folder = Path(model).parent
     for name in _CAMERA_FILES:
@@ -140,10 +141,10 @@ def find_own_cameras(model: str | Path, *, include_parents: bool = True) -> Path
 
 def _has_lenses_only(path: Path) -> bool:
     """Return whether a file contains only lenses, like the `cameras.json` of OpenDroneMap."""
-    return is_regular_file(path) and path.name == FILE_NAME and not is_own_cameras(path)
+    return is_regular_file(path) and path.name == FILE_NAME and not is_camera_file(path)
 
 
-def is_own_cameras(path: Path) -> bool:
+def is_camera_file(path: Path) -> bool:
     """Return whether a file is a `cameras.json` of this program, from its first bytes.
 
     Parameters
@@ -160,7 +161,7 @@ def is_own_cameras(path: Path) -> bool:
         return b"vomstudio" in stream.read(4096)
 
 
-def _read_json_cameras(path: Path, bounds: FloatArray | None) -> OwnCameras:
+def _read_json_cameras(path: Path, bounds: FloatArray | None) -> ModelCameras:
     data = load_json(path)
     for has_format, read_candidates in JSON_FORMATS:
         if has_format(data):

@@ -21,7 +21,7 @@ MAX_ROTATION_DEVIATION = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class OwnCameras:
+class ModelCameras:
     """Cameras of a model.
 
     Attributes
@@ -50,7 +50,7 @@ def cameras_from_views(
     views: Iterable[View],
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
-) -> OwnCameras:
+) -> ModelCameras:
     """Return cameras from views.
 
     Raises
@@ -68,10 +68,10 @@ def cameras_from_views(
     if not views_by_name:
         raise InputError(Finding("cameras.none-aligned"), file=path)
     centres = {name: view.centre for name, view in views_by_name.items()}
-    return OwnCameras(path, views_by_name, centres, photos, tuple(warnings))
+    return ModelCameras(path, views_by_name, centres, photos, tuple(warnings))
 
 
-def local_cameras(cameras: OwnCameras) -> Cameras:
+def local_cameras(cameras: ModelCameras) -> Cameras:
     """Return the views relative to an origin near the cameras, to keep their precision.
 
     Raises

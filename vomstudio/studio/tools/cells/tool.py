@@ -56,10 +56,10 @@ class CellsTool(StatelessTool):
             mark=tr(MARK_TITLES[self.mark]),
         )
 
-    def finish_refusal(self) -> Finding | None:
+    def finish_problem(self) -> Finding | None:
         return Finding("cells.marked-at-once")
 
-    def cancel_refusal(self) -> Finding | None:
+    def cancel_problem(self) -> Finding | None:
         return Finding("cells.marked-at-once")
 
     # --- marks --------------------------------------------------------------------------------

@@ -262,7 +262,7 @@ class AlignmentData(QObject):
         self._requests[task_name] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
-        """Pass the share of pixels with a depth, or None without a depth map, to `callback`."""
+        """Pass the share of pixels with a depth to `callback`; None if there is no depth map."""
 
         def compute() -> float | None:
             if self._is_closed:

@@ -52,7 +52,7 @@ class FitCopyButton(CopyCommandButton):
         """Enable the button unless the fit is pending or cannot be made by a command."""
         self.set_enabled(
             pending_finding
-            or command_refusal(self._studio, self._reference_view.model, self._stable_part_box)
+            or command_problem(self._studio, self._reference_view.model, self._stable_part_box)
         )
 
     def _copy_command(self) -> None:
@@ -68,7 +68,7 @@ class FitCopyButton(CopyCommandButton):
             )
 
 
-def command_refusal(
+def command_problem(
     studio: Studio, reference: OtherModel | None, stable_part_box: StablePartBox
 ) -> Finding | None:
     """Return why no command can make the same fit, or None if a command can."""
@@ -77,7 +77,7 @@ def command_refusal(
     record = studio.records.get(reference.id)
     if isinstance(record, Model) and record.registration is not None:
         return Finding("action.other-model-placed")
-    return stable_part_box.mask_refusal()
+    return stable_part_box.mask_problem()
 
 
 def copy_fit(

@@ -359,7 +359,7 @@ class FitDialog(QDialog):
             self.remove_button, busy_finding or (None if has_row else Finding("action.no-row"))
         )
         self.fit_button.setText(tr("Stop") if is_busy else tr("Fit surfaces"))
-        set_enabled(self.fit_button, None if is_busy else self._fit_refusal())
+        set_enabled(self.fit_button, None if is_busy else self._fit_problem())
         missing_result_finding = (
             None if self.fit_result is not None else Finding("action.not-computed")
         )
@@ -384,13 +384,13 @@ class FitDialog(QDialog):
             return Finding("fit.click-pairs", minimum=MIN_PAIRS)
         return Finding("fit.ready")
 
-    def _fit_refusal(self) -> Finding | None:
+    def _fit_problem(self) -> Finding | None:
         if self.reference is None:
             return Finding("action.no-other-model")
         count = len(self.points.pairs)
         if count >= MIN_PAIRS and self.placement is None:
             return self._problem or Finding("action.busy")
-        return self.stable.why_not(self.points.pairs)
+        return self.stable.disabled_reason(self.points.pairs)
 
     # --- surface fit -------------------------------------------------------------------------
     def _fit_or_stop(self) -> None:

@@ -31,7 +31,7 @@ class PairTable(QTableWidget):
         self.setMinimumSize(300, 120)
 
     def selected_row(self) -> int | None:
-        """Return the selected row, or None without a selection."""
+        """Return the selected row, or None if no row is selected."""
         rows = self.selectionModel().selectedRows()
         return rows[0].row() if rows else None
 

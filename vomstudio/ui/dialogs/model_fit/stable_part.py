@@ -81,7 +81,7 @@ class StablePartBox(QWidget):
         self.stable_model.setVisible(self.part_box.currentIndex() == _NEAR_MODEL)
         self.changed.emit()
 
-    def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
+    def disabled_reason(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
         """Return why the selected part cannot be used, or None if it can."""
         index = self.part_box.currentIndex()
         if index == _NEAR_POINTS and not pairs:
@@ -113,7 +113,7 @@ class StablePartBox(QWidget):
             return mask.path
         return self._polygons if self.part_box.currentIndex() == _POLYGONS else None
 
-    def mask_refusal(self) -> Finding | None:
+    def mask_problem(self) -> Finding | None:
         """Return a finding if the stable part is not in a file that a command can read."""
         if self.part_box.currentIndex() in (_NEAR_POINTS, _CLIPPING_BOX):
             return Finding("action.stable-part-without-file")

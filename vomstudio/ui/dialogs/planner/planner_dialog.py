@@ -25,7 +25,7 @@ from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_finding
 from vomstudio.core.words import tr
 from vomstudio.io.photos.camera_table import find_camera, search_cameras
-from vomstudio.photogrammetry.survey.plan_camera import camera_of
+from vomstudio.photogrammetry.survey.plan_camera import parse_camera
 from vomstudio.photogrammetry.survey.plan_forecast import add_forecasts
 from vomstudio.photogrammetry.survey.planning import SurveyPlan, plan_survey
 from vomstudio.photogrammetry.survey.survey_options import (
@@ -354,7 +354,7 @@ def _compute_plan(camera_text: str, options: PlanOptions) -> SurveyPlan:
     """Compute a plan. Raises InputError or UsageError if the camera or the target is invalid."""
     if not camera_text:
         raise InputError(Finding("plan.no-camera"))
-    camera = camera_of(camera_text, options.focal_mm)
+    camera = parse_camera(camera_text, options.focal_mm)
     if camera.f_number is not None:
         # The field applies to other cameras if this one has no diaphragm.
         options = replace(options, aperture=None)

@@ -237,7 +237,7 @@ class ComparePanel(QWidget):
 
     def _refresh_buttons(self, *_: object) -> None:
         is_busy = self._job is not None
-        reason = None if is_busy else self._why_not()
+        reason = None if is_busy else self._disabled_reason()
         self.start.setText(tr("Stop") if is_busy else tr("Compare"))
         set_enabled(self.start, reason)
         missing_result_finding = (
@@ -246,7 +246,7 @@ class ComparePanel(QWidget):
         if self._model is None:
             missing_result_finding = Finding("action.no-model")
         set_enabled(self.export, Finding("action.busy") if is_busy else missing_result_finding)
-        self.copy.set_enabled(self._why_not())
+        self.copy.set_enabled(self._disabled_reason())
         other_model = self.other.current()
         self.agreement.show_models(
             "" if self._model is None else self._model.id,
@@ -262,7 +262,7 @@ class ComparePanel(QWidget):
             and model.to_world != self.comparison.model.to_world
         )
 
-    def _why_not(self) -> Finding | None:
+    def _disabled_reason(self) -> Finding | None:
         if self._model is None:
             return Finding("action.no-model")
         if self._model.id not in self._studio.models:

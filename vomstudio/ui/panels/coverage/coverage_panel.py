@@ -169,14 +169,14 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
 
     def _refresh(self) -> None:
         is_marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
-        set_enabled(self.create_button, self._creation_refusal())
+        set_enabled(self.create_button, self._creation_problem())
         missing_grid_finding = None if self.grid() is not None else Finding("action.no-grid")
         set_enabled(self.mark, missing_grid_finding)
         set_enabled(self.remove, missing_grid_finding)
         with QSignalBlocker(self.mark):
             self.mark.setChecked(is_marking and missing_grid_finding is None)
 
-    def _creation_refusal(self) -> Finding | None:
+    def _creation_problem(self) -> Finding | None:
         if self.model.selected_model() is None:
             return Finding("action.no-model")
         if self._is_creating:
@@ -198,7 +198,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
 
     def _create_grid(self) -> None:
         model, studio = self.model.selected_model(), self._studio
-        if model is None or self._creation_refusal() is not None:
+        if model is None or self._creation_problem() is not None:
             return
         data = studio.models[model.id].data
         points = data.vertices if isinstance(data, Mesh) else data.points

@@ -58,7 +58,7 @@ def _format_cells(column: FeatureColumn, row: Row) -> list[str]:
             return [_format_number(line.trend_deg, "deg"), _format_number(line.plunge_deg, "deg")]
         return ["", ""]
     figure = column.figure
-    if figure is None or figure.form in ("text", "flag") or figure.shown is not None:
+    if figure is None or figure.form in ("text", "flag") or figure.format_text is not None:
         return [escape_formula(" ".join(column.text(row).split()).replace("–", ""))]
     return [_format_value(figure, row)]
 

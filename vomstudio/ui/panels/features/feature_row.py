@@ -54,7 +54,7 @@ class Row(Subject):
 
     @property
     def set_name(self) -> str:
-        """Name of the feature's set, empty if it belongs to no set."""
+        """Name of the feature's set; empty if it is not in a set."""
         return str(getattr(self.feature, "set_name", ""))
 
     @property

@@ -57,7 +57,7 @@ def create_intersection(studio: Studio, first_group: Group, second_group: Group)
     )
 
 
-def keep_refusal(studio: Studio) -> Finding | None:
+def keep_problem(studio: Studio) -> Finding | None:
     """Return why the intersection of the selected planes cannot be stored, or None if it can."""
     intersection = selected_intersection(studio)
     if intersection is None:
@@ -65,7 +65,7 @@ def keep_refusal(studio: Studio) -> Finding | None:
     return studio.measure(intersection).problem
 
 
-def line_refusal(measurement: Measurement) -> Finding | None:
+def line_problem(measurement: Measurement) -> Finding | None:
     """Return why the intersection line is unknown, or None if it is known."""
     return None if measurement.line is not None else Finding("action.no-intersection")
 
@@ -182,7 +182,7 @@ class IntersectionDialog(QDialog):
             return
         measurement = self._studio.measure(intersection)
         self.result_text.setText("<br>".join(format_relation(measurement)))
-        set_enabled(self.keep_button, line_refusal(measurement))
+        set_enabled(self.keep_button, line_problem(measurement))
 
     def _keep_result(self) -> None:
         intersection = self.intersection()

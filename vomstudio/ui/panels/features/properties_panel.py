@@ -237,7 +237,7 @@ class PropertiesPanel(QWidget):
             *bed_lines,
         ]
         self._relation_label.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        set_enabled(self._keep_button, plane_relations.line_refusal(measurement))
+        set_enabled(self._keep_button, plane_relations.line_problem(measurement))
 
     def _show_feature(self, feature: Feature, features: list[Feature]) -> None:
         """Show the current feature, and which attributes differ among the selected features."""

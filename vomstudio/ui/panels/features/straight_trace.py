@@ -27,7 +27,7 @@ def describe_trace_band(studio: Studio, feature_id: str, measurement: Measuremen
         feature_id,
     )
     description = describe_band(band, priors)
-    likely_estimate = description.likely
+    likely_estimate = description.likely_set
     plane_text = None
     if likely_estimate is not None:
         likely_plane = Plane(likely_estimate.dip_direction_deg, likely_estimate.dip_deg)

@@ -318,11 +318,11 @@ class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
                 text,
                 *(
                     str(warning)
-                    for warning in result.network.found.warnings
+                    for warning in result.network.statistics.warnings
                     # The first line already reports the plane.
                     if warning.code != "lines.not-planar"
                 ),
-                *map(str, result.network.found.notes),
+                *map(str, result.network.statistics.notes),
                 *self.group_box.exclusion_messages(),
                 *_cells_text(result),
             ]
@@ -455,7 +455,7 @@ def _result_html(result: FractureResult | None) -> str:
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
         f"<td style='padding:1px 2px'>{escape(_typeset(value))}</td></tr>"
-        for name, value in figure_rows(network.found)
+        for name, value in figure_rows(network.statistics)
     )
     note = escape(tr("95 % error, assuming independently placed traces."))
     return f"<table width='100%'>{cells}</table><p>{note}</p>"

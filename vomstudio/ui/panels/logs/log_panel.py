@@ -62,7 +62,7 @@ class BedLogPanel(AnalysisPanel[LogRequest, LogResult]):
     Attributes
     ----------
     line_id : str
-        Id of the line along which the log runs, or an empty string if no line has been taken.
+        Id of the line along which the log runs, or an empty string if no line is selected.
     """
 
     def __init__(self, studio: Studio) -> None:

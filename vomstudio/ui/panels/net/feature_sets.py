@@ -120,7 +120,7 @@ def build_sets(
 
 
 def distinct_symbols(sets: Sequence[NetSet]) -> list[NetSet]:
-    """Give every set a symbol of its own, as far as there are symbols.
+    """Assign a different symbol to each set while symbols are available.
 
     The first set of a type has the symbol of the type.
 

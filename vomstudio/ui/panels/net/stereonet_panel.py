@@ -638,7 +638,7 @@ class _CornerLabel(ElidedLabel):
         return metrics.horizontalAdvance(text) + mark + margins.left() <= width_px
 
     def paper_rect(self) -> QRect:
-        """Return the rectangle of the paper in the parent widget; empty without a text."""
+        """Return the rectangle of the paper in the parent widget; empty if there is no text."""
         return self._text_rect().translated(self.pos()) if self.text() else QRect()
 
     def _text_rect(self) -> QRect:

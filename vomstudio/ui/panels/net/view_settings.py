@@ -29,7 +29,7 @@ class NetViewSettings(QObject):
         Typed text by field name.
     circles, marks
         Typed circles and marks before the rotation.
-    turning : Turning
+    turning : NetRotation
         Rotation applied to all orientations.
     hidden_sets : frozenset of str
         Names of hidden sets.

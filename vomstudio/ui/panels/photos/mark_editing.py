@@ -52,7 +52,7 @@ class MarkEditing(QObject):
     def show(self) -> None:
         """Draw the marks, the predicted positions, and the epipolar line of the selected point."""
         marking, selected_label, photo = self._marks.marking, self._points.label, self._photo.name
-        pixels = marking.within(photo)
+        pixels = marking.marks_in_photo(photo)
         symbols = []
         for label, pixel in pixels.items():
             prediction = self._marks.prediction(label)
@@ -121,7 +121,7 @@ class MarkEditing(QObject):
     def add_point(self) -> None:
         """Add a tie point with an unused label, select it and activate the mark tool."""
         label = self._marks.marking.free_label()
-        new_marking = self._marks.marking.begun_with(label)
+        new_marking = self._marks.marking.add_label(label)
         self._marks.change(tr("New point"), new_marking)
         self._points.select_point(label)
         self._tools.set_tool(MARK)
@@ -130,7 +130,7 @@ class MarkEditing(QObject):
     def remove_point(self) -> None:
         """Remove the selected point and all its marks."""
         label = self._points.label
-        new_marking = self._marks.marking.removed(label)
+        new_marking = self._marks.marking.remove_point(label)
         self._marks.change(tr("Remove {label}", label=label), new_marking)
         self._points.select_point("")
 
@@ -171,7 +171,7 @@ class MarkEditing(QObject):
     # --- marks -------------------------------------------------------------------------------
     def remove_mark(self) -> None:
         label, photo = self._points.label, self._photo.name
-        new_marking = self._marks.marking.unmarked(label, photo)
+        new_marking = self._marks.marking.remove_mark(label, photo)
         self._marks.change(tr("Remove mark of {label}", label=label), new_marking)
 
     def _place_mark(self, x: float, y: float, merge_key: str | None = None) -> None:
@@ -179,7 +179,7 @@ class MarkEditing(QObject):
         marking, photo = self._marks.marking, self._photo.name
         label = self._points.label or marking.free_label()
         key = None if merge_key is None else (merge_key, label, photo)
-        new_marking = marking.marked(label, photo, (x, y))
+        new_marking = marking.set_mark(label, photo, (x, y))
         self._photo.set_viewed_point(label)
         self._marks.change(tr("Mark {label}", label=label), new_marking, key)
         self._points.select_point(label)
@@ -189,7 +189,7 @@ class MarkEditing(QObject):
 
     def _move_mark(self, label: str, x: float, y: float, is_ongoing: bool) -> None:
         photo = self._photo.name
-        new_marking = self._marks.marking.marked(label, photo, (x, y))
+        new_marking = self._marks.marking.set_mark(label, photo, (x, y))
         self._marks.change(
             tr("Move {label}", label=label),
             new_marking,

@@ -36,7 +36,7 @@ def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) ->
             "image-edit-outline",
             (),
             tr("Open the photo to draw its mask and mark points."),
-            opening.why_not,
+            opening.disabled_reason,
         ),
         Command(
             "take_in_photos",
@@ -45,7 +45,7 @@ def commands(opening: PhotoOpening, selected_photo: Callable[[], str | None]) ->
             "tray-arrow-down",
             (),
             tr("Import control points, marks and masks from the photo folder again."),
-            opening.why_not,
+            opening.disabled_reason,
         ),
     ]
 
@@ -68,7 +68,7 @@ class PhotoOpening(QObject):
         self._pending_request: tuple[Path, str | None] | None = None
         survey.changed.connect(self._survey_changed)
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why no photo can be opened, or None if one can be opened."""
         if self._survey.folder is None or not self._survey.rows:
             return Finding("action.no-photos")
@@ -90,7 +90,7 @@ class PhotoOpening(QObject):
         from vomstudio.ui.panels.photos.photo_page import PhotoPage
 
         self._pending_request = None
-        if self.why_not() is not None:
+        if self.disabled_reason() is not None:
             return
         names = [row.name for row in self._survey.rows]
         photo = name if name is not None and name in names else names[0]
@@ -120,7 +120,7 @@ class PhotoOpening(QObject):
         """Show a photo set in the panel and then open one of its photos."""
         if not self.open_set(photo_set):
             return
-        if self.why_not() is None:
+        if self.disabled_reason() is None:
             self.open(name)
         elif self._survey.folder is not None:
             # The photo is opened once the list has been read.
@@ -132,7 +132,7 @@ class PhotoOpening(QObject):
         folder, name = self._pending_request
         if folder != self._survey.folder or self._survey.problem:
             self._pending_request = None
-        elif self.why_not() is None:
+        elif self.disabled_reason() is None:
             self.open(name)
 
     def _handle_close(self) -> None:

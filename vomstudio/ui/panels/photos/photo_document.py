@@ -183,7 +183,7 @@ class PhotoDocument(QObject):
         ----------
         title : str
             Title of the edit.
-        marking : Marking
+        marking : ControlMarks
         merge_key : object, optional
             Consecutive edits with equal `merge_key` are merged into one.
         crs : str, optional

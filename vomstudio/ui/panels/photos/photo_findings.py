@@ -19,7 +19,7 @@ def control_findings(facts: ControlSummary | None, note: Finding | None) -> list
 
     Parameters
     ----------
-    facts : ControlFacts or None
+    facts : ControlSummary or None
     note : Finding or None
         Reason why the control points beside the photos are not used; reported only if `facts` is
         None.

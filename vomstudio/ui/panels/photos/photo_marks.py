@@ -139,7 +139,7 @@ class PhotoMarks(QObject):
             )
         marking = self.marking
         for point in points:
-            marking = marking.placed(point)
+            marking = marking.set_coordinates(point)
         self._document.set_marking(tr("Import {file}", file=path.name), marking, crs=crs)
         return len(points)
 

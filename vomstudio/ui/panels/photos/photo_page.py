@@ -388,7 +388,7 @@ class PhotoPage(QWidget):
         steps: list[Finding | str | None] = [
             query(name)
             for name in ("undo", "redo")
-            for query in (self.actions_table.why_not, self.actions_table.target)
+            for query in (self.actions_table.disabled_reason, self.actions_table.target)
         ]
         if steps != self._steps:
             # Refreshing the commands of the main window at each step of a dragged mark would be

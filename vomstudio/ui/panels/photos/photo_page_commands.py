@@ -79,9 +79,9 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
         else:
             photo.run(name)
 
-    def why_not() -> Finding | None:
+    def disabled_reason() -> Finding | None:
         photo = table()
-        return command.why_not() if photo is None else photo.why_not(name)
+        return command.disabled_reason() if photo is None else photo.disabled_reason(name)
 
     def text() -> str:
         photo = table()
@@ -98,7 +98,7 @@ def photo_command(command: Command, table: Callable[[], Actions | None]) -> Comm
         )
 
     base = command if command.current_text is None else replace(command, current_text=text)
-    return replace(base, run=run, why_not=why_not)
+    return replace(base, run=run, disabled_reason=disabled_reason)
 
 
 def own_window_command(page: QWidget, toggle_window: Callable[[], object]) -> Command:
@@ -224,7 +224,7 @@ def mask_commands(
 ) -> list[Command]:
     """Return the commands that change the brush or the whole mask."""
 
-    def mask_refusal() -> Finding | None:
+    def mask_problem() -> Finding | None:
         if masks.busy_reason or masks.used(photo.name) is not None:
             return masks.busy_reason
         return Finding("mask.pending")
@@ -272,7 +272,7 @@ def mask_commands(
             "invert-colors",
             (),
             tr("Invert the mask of the photo."),
-            mask_refusal,
+            mask_problem,
         ),
         Command(
             "clear_mask",
@@ -281,7 +281,7 @@ def mask_commands(
             "image-outline",
             (),
             tr("Unmask the whole photo."),
-            mask_refusal,
+            mask_problem,
         ),
     ]
 

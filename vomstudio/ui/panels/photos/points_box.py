@@ -282,7 +282,7 @@ class PointsBox(QGroupBox):
         if not label or text == label:
             return
         try:
-            new_marking = self._marks.marking.renamed(label, text)
+            new_marking = self._marks.marking.rename_point(label, text)
         except GeometryError as error:
             self.message.emit(error, "warning")
             self._fill_form()
@@ -302,9 +302,9 @@ class PointsBox(QGroupBox):
             self.coordinate_fields[0].setFocus()
             return
         if role == TIE:
-            new_marking = marking.unplaced(label)
+            new_marking = marking.remove_coordinates(label)
         else:
-            new_marking = marking.placed(replace(point, check=role == CHECK))
+            new_marking = marking.set_coordinates(replace(point, check=role == CHECK))
         self._marks.change(tr("Role of {label}", label=label), new_marking)
 
     def _change_coordinates(self) -> None:
@@ -314,7 +314,7 @@ class PointsBox(QGroupBox):
         marking, label = self._marks.marking, self.label
         point = marking.point(label)
         if not any(texts[:3]) and point is not None:
-            new_marking = marking.unplaced(label)
+            new_marking = marking.remove_coordinates(label)
         else:
             values = [parse_number(text, decimal_comma=True) if text else None for text in texts]
             pairs = zip(texts, values, strict=True)
@@ -332,7 +332,7 @@ class PointsBox(QGroupBox):
             if sigma is not None and not sigma > 0:
                 self.message.emit(Finding("number.not-positive", value=sigma), "warning")
                 return
-            new_marking = marking.placed(
+            new_marking = marking.set_coordinates(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)
             )
         for field in self.coordinate_fields:

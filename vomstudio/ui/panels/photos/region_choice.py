@@ -37,7 +37,7 @@ class RegionChoice:
         self.display_changed = studio.display.changed
 
     def proposal(self) -> tuple[float, ...] | None:
-        """Return the box around the rock of the last reconstruction, or None without one."""
+        """Return the box around the rock of the last reconstruction, or None if there is none."""
         from vomstudio.photogrammetry.base.region import Region
 
         folder = self._survey.alignment_folder()

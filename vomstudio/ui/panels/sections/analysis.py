@@ -38,7 +38,7 @@ class SectionQuestion:
         CRS of the World frame.
     records : mapping or None
         Records of the project; if None, the section contains no features.
-    along : (3,) float64 or None
+    direction : (3,) float64 or None
         Direction of projection; None projects perpendicular to the section.
     """
 

@@ -143,7 +143,7 @@ class ElevationPanel(QWidget):
         for fields in (self.grid, self.file_options):
             fields.show_unit(length_unit(axes))
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why no elevation model can be made now, or None if one can be made."""
         model = self.model.selected_model()
         if model is None:
@@ -159,7 +159,7 @@ class ElevationPanel(QWidget):
         return None
 
     def _check(self, *_: object) -> None:
-        reason = self.why_not()
+        reason = self.disabled_reason()
         is_busy = self._job is not None
         self.start.setText(tr("Stop") if is_busy else tr("Create"))
         set_enabled(self.start, None if is_busy else reason)
@@ -177,7 +177,7 @@ class ElevationPanel(QWidget):
     def build_request(self) -> ElevationRequest | None:
         """Return the request defined by the form, or None if no elevation model can be made."""
         model = self.model.selected_model()
-        if model is None or self.why_not() is not None:
+        if model is None or self.disabled_reason() is not None:
             return None
         path = self._studio.project.find_model(model)
         assert path is not None

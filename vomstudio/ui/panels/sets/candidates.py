@@ -40,9 +40,9 @@ class Candidates:
         Name of the feature type of each plane; sets never contain several types.
     poles : (n, 3) float64
         Unit normals in the World frame.
-    places : (n, 3) float64
+    centres : (n, 3) float64
         Mid-points in the World frame in metres, NaN if unknown.
-    turns : Turns
+    rotation_errors : RotationErrors
         Rotation errors that poles have in common because of the registrations of their models.
     reserved_names : frozenset of str
         Names of sets that contain other planes.
@@ -53,7 +53,7 @@ class Candidates:
     ids: tuple[str, ...]
     types: tuple[str, ...]
     poles: FloatArray
-    places: FloatArray
+    centres: FloatArray
     rotation_errors: RotationErrors
     reserved_names: frozenset[str]
     warnings: tuple[Finding, ...]
@@ -85,7 +85,7 @@ class ProposalResult:
 
     @property
     def unassigned(self) -> int:
-        """Number of candidates that belong to no set."""
+        """Number of candidates that are not in a set."""
         return self.assignment.count(-1)
 
     def groups(self, names: Sequence[str]) -> Groups:
@@ -182,7 +182,7 @@ def collect_candidates(studio: Studio, choice: Choice, *, include_assigned: bool
         ids=ids,
         types=tuple(titles.get(f.type_id, "") for f in selected_planes),
         poles=poles,
-        places=positions,
+        centres=positions,
         rotation_errors=rotations,
         reserved_names=frozenset(reserved_names),
         warnings=tuple(warnings),
@@ -202,22 +202,22 @@ def _locate_features(
     list of Finding
         Warnings.
     """
-    places = np.full((len(features), 3), np.nan)
+    centres = np.full((len(features), 3), np.nan)
     frames = {m.id: m.frame for f in features if (m := get_model(studio.records, f)) is not None}
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
     if len(frames) > 1 and any(frame.kind != "crs" for frame in frames.values()):
-        return places, [Finding("sets.no-common-frame")]
+        return centres, [Finding("sets.no-common-frame")]
     measurements = studio.measured(f.id for f in features)
     for row, feature in enumerate(features):
         points = measurements[feature.id].points
         if measurements[feature.id].metric and len(points):
-            places[row] = points.mean(axis=0)
-    missing_count = int(np.sum(~np.isfinite(places).all(axis=1)))
-    if missing_count == len(places):
-        return places, [Finding("sets.not-in-metres")]
+            centres[row] = points.mean(axis=0)
+    missing_count = int(np.sum(~np.isfinite(centres).all(axis=1)))
+    if missing_count == len(centres):
+        return centres, [Finding("sets.not-in-metres")]
     if missing_count:
-        return places, [Finding("sets.partly-in-metres", count=missing_count)]
-    return places, []
+        return centres, [Finding("sets.partly-in-metres", count=missing_count)]
+    return centres, []
 
 
 def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
@@ -243,7 +243,7 @@ def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
             warnings.append(finding)
             continue
         proposal = propose_sets_of_poles(
-            candidates.poles[rows], options, positions=candidates.places[rows]
+            candidates.poles[rows], options, positions=candidates.centres[rows]
         )
         warnings += (item for item in proposal.warnings if item not in warnings)
         for set_ in proposal.sets:

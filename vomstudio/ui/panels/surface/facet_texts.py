@@ -1,4 +1,4 @@
-"""Texts about proposed facets."""
+"""User-facing texts that describe proposed facets."""
 
 from __future__ import annotations
 

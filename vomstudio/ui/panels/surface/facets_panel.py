@@ -181,7 +181,7 @@ class FacetsPanel(ProposalsPanel):
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
-        self.copy.set_enabled(self._why_not())
+        self.copy.set_enabled(self._disabled_reason())
         proposals, selection = self._facets.proposals, self._selection()
         no_selection = Finding("action.no-row")
         for button, is_enabled, tooltip, reason in (
@@ -223,7 +223,7 @@ class FacetsPanel(ProposalsPanel):
 
     def _search_visible_part(self) -> None:
         model, part = self._model, find_visible_part(self._studio)
-        if model is not None and self._why_not() is None and part is not None:
+        if model is not None and self._disabled_reason() is None and part is not None:
             self._facets.find(model.id, self.limits.options(), part)
 
     def _start(self, model: Model) -> None:

@@ -277,8 +277,8 @@ class FieldsPanel(ModelPanel):
         is_shown = self._studio.display.mode == "field"
         set_enabled(self.reset_button, None if is_shown else Finding("action.no-field"))
 
-    def _why_not(self) -> Finding | None:
-        reason = super()._why_not()
+    def _disabled_reason(self) -> Finding | None:
+        reason = super()._disabled_reason()
         if reason is None and self._field_request() is None:
             if self.kind.currentData() == PLANE_DISTANCE:
                 return Finding("selection.no-trace-or-patch")

@@ -91,15 +91,15 @@ class ModelPanel(LazyPanel):
         )
         self._show_progress()
 
-    def _why_not(self) -> Finding | None:
+    def _disabled_reason(self) -> Finding | None:
         """Return why the job cannot start, or None if it can."""
         if self._model is None:
             return Finding("action.no-model")
-        return self._studio.fields.why_not(self._model.id)
+        return self._studio.fields.disabled_reason(self._model.id)
 
     def _refresh_buttons(self) -> None:
         is_busy = self._work.running is not None
-        reason = None if is_busy else self._why_not()
+        reason = None if is_busy else self._disabled_reason()
         self.start.setText(tr("Stop") if is_busy else self._start_text)
         self.start.setEnabled(reason is None)
         self.start.setToolTip("" if reason is None else str(reason))

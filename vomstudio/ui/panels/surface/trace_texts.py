@@ -1,4 +1,4 @@
-"""Texts about proposed traces."""
+"""User-facing texts that describe proposed traces."""
 
 from __future__ import annotations
 

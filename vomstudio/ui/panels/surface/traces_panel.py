@@ -168,17 +168,17 @@ class TracesPanel(ProposalsPanel):
         self._fields = fields
         fill_choices(self.cost, find_declaration(ProposalOptions, "cost"), field_costs(fields))
 
-    def _why_not(self) -> Finding | None:
+    def _disabled_reason(self) -> Finding | None:
         is_onnx = self._model is not None and self.cost.currentData() == ONNX_COST
         if is_onnx and not self.network.text().strip():
             return Finding("follow.no-network")
-        return super()._why_not()
+        return super()._disabled_reason()
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
         traces = self._traces
         self._network_row.setVisible(self.cost.currentData() == ONNX_COST)
-        self.copy.set_enabled(self._why_not())
+        self.copy.set_enabled(self._disabled_reason())
         rows = self._selection()
         no_selection = Finding("action.no-row")
         has_open_tool = self._studio.open_tool is not None

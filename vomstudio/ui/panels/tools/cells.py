@@ -105,7 +105,7 @@ def commands(studio: Studio) -> list[Command]:
             icon=icon,
             shortcut=key,
             tip=tr(tooltip),
-            why_not=marking_problem,
+            disabled_reason=marking_problem,
             is_viewport_key=True,
             is_checked=partial(is_mark_active, mark),
         )

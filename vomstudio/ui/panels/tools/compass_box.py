@@ -90,7 +90,7 @@ class CompassBox(QWidget):
 
         Parameters
         ----------
-        read_north : ReadNorth or None
+        read_north : NorthReference or None
             North reference of the azimuths, or None if it is unknown.
         is_reading : bool
             Whether clicks select planes and lines that are to be read.
@@ -141,7 +141,7 @@ class CompassBox(QWidget):
         Finding or None
             Why it cannot have a reading, or None if it can.
         """
-        from vomstudio.studio.placing.known_planes import reading_refusal
+        from vomstudio.studio.placing.known_planes import reading_problem
 
         studio = self._studio
         features = selected_features(studio)
@@ -149,7 +149,7 @@ class CompassBox(QWidget):
         current = current or studio.selection.current
         record = None if current is None else studio.records.get(current)
         measurement = None if current is None else studio.measured([current]).get(current)
-        return record, measurement, reading_refusal(record, model, measurement)
+        return record, measurement, reading_problem(record, model, measurement)
 
     def _take_field_reading(self) -> None:
         """Enter the field reading that is selected together with a plane or line."""

@@ -128,7 +128,7 @@ class CompassDialog(QDialog):
             model_id=self._model.id,
             north=self.north.currentData(),
             day=day,
-            place=parse_place(self.place.text()),
+            place=parse_geographic_position(self.place.text()),
             declination_deg=parse_angle(declination) if declination else None,
             doubt_deg=parse_angle(doubt, minimum=0.0) if doubt else None,
         )
@@ -209,7 +209,7 @@ def _angle_text(angle_deg: float | None) -> str:
     return "" if angle_deg is None else f"{angle_deg:.10g}"
 
 
-def parse_place(text: str) -> tuple[float, float] | None:
+def parse_geographic_position(text: str) -> tuple[float, float] | None:
     """Parse a geographic position given as latitude and longitude.
 
     Returns
@@ -236,15 +236,17 @@ def parse_place(text: str) -> tuple[float, float] | None:
     return longitude, latitude
 
 
-def format_north(compass: Compass | None, read_north: NorthReference | None) -> str:
-    """Format the north reference for a button; it is incomplete without `read_north`."""
+def format_north(compass: Compass | None, north_reference: NorthReference | None) -> str:
+    """Format the north reference for a button; it is incomplete without `north_reference`."""
     if compass is None:
         return tr("Grid north, assumed exact")
     name = {"grid": tr("Grid north"), "true": tr("True north"), "magnetic": tr("Magnetic north")}
     north = name[compass.north]
-    if read_north is None:
+    if north_reference is None:
         return tr("{north}: incomplete", north=north)
-    doubt = f"± {read_north.doubt_deg:g}°"
+    doubt = f"± {north_reference.doubt_deg:g}°"
     if compass.north == "grid":
         return f"{north} {doubt}"
-    return tr("{north}: {turn:+.1f}° {doubt}", north=north, turn=read_north.turned_deg, doubt=doubt)
+    return tr(
+        "{north}: {turn:+.1f}° {doubt}", north=north, turn=north_reference.turned_deg, doubt=doubt
+    )

@@ -80,7 +80,7 @@ class ControlPanel(QWidget):
 
     Attributes
     ----------
-    placed : Placed or None
+    placed : ModelPlacement or None
         Placement computed from the ticked observations, or None if they do not determine one.
     crs : str or None
         CRS of the coordinates, or None for a local frame.
@@ -358,9 +358,9 @@ class ControlPanel(QWidget):
             self._lines, {residual.id: residual.deviation for residual in residuals}, blunders, tips
         )
 
-    def _allow_buttons(self, why_not: Finding | None) -> None:
-        set_enabled(self.register, why_not)
-        self.copy.set_enabled(why_not)
+    def _allow_buttons(self, disabled_reason: Finding | None) -> None:
+        set_enabled(self.register, disabled_reason)
+        self.copy.set_enabled(disabled_reason)
 
     def _metres_per_unit(self) -> float:
         from vomstudio.geometry import transform

@@ -41,7 +41,7 @@ def copy_register_command(
 
     Parameters
     ----------
-    north : ReadNorth or None
+    north : NorthReference or None
         North reference of the azimuths.
     fixed_scale : float or None
         Fixed scale in metres per unit of the model file.
@@ -57,13 +57,13 @@ def copy_register_command(
     table = compass_table(lines, readings.directions)
     turned_deg = 0.0
     options = RegisterOptions()
-    read_north = None if north is None else placement_north(north, lines)
-    if read_north is not None:
-        north_options = to_register_options(readings.compass, read_north, pairs, crs)
+    north_reference = None if north is None else placement_north(north, lines)
+    if north_reference is not None:
+        north_options = to_register_options(readings.compass, north_reference, pairs, crs)
         if north_options is None:
             turned_deg, north_options = (
-                read_north.turned_deg,
-                RegisterOptions(north_sigma_deg=read_north.doubt_deg),
+                north_reference.turned_deg,
+                RegisterOptions(north_sigma_deg=north_reference.doubt_deg),
             )
         options = north_options
     options = add_known_lines(options, lines, turned_deg)

@@ -35,7 +35,7 @@ class PhotoFollowBox(QWidget):
         studio.photo_links.changed.connect(self.refresh)
         self.refresh()
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why paths cannot be followed in photos, or None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
         if self._tool.is_continued:
@@ -55,7 +55,7 @@ class PhotoFollowBox(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the current state of the tool."""
-        reason = self.why_not()
+        reason = self.disabled_reason()
         with QSignalBlocker(self.check):
             self.check.setChecked(self._tool.follows_photos)
         self.check.setEnabled(reason is None)

@@ -64,7 +64,7 @@ def commands(studio: Studio) -> list[Command]:
                 partial(activate, mode),
                 icon=MODE_ICONS[mode],
                 tip=tr("Measure a plane on the surface in this mode."),
-                why_not=lambda: missing_model_finding(studio),
+                disabled_reason=lambda: missing_model_finding(studio),
             )
             for mode, title in _TITLES.items()
         ),
@@ -74,22 +74,22 @@ def commands(studio: Studio) -> list[Command]:
             select_elements,
             icon="selection-drag",
             tip=tr("Select these faces or points, to hide them or cut them out."),
-            why_not=area_problem,
+            disabled_reason=area_problem,
         ),
         Command(
             "brush_smaller",
             tr("Smaller brush"),
-            tool.smaller,
+            tool.shrink_brush,
             shortcut="[",
-            why_not=plane_tool_problem,
+            disabled_reason=plane_tool_problem,
             is_viewport_key=True,
         ),
         Command(
             "brush_larger",
             tr("Larger brush"),
-            tool.larger,
+            tool.enlarge_brush,
             shortcut="]",
-            why_not=plane_tool_problem,
+            disabled_reason=plane_tool_problem,
             is_viewport_key=True,
         ),
     ]

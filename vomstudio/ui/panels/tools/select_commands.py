@@ -119,7 +119,7 @@ class _SelectCommands:
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)
 
-    def patch_refusal(self) -> Finding | None:
+    def patch_problem(self) -> Finding | None:
         if (reason := self.element_tool_problem()) is not None:
             return reason
         return None if self.find_patch() is not None else Finding("selection.no-patch")
@@ -145,7 +145,9 @@ class _SelectCommands:
             icon=MODE_ICONS[mode],
             shortcut=key,
             tip=tr(tooltip),
-            why_not=self.plane_tool_problem if mode == "pick" else self.element_tool_problem,
+            disabled_reason=self.plane_tool_problem
+            if mode == "pick"
+            else self.element_tool_problem,
             is_viewport_key=True,
             is_checked=lambda: self.tool.mode == mode,
         )
@@ -158,7 +160,7 @@ class _SelectCommands:
             lambda: self.select.set_target(target),
             icon=icon,
             tip=tr(tooltip),
-            why_not=self.select_tool_problem,
+            disabled_reason=self.select_tool_problem,
             is_checked=lambda: self.select.target == target,
         )
 
@@ -170,7 +172,7 @@ class _SelectCommands:
             lambda: self.tool.set_combine(combination),
             icon=icon,
             tip=tr(tooltip),
-            why_not=self.element_tool_problem,
+            disabled_reason=self.element_tool_problem,
             is_checked=lambda: self.tool.combine == combination,
         )
 
@@ -186,7 +188,7 @@ def commands(studio: Studio) -> list[Command]:
         icon: str,
         tooltip: str,
         key: Keys = (),
-        why_not: Callable[[], Finding | None] = factory.missing_selection_finding,
+        disabled_reason: Callable[[], Finding | None] = factory.missing_selection_finding,
     ) -> Command:
         return Command(
             name,
@@ -195,7 +197,7 @@ def commands(studio: Studio) -> list[Command]:
             icon=icon,
             shortcut=key,
             tip=tooltip,
-            why_not=why_not,
+            disabled_reason=disabled_reason,
             is_viewport_key=bool(key),
         )
 
@@ -210,27 +212,27 @@ def commands(studio: Studio) -> list[Command]:
             icon="layers-outline",
             shortcut="V",
             tip=tr("Shapes also select hidden elements."),
-            why_not=factory.element_tool_problem,
+            disabled_reason=factory.element_tool_problem,
             is_viewport_key=True,
             is_checked=lambda: factory.tool.is_through,
         ),
         create_command(
             "select_wider",
             tr("Expand"),
-            lambda: factory.tool.changes.wider(),
+            lambda: factory.tool.changes.expand(),
             icon="arrow-expand-all",
             key=("+", "="),
             tooltip=tr("Add the neighbours of the selected elements."),
-            why_not=factory.chosen_elements_problem,
+            disabled_reason=factory.chosen_elements_problem,
         ),
         create_command(
             "select_narrower",
             tr("Shrink"),
-            lambda: factory.tool.changes.narrower(),
+            lambda: factory.tool.changes.shrink(),
             icon="arrow-collapse-all",
             key="-",
             tooltip=tr("Remove the elements at the edge."),
-            why_not=factory.chosen_elements_problem,
+            disabled_reason=factory.chosen_elements_problem,
         ),
         create_command(
             "select_invert",
@@ -239,15 +241,15 @@ def commands(studio: Studio) -> list[Command]:
             icon="select-inverse",
             key="Shift+I",
             tooltip=tr("Select the inverse of the selection."),
-            why_not=factory.chosen_elements_problem,
+            disabled_reason=factory.chosen_elements_problem,
         ),
         create_command(
             "select_everything",
             tr("Whole model"),
-            lambda: factory.tool.changes.everything(),
+            lambda: factory.tool.changes.select_all(),
             icon="select-all",
             tooltip=tr("Select every face or point of the model."),
-            why_not=factory.missing_model_finding,
+            disabled_reason=factory.missing_model_finding,
         ),
         create_command(
             "select_patch",
@@ -255,7 +257,7 @@ def commands(studio: Studio) -> list[Command]:
             factory.select_patch,
             icon="texture-box",
             tooltip=tr("Select the faces or points of the selected plane."),
-            why_not=factory.patch_refusal,
+            disabled_reason=factory.patch_problem,
         ),
         create_command(
             "selection_to_plane",
@@ -287,7 +289,7 @@ def commands(studio: Studio) -> list[Command]:
             icon="eye",
             key="U",
             tooltip=tr("Show every face and point. Undo hides them."),
-            why_not=factory.hidden_elements_problem,
+            disabled_reason=factory.hidden_elements_problem,
         ),
         create_command(
             "cut_out",

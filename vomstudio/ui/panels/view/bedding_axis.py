@@ -52,7 +52,7 @@ class BeddingAxis:
         """Whether the axis, or the reason why it is undefined, has been computed."""
         return self._axis is not None
 
-    def why_not(self) -> Finding | None:
+    def disabled_reason(self) -> Finding | None:
         """Return why the axis cannot be computed, or None if it can be computed.
 
         The axis itself is not computed if two available planes already give the answer.

@@ -98,7 +98,8 @@ class SavedViewsBox(QWidget):
     def _update_buttons(self, *_: object) -> None:
         has_name = bool(self.names.currentText().strip())
         set_enabled(
-            self.save, self._view.why_not() or (None if has_name else Finding("action.no-name"))
+            self.save,
+            self._view.disabled_reason() or (None if has_name else Finding("action.no-name")),
         )
         set_enabled(
             self.delete, Finding("action.no-saved-view") if self._find_view() is None else None

@@ -254,9 +254,9 @@ class ViewPanel(QWidget):
 
     def fold_axis_problem(self) -> Finding | None:
         """Return why the fold axis cannot be computed, or None if it can."""
-        return self._bedding.why_not()
+        return self._bedding.disabled_reason()
 
-    def plane_refusal(self) -> Finding | None:
+    def plane_problem(self) -> Finding | None:
         """Return a finding if no plane is selected, otherwise None."""
         return Finding("selection.no-plane") if self._selected_plane() is None else None
 
@@ -288,7 +288,7 @@ class ViewPanel(QWidget):
                 return text, measurements.total95_deg
         return Finding("view.direction-unmeasured").message, None
 
-    def line_refusal(self) -> Finding | None:
+    def line_problem(self) -> Finding | None:
         """Return a finding if no line is selected, otherwise None."""
         return Finding("selection.no-line") if self._selected_line() is None else None
 
@@ -399,7 +399,7 @@ class ViewPanel(QWidget):
             set_enabled(self._buttons[name], no_plane)
         line = self._selected_line()
         self._update_direction_button(
-            "line", self.line_refusal() if line is None else AxialDirection(line, error)
+            "line", self.line_problem() if line is None else AxialDirection(line, error)
         )
         no_surface = Finding("action.no-surface") if self._find_exposed_view() is None else None
         set_enabled(self._buttons["rock"], no_surface)
