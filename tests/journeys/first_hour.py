@@ -188,7 +188,9 @@ class Hour:
 
     def paint_patches(self) -> None:
         wait(
-            lambda: all(m.surface._faces_by_vertex is not None for m in self.studio.models.values()),
+            lambda: all(
+                m.surface._faces_by_vertex is not None for m in self.studio.models.values()
+            ),
             "the search structures",
         )
         key(self.window, Qt.Key.Key_P)
@@ -325,7 +327,9 @@ class RealHour(Hour):
         driver.declare(self.window, "EPSG:32615")
         driver.settled(self.window)
         wait(
-            lambda: all(m.surface._faces_by_vertex is not None for m in self.studio.models.values()),
+            lambda: all(
+                m.surface._faces_by_vertex is not None for m in self.studio.models.values()
+            ),
             "the search structures",
             120.0,
         )

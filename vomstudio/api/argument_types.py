@@ -62,7 +62,7 @@ ModelArgument: TypeAlias = (
 )
 """Model, its file, or the points (n, 3) of a cloud."""
 PointsArgument: TypeAlias = "VerticesArgument | ModelArgument"
-"""Points (n, 3), or a model, or a file with points."""
+"""Points (n, 3), a model, or a file with points."""
 GroupsArgument: TypeAlias = "Mapping[Hashable, PointsArgument] | pandas.DataFrame"
 """Points by the id of their group, or a DataFrame with a column of ids."""
 PlaneArgument: TypeAlias = str | Sequence[float] | PlaneLike
@@ -70,6 +70,6 @@ PlaneArgument: TypeAlias = str | Sequence[float] | PlaneLike
 LinesArgument: TypeAlias = (
     "PathArgument | Sequence[ArrayLike] | Sequence[BaseGeometry] | pandas.DataFrame"
 )
-"""Lines as the file of a layer, arrays (k, 2) or (k, 3), Shapely lines or a GeoDataFrame."""
+"""Lines as a layer file, arrays (k, 2) or (k, 3), Shapely lines or a GeoDataFrame."""
 ShapeArgument: TypeAlias = "PathArgument | BaseGeometry | ArrayLike"
-"""Line or polygon as the file of a layer, a Shapely geometry or corners (k, 2) or (k, 3)."""
+"""Line or polygon as a layer file, a Shapely geometry or corners (k, 2) or (k, 3)."""

@@ -40,7 +40,7 @@ def export_cameras(
     vs.errors.InputError
         If the cameras cannot be read.
     vs.errors.UsageError
-        If World coordinates are requested of cameras that are not registered.
+        If World coordinates are requested for cameras that are not registered.
     vs.errors.TargetError
         If a file exists or cannot be written.
 
@@ -58,8 +58,8 @@ def export_cameras(
     ...     "# Bundle file v0.3" + chr(10) + "1 0" + chr(10) + "900 0 0" + chr(10)
     ...     + chr(10).join(["1 0 0", "0 1 0", "0 0 1", "0 0 0"]) + chr(10))
     >>> _ = (folder / "list.txt").write_text("a.jpg")
-    >>> made = vs.export_cameras(folder / "bundle.out", folder / "colmap")
-    >>> made.photos, made.frame, (folder / "colmap" / "images.txt").is_file()
+    >>> export = vs.export_cameras(folder / "bundle.out", folder / "colmap")
+    >>> export.photos, export.frame, (folder / "colmap" / "images.txt").is_file()
     (1, 'local', True)
     """
     from vomstudio.photogrammetry.inspect import camera_export

@@ -221,7 +221,7 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
 
 
 def require_valid_rows(is_invalid: BoolArray, name: str, code: str = "array.not-finite") -> None:
-    """Check that no row is bad; the error states their number and the first one (from 0).
+    """Check that no row is invalid; the error states how many are, and the first (from 0).
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def require_valid_rows(is_invalid: BoolArray, name: str, code: str = "array.not-
     Raises
     ------
     InputError
-        If a row is bad.
+        If a row is invalid.
     """
     if is_invalid.any():
         finding = Finding(code, count=int(is_invalid.sum()), first_row=int(np.argmax(is_invalid)))
@@ -330,7 +330,7 @@ def require_positive(value: float | None, name: str) -> float | None:
     Raises
     ------
     InputError
-        If it is not.
+        If the length is not positive.
     """
     number = optional_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
@@ -339,7 +339,7 @@ def require_positive(value: float | None, name: str) -> float | None:
 
 
 def check_choice(value: Any, allowed_values: Iterable[str], name: str) -> None:
-    """Check that a value is one of the known words.
+    """Check that a value is one of the allowed values.
 
     Parameters
     ----------
@@ -351,7 +351,7 @@ def check_choice(value: Any, allowed_values: Iterable[str], name: str) -> None:
     Raises
     ------
     InputError
-        If it is not.
+        If the value is not allowed.
     """
     choices = list(allowed_values)
     if not isinstance(value, str):
@@ -376,7 +376,7 @@ def check_flag(value: Any, name: str) -> bool:
     Raises
     ------
     InputError
-        If it is not.
+        If the value is not a boolean.
     """
     if isinstance(value, bool | np.bool_):
         return bool(value)

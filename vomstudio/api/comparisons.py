@@ -42,8 +42,8 @@ def compare(
         point of the benchmark, on the triangles of a mesh or the plane fitted locally to a
         cloud.
     registration_error_m : float, optional
-        Standard deviation of the relative placement; by default taken from the registration
-        of the model, otherwise 0.
+        Standard deviation of the relative placement, metres; by default that of the
+        registration of the model, otherwise 0.
     progress : callable or Progress, optional
         Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional
@@ -53,7 +53,7 @@ def compare(
     -------
     Comparison
         ``n``, ``mean_m``, ``median_m`` (accuracy), ``std_m``, ``mad_m`` (precision),
-        ``rms_m``, ``lod95_m`` and ``significant_share`` (None without M3C2), ``beyond``
+        ``rms_m``, ``lod95_m`` and ``significant_share`` (only with M3C2), ``beyond``
         (points without a counterpart); and ``distances``, ``lod95`` of all points of the
         model in their order, NaN if undefined. Distances are positive if the model is in
         front of the benchmark, on the side of its normals (``positive_toward``).
@@ -79,8 +79,8 @@ def compare(
     >>> import vomstudio as vs
     >>> x, y = np.meshgrid(np.arange(0, 4, 0.1), np.arange(0, 4, 0.1))
     >>> ground = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    >>> found = vs.compare(ground + [0.0, 0.0, 0.05], ground)
-    >>> found.n, round(found.mean_m, 6), round(found.std_m, 6)
+    >>> comparison = vs.compare(ground + [0.0, 0.0, 0.05], ground)
+    >>> comparison.n, round(comparison.mean_m, 6), round(comparison.std_m, 6)
     (1600, 0.05, 0.0)
     """
     options = options_from_arguments(CompareOptions, locals())

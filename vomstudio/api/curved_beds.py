@@ -19,18 +19,20 @@ def fit_curved(groups: GroupsArgument, *, by: Hashable | None = None) -> CurvedB
 
     Parameters
     ----------
-    groups, by : dict of id to (n, 3) array, or DataFrame
+    groups : dict of id to (n, 3) array, or DataFrame
         See `fit_planes`; the points of each trace must be in order along it, in the World
         frame, m.
+    by : str, optional
+        See `fit_planes`.
 
     Returns
     -------
     CurvedBed
-        ``degree`` of the polynomial (1 for a plane), ``p`` of a plane that explains the
-        points as well, ``rms_m``, ``n``, ``n_effective``; ``dips`` (for each trace ``id``,
-        the place ``x``, ``y``, ``z`` on the surface, ``dip_direction_deg``, ``dip_deg``,
-        ``error95_deg``, joint 95 %), ``along`` (n, 3): dip direction, dip and error of all
-        points, degrees.
+        ``degree`` of the polynomial (1 for a plane), ``p`` (p-value of the hypothesis that
+        the bed is a plane), ``rms_m``, ``n``, ``n_effective``; ``dips`` (for each trace
+        ``id``, the position ``x``, ``y``, ``z`` on the surface, ``dip_direction_deg``,
+        ``dip_deg``, ``error95_deg``, joint 95 %), ``local_dips`` (n, 3): dip direction, dip
+        and error at all points, degrees.
 
     Raises
     ------
@@ -41,7 +43,8 @@ def fit_curved(groups: GroupsArgument, *, by: Hashable | None = None) -> CurvedB
 
     Notes
     -----
-    A trend surface over a mean plane (Krumbein 1959; Davis 2002), its degree by F tests.
+    The surface is a trend surface over a mean plane (Krumbein 1959; Davis 2002), whose degree is
+    selected by F tests.
 
     Examples
     --------
@@ -49,14 +52,14 @@ def fit_curved(groups: GroupsArgument, *, by: Hashable | None = None) -> CurvedB
 
     >>> import numpy as np
     >>> import vomstudio as vs
-    >>> chance = np.random.default_rng(1)
+    >>> rng = np.random.default_rng(1)
     >>> def trace(start, y):
     ...     a = np.radians(start + np.linspace(0, 15, 60))
     ...     winding = y + 5 * np.sin(np.linspace(0, 3, 60))
-    ...     r = 50 + 0.01 * chance.standard_normal(60)
+    ...     r = 50 + 0.01 * rng.standard_normal(60)
     ...     return np.column_stack([r * np.sin(a), winding, r * np.cos(a)])
     >>> bed = vs.fit_curved({"west": trace(-17, 0), "east": trace(2, 8)})
-    >>> [(one.id, round(one.dip_deg)) for one in bed.dips], bed.degree > 1
+    >>> [(dip.id, round(dip.dip_deg)) for dip in bed.dips], bed.degree > 1
     ([('west', 10), ('east', 9)], True)
     """
     point_groups = to_groups(groups, by)

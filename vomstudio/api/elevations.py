@@ -184,7 +184,7 @@ def dem(
     Returns
     -------
     ElevationModel
-        ``elevation_model``, ``cell_to_world``, ``coverage`` and the figures of the command;
+        ``heights``, ``cell_to_world``, ``coverage`` and the other figures of the command;
         ``.save(path)`` writes its files.
 
     Raises

@@ -46,11 +46,14 @@ def extend(
         Model in the World frame, metres.
     of : (k, 3) array, optional
         Points of the plane in order along the trace, in the World frame, metres.
-    plane, through, error_deg, through_error_m : str, (float, float) or PlaneFit, optional
-        Alternatively, the plane as "DD/D" or (dip direction, dip), a point (3,) on it, and
-        the 95 % errors of both, degrees and metres.
+    plane : str, (float, float) or PlaneFit, optional
+        Alternatively, the plane as "DD/D", (dip direction, dip) or a PlaneFit.
+    through : (3,) array, optional
+        Point on `plane` in the World frame, metres.
+    error_deg, through_error_m : float, optional
+        95 % errors of `plane`, degrees, and of `through`, metres.
     thickness_m, thickness_error_m : float, optional
-        Thickness at which the plane is repeated, and its 95 % error.
+        Thickness at which the plane is repeated, and its 95 % error, metres.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def extend(
         itself, ``offset_m``, ``traces``, ``length_m``, ``least_error95_m``,
         ``most_error95_m``), ``traces`` (each with ``bed``, ``points`` (n, 3) in the World
         frame, ``error95_m`` (n,) across the plane), ``bands`` (arrays (n,) for the model's
-        points: nearest ``bed``, ``distance_m``, ``error95_m``, ``inside``),
+        points: nearest ``bed``, ``distance_m``, ``error95_m``, ``is_in_band``),
         ``max_error95_deg``.
 
     Raises
@@ -71,7 +74,7 @@ def extend(
 
     Notes
     -----
-    The variance is that of a regression's prediction, s2 (1/n + u2/sum u2 + v2/sum v2), where n
+    The variance is that of a regression prediction, s2 (1/n + u2/sum u2 + v2/sum v2), where n
     is the number of independent points along the trace. The bands use Student's t. For planes on
     outcrops, see Quinn & Ehlmann 2019, doi 10.1029/2018EA000416.
 
@@ -81,8 +84,8 @@ def extend(
     >>> import vomstudio as vs
     >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 20, 0.2), np.arange(0, 20, 0.2)))
     >>> ground = np.column_stack([x, y, 0.1 * x])
-    >>> found = vs.extend(ground, plane=(90, 45), through=(5, 10, 0.5), error_deg=2)
-    >>> found.beds[0].least_error95_m < 0.05, 0.2 < found.beds[0].most_error95_m < 0.4
+    >>> extended = vs.extend(ground, plane=(90, 45), through=(5, 10, 0.5), error_deg=2)
+    >>> extended.beds[0].least_error95_m < 0.05, 0.2 < extended.beds[0].most_error95_m < 0.4
     (True, True)
     """
     point = None if through is None else numbers(through, "through")

@@ -50,7 +50,7 @@ class Facets(FacetTable):
     sets, discontinuities
         Sets and discontinuities as returned by `vs.sets`, if requested.
     labels : dict
-        {"facet": (n,), "set": (n,)} int32 labels of the model points, -1 for no facet or set.
+        {"facet": (n,), "set": (n,)} int32 labels of the model points; -1 outside facets or sets.
     """
 
     table: pandas.DataFrame = field(default=None, metadata=HIDDEN_IN_JSON)
@@ -103,7 +103,7 @@ def facets(
     Facets
         ``facets`` (number), ``table`` (DataFrame, columns of the orientation table and
         ``wkt``), ``coverage``, ``near_planar_share``, ``sets``, ``labels`` (int32 ``facet``
-        and ``set`` of each point of the model, -1 for none). For clouds, the area of a facet is
+        and ``set`` of each point of the model; -1 outside). For clouds, the area of a facet is
         the area inside its border.
 
     Raises
@@ -180,8 +180,8 @@ def follow(
         "colour" (similarity to the colours at the way-points; the default), "dark", "light",
         "gradient" (edges of lightness), "curvature" (edges of the surface), the name of a
         field whose low values are followed, or "onnx". "auto" selects the cost whose plane
-        has the smallest stated error or, if no plane is good, whose path is confirmed best
-        by the others; see ``tried``. In a photo, only the first four, "auto" and "onnx" are
+        has the smallest stated error or, if no plane is good, whose path agrees best with
+        the others; see ``tried``. In a photo, only the first four, "auto" and "onnx" are
         available.
     photo : str or Path, optional
         Path of a photo of the model at full resolution. Other photos in the same folder that

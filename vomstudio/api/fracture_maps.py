@@ -60,9 +60,9 @@ def fractures(
     Parameters
     ----------
     traces : path, sequence of arrays, or GeoDataFrame
-        Path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves, arrays (k,
-        2) of x East and y North in metres, or (k, 3) with heights, or shapely lines; or a
-        GeoDataFrame in metres. Three-dimensional lines are analysed on their plane of best
+        Path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves as arrays
+        (k, 2) of x East and y North in metres, arrays (k, 3) with heights, or shapely lines;
+        or a GeoDataFrame in metres. Three-dimensional lines are analysed on their plane of best
         fit, with the warning ``lines.not-planar``.
     area : path, polygon or (k, 2) array, optional
         Mapped area: path of a layer of polygons, a shapely polygon, or its corners (k, 2)
@@ -73,11 +73,11 @@ def fractures(
         Path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
         of an area.
     snap_m : float, optional
-        Maximum distance of an end from the trace on which it abuts, metres.
+        Maximum distance of an end from the trace that it abuts, metres.
     by : str or sequence of str, optional
-        Attribute of the file that names sets, or the set of each trace.
+        Attribute of the file that contains the names of the sets, or the set of each trace.
     strikes : sequence of (float, float), optional
-        Ranges of strike (from, to), degrees, clockwise, each a set.
+        Clockwise ranges of strike (from, to), degrees, each of which defines a set.
     terzaghi_cap : float, optional
         Maximum Terzaghi weight. If None, the weights are not limited.
     layer : str, optional
@@ -85,11 +85,13 @@ def fractures(
     plane : str, (float, float) or PlaneFit, optional
         Plane on which lines with heights are analysed: "DD/D", (dip direction, dip) or a
         PlaneFit; (0, 0) is the map.
-    plot, force : str or Path, optional
-        Picture to write (.svg, .pdf, .png), and whether it may replace one.
+    plot : str or Path, optional
+        Picture to write (.svg, .pdf, .png).
+    force : bool, optional
+        Whether to replace an existing picture.
     crs, up, unit, to_crs : str, optional
-        Frame of the traces, as in `vs.read`. GeoJSON without a ``crs`` is in degrees by its
-        standard and is converted.
+        Frame of the traces, as in `vs.read`. GeoJSON without a ``crs`` is in degrees,
+        according to the standard, and is converted.
 
     Returns
     -------
@@ -120,8 +122,8 @@ def fractures(
     --------
     >>> import vomstudio as vs
     >>> joints = [[(0, y), (6, y)] for y in (1, 2, 3)] + [[(2, 1), (2, 3)]]
-    >>> found = vs.fractures(joints, area=[(1, 0), (5, 0), (5, 4), (1, 4)])
-    >>> found.P21_1_per_m, found.nodes.Y, found.nodes.X
+    >>> network = vs.fractures(joints, area=[(1, 0), (5, 0), (5, 4), (1, 4)])
+    >>> network.P21_1_per_m, network.nodes.Y, network.nodes.X
     (0.875, 2, 1)
     """
     picture, replace = optional_path(plot, "plot"), check_flag(force, "force")
@@ -177,7 +179,7 @@ def _format_ranges(value: Any) -> str | None:
 
 
 def _set_names(by: Any) -> list[str] | None:
-    """Return the set of each trace, None if `by` is an attribute name."""
+    """Return the set of each trace; None if `by` is an attribute name."""
     if by is None or isinstance(by, str):
         return None
     return [str(name) for name in to_list(by, "by")]

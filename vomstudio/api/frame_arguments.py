@@ -1,4 +1,4 @@
-"""The arguments `crs`, `up`, `unit` and `to_crs` of Python functions."""
+"""Arguments `crs`, `up`, `unit` and `to_crs` of Python functions."""
 
 from __future__ import annotations
 

@@ -59,10 +59,10 @@ def measurable(
     -------
     MeasurableMap
         ``shares`` of the area by class (good, doubtful, poor, none), ``trace_shares``,
-        ``exposed_share``, ``patches``, ``best`` (World, m), ``median_deg``, ``tenth_deg``,
-        ``as_fields()``: float32 of each point or vertex, ``expected_error95_deg``,
-        ``trace_error95_deg``, ``patch_error95_deg``, degrees, and ``measurable``, 0 none to
-        3 good.
+        ``exposed_share``, ``patches``, ``best`` (World, metres), ``median_deg``, ``tenth_deg``,
+        ``as_fields()``: float32 values of each point or vertex, ``expected_error95_deg``,
+        ``trace_error95_deg``, ``patch_error95_deg``, degrees, and ``measurable``, from 0
+        (none) to 3 (good).
 
     Raises
     ------
@@ -85,8 +85,8 @@ def measurable(
     >>> import vomstudio as vs
     >>> a, b = (v.ravel() for v in np.meshgrid(np.arange(0, 3, 0.03), np.arange(0, 3, 0.03)))
     >>> south, west = np.column_stack([a, 0 * a, b]), np.column_stack([0 * a, a + 0.03, b])
-    >>> found = vs.measurable(np.concatenate([south, west]), (0, 0), length_m=1.0)
-    >>> 0.1 < found.shares["good"] < 0.2, found.shares["none"] + found.shares["poor"] > 0.6
+    >>> shares = vs.measurable(np.concatenate([south, west]), (0, 0), length_m=1.0).shares
+    >>> 0.1 < shares["good"] < 0.2, shares["none"] + shares["poor"] > 0.6
     (True, True)
     """
     options = options_from_arguments(MeasurableOptions, locals())

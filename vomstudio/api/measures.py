@@ -65,15 +65,16 @@ def displacement(
     bed : (float, float), optional
         (dip direction, dip) of the bed whose cut-offs the points represent. If None, they
         are piercing points.
-    rake_deg, slip : float, optional
-        Rake of the slip lineation on the fault, or its (trend, plunge), as an axis without
-        direction.
+    rake_deg : float, optional
+        Rake of the slip lineation on the fault.
+    slip : (float, float), optional
+        Alternatively, (trend, plunge) of the slip lineation, an axis without direction.
     sigma_m : float, optional
         Standard deviation of each coordinate, metres; 0 by default.
     fault_error_deg, bed_error_deg : float, optional
-        Half-angles of the 95 % cones of the two normals.
+        Half-angles of the 95 % cones of the two normals, degrees.
     rake_error_deg : float, optional
-        95 % error of the rake.
+        95 % error of the rake, degrees.
     crs, up, unit, to_crs : str, optional
         Frame of the coordinates; see `vs.read`. Comments and the `.prj` of a file are read,
         and other units and coordinate systems are converted or rejected.
@@ -105,8 +106,8 @@ def displacement(
     Ten metres of slip down the dip of a fault that dips 60 degrees:
 
     >>> import vomstudio as vs
-    >>> found = vs.displacement([[5, 0, -8.66, 0, 0, 0]], fault=(90, 60), sigma_m=0.1)
-    >>> round(found.mean_net_m, 2), round(found.mean_heave_m, 2)
+    >>> result = vs.displacement([[5, 0, -8.66, 0, 0, 0]], fault=(90, 60), sigma_m=0.1)
+    >>> round(result.mean_net_m, 2), round(result.mean_heave_m, 2)
     (10.0, 5.0)
     """
     options = options_from_arguments(
@@ -170,14 +171,14 @@ def threepoint(
 
     Notes
     -----
-    The least-squares plane passes exactly through three points. Its errors cover all planes
+    The least-squares plane passes exactly through three points. Its errors include all planes
     that are compatible with the points.
 
     Examples
     --------
     >>> import vomstudio as vs
-    >>> found = vs.threepoint([[0, 0, 100], [0, 50, 100], [40, 20, 80]], sigma_m=0.5)
-    >>> round(found.dip_direction_deg), round(found.dip_deg, 1), round(found.dip_error_deg, 1)
+    >>> bed = vs.threepoint([[0, 0, 100], [0, 50, 100], [40, 20, 80]], sigma_m=0.5)
+    >>> round(bed.dip_direction_deg), round(bed.dip_deg, 1), round(bed.dip_error_deg, 1)
     (90, 26.6, 1.5)
     """
     options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
@@ -246,11 +247,11 @@ def log(
 
     Examples
     --------
-    Ten metres along the ground across beds that dip 30 degrees are five across the beds:
+    Ten metres across the strike of beds that dip 30 degrees correspond to a thickness of five:
 
     >>> import vomstudio as vs
-    >>> found = vs.log([[0, 0, 0], [10, 0, 0]], bed=(90, 30), bed_error_deg=2)
-    >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
+    >>> result = vs.log([[0, 0, 0], [10, 0, 0]], bed=(90, 30), bed_error_deg=2)
+    >>> round(result.total_m.value, 2), round(result.total_m.error95, 2)
     (5.0, 0.24)
     """
     options = options_from_arguments(LogOptions, locals())

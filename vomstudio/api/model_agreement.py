@@ -18,7 +18,7 @@ def agreement(first: TableArgument, second: TableArgument) -> Agreement:
 
     Parameters
     ----------
-    first, second : (n, 3) array
+    first, second : DataFrame or path
         Tables of planes: DataFrames such as those from ``vs.fit_planes``,
         ``vs.read_orientations`` or ``Project.planes``, or paths of files. The columns ``name``,
         ``kind``, ``x``, ``y``, ``z`` (World, metres), ``extent_m`` and ``total95_deg``
@@ -27,7 +27,7 @@ def agreement(first: TableArgument, second: TableArgument) -> Agreement:
     Returns
     -------
     Agreement
-        ``matched``, a pair per structure, with ``first``, ``second`` (names), ``by``
+        ``matched``, one pair per structure, with ``first``, ``second`` (names), ``by``
         ("name" or "nearness"), ``distance_m``, ``angle_deg`` (0 to 90), ``error95_deg``
         (root of the sum of squares of both 95 % half-angles) and ``agree``; ``n``,
         ``by_name``, ``by_nearness``, ``unmatched`` (number of planes in the first and
@@ -35,7 +35,7 @@ def agreement(first: TableArgument, second: TableArgument) -> Agreement:
         values are returned as None.
 
         Planes are matched by name if it is unique in each table, others by nearness: mutual
-        nearest neighbours of the same kind, within half the extent of the longer one.
+        nearest neighbours of the same kind, within half the extent of the larger one.
 
     Raises
     ------

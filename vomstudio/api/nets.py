@@ -70,14 +70,16 @@ def stereonet(
 
     Parameters
     ----------
-    table, azimuth : DataFrame, path, or (dip direction, dip)
+    table : DataFrame, path, or (dip direction, dip)
+        See `stats`.
+    azimuth : {"strike", "dipdir"}, optional
         See `stats`.
     ax : StereonetAxes, optional
         Axes of mplstereonet; by default, new axes in a new pyplot figure.
     contour : {"kamb", "exponential_kamb", "linear_kamb", "schmidt"}, optional
         Density of all poles and lines: "kamb", "exponential_kamb", "linear_kamb" (in
-        standard deviations of a uniform scatter; Kamb 1959, Vollmer 1995) or "schmidt" (%
-        of the data in 1 % of the area).
+        standard deviations of a uniform distribution; Kamb 1959, Vollmer 1995) or "schmidt"
+        (% of the data in 1 % of the area).
     by : str, optional
         Column that groups the rows into sets, each with its own colour and symbol; by
         default ``set``, otherwise ``kind``.
@@ -91,7 +93,7 @@ def stereonet(
     each_set : bool, optional
         Whether to contour each set separately, in its own colour.
     contour_set : str, optional
-        Set that is contoured; by default all sets together, which the legend states.
+        Set that is contoured; by default all sets are contoured together.
     kamb_sigma : float, optional
         Smoothness of Kamb's methods, 0.5 to 10, as the number of standard deviations expected
         for a uniform distribution.
@@ -103,9 +105,11 @@ def stereonet(
         right-hand rule about the downward end of the axis.
     intersections : bool, optional
         Whether to draw the line of intersection of each pair of planes (up to 300 planes).
-    planes, cones, slip_lines : sequence of AnglePair, optional
-        Great circles as (dip direction, dip), small circles as (trend, plunge, half-angle),
-        and planes with a line as (dip direction, dip, rake).
+    planes : sequence of AnglePair, optional
+        Great circles as (dip direction, dip).
+    cones, slip_lines : sequence of AngleTriple, optional
+        Small circles as (trend, plunge, half-angle), and planes with a line as (dip direction,
+        dip, rake).
     girdles : bool, optional
         Whether to draw the great circle of each girdle.
     maxima : bool, optional
@@ -116,18 +120,24 @@ def stereonet(
         Whether to state the mean of each set, with n and method.
     fold : bool, optional
         Whether to draw the fold axis of the bedding with its 95 % ellipse and great circle.
-    quality, only_set : {"good", "doubtful"}, optional
-        Selection of the planes for the fold axis; see `fold`.
+    quality : {"good", "doubtful"}, optional
+        Worst verdict of the planes for the fold axis; see `fold`.
+    only_set : str, optional
+        Set of the planes for the fold axis; see `fold`.
     size_mm : (float, float), optional
         (width, height) of a new figure; by default the size set in pyplot.
-    font, font_size_pt, symbol_size_pt, line_width_pt, grey : str, optional
-        Font, font size, symbol size and line width, and whether to draw in grey.
+    font : str, optional
+        Font family.
+    font_size_pt, symbol_size_pt, line_width_pt : float, optional
+        Sizes of letters and symbols, and line width, points.
+    grey : bool, optional
+        Whether to draw in grey.
 
     Returns
     -------
     object
         Axes of mplstereonet with the methods ``ax.pole``, ``ax.plane`` and ``ax.line``.
-        Great circles are omitted for more than 40 planes.
+        Great circles are omitted if there are more than 40 planes.
 
     Raises
     ------
@@ -227,7 +237,9 @@ def rose(
 
     Parameters
     ----------
-    table, azimuth : DataFrame, path, or (dip direction, dip)
+    table : DataFrame, path, or (dip direction, dip)
+        See `stats`.
+    azimuth : {"strike", "dipdir"}, optional
         See `stats`.
     ax : Axes, optional
         Rectangular axes of matplotlib for the rose of a single set; by default, new axes for

@@ -67,7 +67,7 @@ class Orthophoto(OrthophotoFigures):
     crs
         CRS if the view is straight down or up, otherwise None.
     fold
-        Fold axis along which the model is viewed, or None.
+        Fold axis along which the model is viewed; None if no fold is given.
     warnings
         Findings reported as warnings.
 
@@ -76,9 +76,9 @@ class Orthophoto(OrthophotoFigures):
     World coordinates of the centre of the image, at the depth of the reference point:
 
     >>> import vomstudio as vs
-    >>> seen = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
-    >>> x, y, z, _ = seen.pixel_to_world @ [seen.width / 2, seen.height / 2, 0, 1]
-    >>> bool(abs(x - seen.reference_point[0]) < seen.gsd_m)
+    >>> photo = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
+    >>> x, y, z, _ = photo.pixel_to_world @ [photo.width / 2, photo.height / 2, 0, 1]
+    >>> bool(abs(x - photo.reference_point[0]) < photo.gsd_m)
     True
     """
 

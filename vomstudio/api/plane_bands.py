@@ -30,20 +30,21 @@ def plane_band(
     points : (n, 3) array or DataFrame
         Points of a trace in order, in the World frame, metres, or a DataFrame with x, y, z.
     sets : DataFrame or path, optional
-        A table of planes as `vs.stats` takes it, with a column ``set``; None for no
-        comparison.
+        Table of planes as for `vs.stats`, with a column ``set``; if None, the trace is not
+        compared with sets.
     resolution_m : float, optional
-        Resolution of the model, which can tilt the trace's line.
+        Resolution of the model, metres; it adds to the error of the line of the trace.
 
     Returns
     -------
     BandFigures or None
-        None where the points determine a plane (95 % within 15 degrees), or not even a
-        line. Else BandFigures: ``trend_deg``, ``plunge_deg`` of the line in every plane,
-        ``half_width95_deg`` by which planes may deviate from it, ``turn95_deg`` how far
-        they turn about it (90: any), ``lowest_dip_deg``, ``highest_dip_deg``; ``sets``, the
-        most probable first, each with ``p``, ``compatible``, ``probability`` and the plane
-        if the trace is of it (``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+        None if the points determine a plane (95 % error within 15 degrees) or not even a
+        line. Otherwise ``trend_deg``, ``plunge_deg`` of the line that all planes contain;
+        ``half_width95_deg``, the maximum angle between a plane and this line; ``turn95_deg``,
+        the maximum rotation about it (90 if unrestricted); ``lowest_dip_deg``,
+        ``highest_dip_deg``; ``sets``, the most probable first, each with ``p``,
+        ``compatible``, ``probability`` and the plane if the trace belongs to the set
+        (``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
         ``min_confidence95_deg``); ``none_probability``.
 
     Raises
@@ -55,8 +56,8 @@ def plane_band(
 
     Notes
     -----
-    The band is the joint 95 % region of the normal (F test). A set counts by its share of the
-    planes, and scatters by Fisher's law; the plane is the mean of what both allow (Bayes).
+    The band is the joint 95 % region of the normal (F test). Each set is weighted by its share of
+    the planes and follows Fisher's distribution; the plane is the posterior mean (Bayes).
 
     Examples
     --------
@@ -84,15 +85,15 @@ def plane_of_crossing(
     first, second : (n, 3) array
         Points of each trace in order, in the World frame, metres.
     resolution_m : float, optional
-        Resolution of the model, which can tilt the traces' lines.
+        Resolution of the model, metres; it adds to the errors of the lines of the traces.
 
     Returns
     -------
     CrossingPlane
         ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
         ``min_confidence95_deg`` (semi-axes of the joint region of the normal),
-        ``crossing_deg``, the angle between the traces. See `vs.fit_parallel` for whether
-        they are of one plane.
+        ``crossing_deg``, the angle between the traces. `vs.fit_parallel` tests whether they
+        belong to one plane.
 
     Raises
     ------
@@ -103,7 +104,7 @@ def plane_of_crossing(
 
     Notes
     -----
-    The normal is the cross product of the lines; its covariance follows from theirs.
+    The normal is the cross product of the lines; its covariance is propagated from theirs.
 
     Examples
     --------

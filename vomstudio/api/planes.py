@@ -267,7 +267,7 @@ class LineFit(OrientationFigures):
 
 
 _AZIMUTH_COLUMNS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
-"""Azimuths; if the flag `undefined` is set, they have conventional values without meaning."""
+"""Azimuths; if the flag `undefined` is set, their values are conventional and meaningless."""
 
 
 def to_plane_fit(row: Mapping[str, Any], warnings: Sequence[Finding] = ()) -> PlaneFit:
@@ -390,7 +390,7 @@ def fit_planes(
         x, y, z.
     by : str, optional
         Column of the DataFrame that groups the points.
-    method, axis, resolution_m, profile : {"pca", "regression"}, optional
+    method, axis, resolution_m, profile
         See `fit_plane`.
 
     Returns
@@ -454,8 +454,10 @@ def fit_parallel(
 
     Parameters
     ----------
-    groups, by : dict of id to (n, 3) array, or DataFrame
+    groups : dict of id to (n, 3) array, or DataFrame
         See `fit_planes`; the points of each group must be in order along the trace.
+    by : str, optional
+        See `fit_planes`.
     same : sequence of (hashable, hashable), optional
         Pairs of ids that are tested for lying in the same plane. By default, each trace is
         tested with the next trace above it.
@@ -491,8 +493,8 @@ def fit_parallel(
     >>> import vomstudio as vs
     >>> picks = pandas.read_csv(vs.sample("picks.csv"), comment="#")
     >>> limb = picks[picks["pick"].isin(["B01", "B03"])]
-    >>> found = vs.fit_parallel(limb, by="pick")
-    >>> len(found.beds), found.p_parallel > 0.05, found.max_confidence95_deg < 1
+    >>> fit = vs.fit_parallel(limb, by="pick")
+    >>> len(fit.beds), fit.p_parallel > 0.05, fit.max_confidence95_deg < 1
     (2, True, True)
     """
     point_groups = to_groups(groups, by)

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import FloatArray
 def points(values: Any, name: str = "points") -> FloatArray:
     """Convert an array, a DataFrame with x, y, z, a model or a path to finite points (n, 3).
 
-    Points keep their order. A model or a PyVista data set gives its vertices.
+    Points keep their order. A model or a PyVista data set provides its vertices.
 
     Raises
     ------

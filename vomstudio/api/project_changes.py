@@ -1,4 +1,4 @@
-"""Changes of a project from a script; each is an edit in its journal."""
+"""Changes to a project from a script; each is recorded as an edit in the journal."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ Quality = Literal["good", "doubtful"]
 
 
 class ProjectChanges:
-    """Changes of a project, which `undo` reverts; the base class of `vs.Project`."""
+    """Changes to a project, which `undo` reverts; the base class of `vs.Project`."""
 
     def _open_project(self) -> HeadlessProject:
         raise NotImplementedError
@@ -855,8 +855,8 @@ class ProjectChanges:
         vs.errors.InputError
             If a feature does not exist.
         vs.errors.UsageError
-            If the type does not exist, no value is given, or several features would have one
-            name.
+            If the type does not exist, no value is given, or several features would have the
+            same name.
         vs.errors.DocumentError
             If the features have these values already.
 
@@ -882,7 +882,7 @@ class ProjectChanges:
     def delete(self, features: str | Sequence[str]) -> tuple[str, ...]:
         """Delete features, as one step.
 
-        Features that depend on them are kept, and report what is missing.
+        Features that depend on them remain, and report their missing inputs.
 
         Parameters
         ----------
@@ -949,7 +949,7 @@ class ProjectChanges:
         self._open_project().judge_by(required_text(profile, "profile"))
 
     def update_surroundings(self) -> int:
-        """Measure the surroundings of features again that were measured by an earlier method.
+        """Remeasure the surroundings of features that were measured by an earlier method.
 
         Features on a model that cannot be read keep their values, with a warning.
 
@@ -1064,7 +1064,7 @@ def _labels(**texts: Any) -> dict[str, str]:
 
 
 def _to_name(value: Any) -> str:
-    """Return the name of a group of points, such as 7 of the number 7.0."""
+    """Return the name of a group of points, such as "7" for the number 7.0."""
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

@@ -698,7 +698,7 @@ class Project(ProjectChanges):
         Raises
         ------
         vs.errors.UsageError
-            If the extension is another one.
+            If the extension is not ".html".
         vs.errors.TargetError
             If the file exists or cannot be written.
 

@@ -28,7 +28,7 @@ def propose_traces(
     progress: ProgressArgument = None,
     cancel: CancelToken | None = None,
 ) -> ProposedTraces:
-    """Propose lines on a model that exceed its noise, most reliable first.
+    """Propose lines on a model that stand out from its noise, most reliable first.
 
     The lines are proposals that must be reviewed individually.
 
@@ -73,7 +73,7 @@ def propose_traces(
 
     Notes
     -----
-    Source: surrogates as in Theiler et al. (1992), Physica D 58, 77; paths of Dijkstra (1959).
+    Source: surrogates as in Theiler et al. (1992), Physica D 58, 77; paths after Dijkstra (1959).
 
     Examples
     --------

@@ -66,7 +66,7 @@ def reconstruct(
         Minimum and maximum corners (x0, y0, z0, x1, y1, z1) of the part to reconstruct, in
         the frame of the model.
     keep_background : bool, optional
-        Whether to reconstruct what is far behind the rock. A region replaces this choice.
+        Whether to reconstruct the background far behind the rock; ignored if a region is given.
     progress : callable or Progress, optional
         Called with (stage, completed steps, total steps or None).
     cancel : vs.CancelToken, optional

@@ -153,7 +153,7 @@ def register(
         ``weakest`` axis), ``scale_error_95``, ``worth_adding`` (where an additional point
         would help most), ``known``, ``blunders`` (outliers), ``click_sigma_m`` (metres),
         ``mark_scatter_px`` (of marks in photos), ``north_sigma_deg`` (common offset of
-        compass readings, one sigma; None without any) and ``warnings``. Called with (n, 3)
+        compass readings, one sigma; None if unused) and ``warnings``. Called with (n, 3)
         model points, the result returns them in the World frame.
 
     Raises
@@ -180,8 +180,8 @@ def register(
     >>> import vomstudio as vs
     >>> model = np.array([[0, 0, 0], [900, 0, 0], [0, 800, 100], [300, 200, 700], [500, 600, 50]])
     >>> world = model[:, [1, 0, 2]] * [-0.01, 0.01, 0.01] + [500, 100, 20]
-    >>> found = vs.register(model, world, check=[False, False, False, False, True])
-    >>> round(found.scale, 6), round(found.rms_check_m, 6)
+    >>> placement = vs.register(model, world, check=[False, False, False, False, True])
+    >>> round(placement.scale, 6), round(placement.rms_check_m, 6)
     (0.01, 0.0)
 
     A model file is registered by the positions of its cameras with

@@ -81,17 +81,17 @@ class Section:
 
     @property
     def slab_m(self) -> float | None:
-        """Thickness of the slab of a cloud's points, metres; None for a mesh."""
+        """Thickness of the slab of cloud points, metres; None for a mesh."""
         return self.figures.slab_m
 
     @property
     def dip_direction_deg(self) -> float | None:
-        """Dip direction of the section plane; None along a line with bends."""
+        """Dip direction of the section plane; None for a bent section."""
         return self.figures.dip_direction_deg
 
     @property
     def dip_deg(self) -> float | None:
-        """Dip of the section plane; None along a line with bends."""
+        """Dip of the section plane; None for a bent section."""
         return self.figures.dip_deg
 
     @property
@@ -165,20 +165,23 @@ def section(
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
         Model in the World frame, metres.
-    plane, through : str, (float, float) or PlaneFit, optional
-        Plane of the section as "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,)
-        on the plane in the World frame.
+    plane : str, (float, float) or PlaneFit, optional
+        Plane of the section as "DD/D", (dip direction, dip) or a PlaneFit.
+    through : (3,) array, optional
+        Point on the plane in the World frame, metres.
     section_line : (n, 2) array, optional
-        Alternatively, a line on the map as x, y (n, 2) in the World frame.
+        Alternatively, a line on the map as x, y in the World frame, metres.
     flip : bool, optional
-        Whether to look from the other side: a mirror image.
+        Whether to view the section from the other side, as a mirror image.
     slab_m : float, optional
         Thickness of the slab of cloud points along the section, metres; by default four
         times the mean spacing of the points.
 
     Returns
     -------
-    Section: ``polylines`` in World, ``profiles`` in the section, ``length_m``; ``.save(path)``.
+    Section
+        ``polylines`` in the World frame, ``profiles`` in the section, ``length_m``;
+        ``.save(path)`` writes a file.
 
     Raises
     ------

@@ -54,8 +54,8 @@ def sets(
         ``max_sets`` or ``seeds``.
     seeds : sequence of (float, float) or str, optional
         (dip direction, dip) or "DD/D" of one plane of each set, instead of a number of sets.
-    scanline : path, line or (k, 2) array, optional
-        End points (2, 3) of a straight line in the World frame, m, along which the spacing
+    scanline : (2, 3) array, optional
+        End points of a straight line in the World frame, m, along which the spacing
         is also reported.
     azimuth : {"strike", "dipdir"}, optional
         Meaning of a column named only ``azimuth``: "strike" or "dipdir".
@@ -63,38 +63,39 @@ def sets(
     Returns
     -------
     ProposedSets
-        ``n``, ``sets`` (each ``name``, ``n``, ``dip_direction_deg``, ``dip_deg``,
-        ``kappa``, ``cone95_deg``, ``fit``, and, None without x, y, z in metres,
+        ``n``, ``sets`` (each with ``name``, ``n``, ``dip_direction_deg``, ``dip_deg``,
+        ``kappa``, ``cone95_deg``, ``fit`` and, if the table contains x, y, z in metres,
         ``discontinuities``, ``spacing_m``, ``persistence_dip_m``, ``persistence_strike_m``,
-        ``area_m2``, ``p32_1_per_m`` with its interval, ``rests_on`` and the others of the
-        command), ``unassigned``, ``discontinuities``, and ``table``, a DataFrame with the
-        columns ``set``, ``set_probability`` and, where borders or lambda1 to lambda3 are
-        known, ``discontinuity``: yours with them, or the orientation table of a file.
+        ``area_m2``, ``p32_1_per_m`` with its interval, ``rests_on`` and the other figures of
+        the command), ``unassigned``, ``discontinuities``, and ``table``: the given DataFrame,
+        or the orientation table of a file, with additional columns ``set``,
+        ``set_probability`` and, if borders or lambda1 to lambda3 are known,
+        ``discontinuity``.
 
     Raises
     ------
     vs.errors.GeometryError
         If the table contains no planes.
     vs.errors.UsageError
-        If seeds are too similar or more than ``max_sets``, or ``exactly`` is combined with
-        either.
+        If seeds are too similar or more than ``max_sets``, or if ``exactly`` is combined
+        with either.
     vs.errors.InputError
         Under the conditions of `stats`.
 
     Notes
     -----
-    A mixture of Bingham distributions and an even scatter, its number by Schwarz's criterion
-    with a price on sets that overlap (after Biernacki, Celeux & Govaert 2000); means and kappa
-    after Fisher (1953). Discontinuities, spacing and persistence after Riquelme et al. (2014,
-    2015, 2018).
+    The model is a mixture of Bingham distributions and a uniform distribution. The number of sets
+    follows from Schwarz's criterion with a penalty for overlapping sets (after Biernacki, Celeux
+    & Govaert 2000), means and kappa follow Fisher (1953), and discontinuities, spacing and
+    persistence follow Riquelme et al. (2014, 2015, 2018).
 
     Examples
     --------
     >>> import vomstudio as vs
     >>> steep = [90, 271, 92, 268, 91, 89, 94], [88, 89, 87, 86, 90, 87, 88]
     >>> flat = [20, 25, 18, 30, 22, 24], [31, 34, 32, 35, 33, 34]
-    >>> found = vs.sets((steep[0] + flat[0], steep[1] + flat[1]))
-    >>> [(s.name, s.n, round(s.dip_deg)) for s in found.sets], found.unassigned
+    >>> proposal = vs.sets((steep[0] + flat[0], steep[1] + flat[1]))
+    >>> [(s.name, s.n, round(s.dip_deg)) for s in proposal.sets], proposal.unassigned
     ([('S1', 7, 89), ('S2', 6, 33)], 0)
     """
     rows = to_orientation_table(table, azimuth)

@@ -62,14 +62,14 @@ def stats(
     Returns
     -------
     TableStatistics
-        ``n`` and ``sets``, a SetStatistics by name with ``n``, ``of``, ``axial``,
+        ``n`` and ``sets``, which maps names to SetStatistics with ``n``, ``of``, ``axial``,
         ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None
         with ``fisher_reason`` if the set is not a cluster), ``tensor`` (``eigenvalues``,
         ``axes``), ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``),
         ``bingham`` (``k1``, ``k2``, ``confidence95`` of the three axes, ``fit_p``),
         ``kent`` (for elongated clusters), each None with a reason if it is undefined,
         ``uniformity`` (``test``, ``statistic``, ``p``) and ``weights``. ``fit_p`` is the
-        probability of data that fit the model as badly as these.
+        p-value of the goodness of fit.
 
     Raises
     ------
@@ -90,8 +90,8 @@ def stats(
     Examples
     --------
     >>> import vomstudio as vs
-    >>> found = vs.stats(([90, 100, 95, 92], [40, 42, 38, 41]))
-    >>> mean = found.sets["all"].fisher
+    >>> statistics = vs.stats(([90, 100, 95, 92], [40, 42, 38, 41]))
+    >>> mean = statistics.sets["all"].fisher
     >>> round(mean.trend_deg), round(mean.plunge_deg)
     (274, 50)
     """
@@ -118,8 +118,10 @@ def fold(
 
     Parameters
     ----------
-    table, azimuth : DataFrame, path, or (dip direction, dip)
+    table : DataFrame, path, or (dip direction, dip)
         See `stats`; lines in the table are omitted.
+    azimuth : {"strike", "dipdir"}, optional
+        See `stats`.
     kind : str, optional
         Kind of the planes that are used; by default bedding, if the table contains kinds.
     sets : sequence of str, optional
@@ -139,7 +141,7 @@ def fold(
     Returns
     -------
     TableFold
-        ``n``, ``used``, ``not_good`` (number among the planes used; None without verdicts),
+        ``n``, ``used``, ``not_good`` (number among the planes used; None if unjudged),
         ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of the joint 95 % region),
         ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``, ``arc_deg``, ``cone``
         (the best small circle), ``limbs`` (mean planes, interlimb angle and axial plane
@@ -168,8 +170,8 @@ def fold(
     Beds that all contain the line 090/20 are folded about it:
 
     >>> import vomstudio as vs
-    >>> found = vs.fold(([90, 30, 150, 10, 170], [20, 36.05, 36.05, 64.49, 64.49]))
-    >>> round(found.beta.trend_deg, 1), round(found.beta.plunge_deg, 1)
+    >>> beta = vs.fold(([90, 30, 150, 10, 170], [20, 36.05, 36.05, 64.49, 64.49])).beta
+    >>> round(beta.trend_deg, 1), round(beta.plunge_deg, 1)
     (90.0, 20.0)
     """
     rows = to_orientation_table(table, azimuth)
@@ -198,15 +200,17 @@ def slope(
 
     Parameters
     ----------
-    table, azimuth : DataFrame, path, or (dip direction, dip)
+    table : DataFrame, path, or (dip direction, dip)
         See `stats`; lines in the table are omitted.
+    azimuth : {"strike", "dipdir"}, optional
+        See `stats`.
     face : str or (float, float)
         Dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``.
     friction_deg : float
-        Friction angle of the planes.
+        Friction angle of the planes, degrees.
     lateral_deg : float, optional
-        Maximum angle between the dip direction of the slope and planes or direct toppling;
-        90 means no limit. Wedges are not limited.
+        Maximum angle between the dip direction of the slope and that of planes or direct
+        toppling, degrees; 90 means no limit. Wedges are not limited.
     limits : {"curved", "straight"}, optional
         Lateral limits of planes: "curved" (small circles about the strike of the slope) or
         "straight" (limits of the dip direction). For direct toppling, the trend is limited.
@@ -215,11 +219,12 @@ def slope(
     -------
     TableSlope
         ``planar``, ``wedge``, ``flexural_toppling`` and ``direct_toppling``, each with
-        ``critical``, ``of`` (planes; of wedge and direct toppling intersections of all
-        pairs), ``share`` = critical / of (None without planes), ``probability`` (expected
-        share with the error of each plane from the orientation table, simulated with a
-        fixed seed; None if the planes have no errors) and ``secondary``; ``ids`` of the
-        critical planes, and ``direct_toppling.bases``, planes on which blocks can topple.
+        ``critical``, ``of`` (number of planes or, for wedges and direct toppling, of the
+        intersections of all pairs), ``share`` = critical / of (None if ``of`` is 0),
+        ``probability`` (expected share with the error of each plane from the orientation
+        table, simulated with a fixed seed; None if the planes have no errors) and
+        ``secondary``; ``ids`` of the critical planes, and ``direct_toppling.bases``, planes
+        on which blocks can topple.
 
     Raises
     ------
@@ -241,8 +246,8 @@ def slope(
     wedge with a second plane that strikes across the slope:
 
     >>> import vomstudio as vs
-    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), friction_deg=30)
-    >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
+    >>> result = vs.slope(([100, 170], [45, 70]), (100, 70), friction_deg=30)
+    >>> result.planar.critical, result.planar.of, result.wedge.critical, result.wedge.of
     (1, 2, 1, 1)
     """
     options = options_from_arguments(SlopeOptions, locals())
@@ -265,9 +270,11 @@ def repeats(
 
     Parameters
     ----------
-    table, azimuth : DataFrame, path, or (dip direction, dip)
+    table : DataFrame, path, or (dip direction, dip)
         See `stats`; may also be the folder of a project. Planes are compared with planes,
         and lines with lines.
+    azimuth : {"strike", "dipdir"}, optional
+        See `stats`.
     by : str, optional
         Column that groups picks of the same structure; by default ``repeat_of``, the id of
         the repeated pick.
@@ -304,8 +311,8 @@ def repeats(
     >>> import vomstudio as vs
     >>> picks = pandas.DataFrame({"dip_direction": [90, 90, 200, 200], "dip": [40, 43, 60, 58],
     ...                           "bed": ["A", "A", "B", "B"]})
-    >>> found = vs.repeats(picks, by="bed")
-    >>> found.repeats, round(found.spread.sigma_deg, 2), found.stated_errors_hold
+    >>> result = vs.repeats(picks, by="bed")
+    >>> result.repeats, round(result.spread.sigma_deg, 2), result.stated_errors_hold
     (2, 1.27, 'undetermined')
     """
     rows = to_orientation_table(table, azimuth, repeats=True)

@@ -35,8 +35,7 @@ def surface(
     Parameters
     ----------
     model : Mesh, PointCloud, model of a project, path, or (n, 3) array
-        The patch as a Mesh, PointCloud, a model of a project, the path of a file, or an
-        array (n, 3) of points in World, metres.
+        Patch in the World frame, metres; or the whole model if `around` is given.
     around : ((float, float, float), float), optional
         Centre and radius of the patch on the model, in the World frame, metres.
     noise_m : float, optional
@@ -53,9 +52,9 @@ def surface(
     -------
     SurfaceFigures
         ``plane`` (dict of the orientation table's columns), ``rms_m``, ``lowest_m``,
-        ``highest_m``, ``trim``, ``hurst``, ``smoothest`` (None with ``hurst_reason`` and
-        ``smoothest_reason``), ``deviations`` (rows, columns) in m, NaN if unknown, rows
-        down the dip, ``at_points`` (n,), ``profiles``, ``warnings``.
+        ``highest_m``, ``trim``, ``hurst``, ``smoothest`` (if None, ``hurst_reason`` or
+        ``smoothest_reason`` states why), ``deviations`` (rows, columns) in m, NaN if unknown,
+        with rows down the dip, ``point_deviations`` (n,), ``profiles``, ``warnings``.
 
     Raises
     ------
@@ -67,8 +66,8 @@ def surface(
 
     Notes
     -----
-    Second differences by direction (Kent & Wood 1997; Chan & Wood 2000), jackknife errors;
-    smoothest direction of faults after Renard et al. (2006).
+    The roughness is computed from second differences by direction (Kent & Wood 1997; Chan & Wood
+    2000), with jackknife errors. The smoothest direction of faults follows Renard et al. (2006).
 
     Examples
     --------
@@ -77,10 +76,10 @@ def surface(
     >>> import numpy as np
     >>> import vomstudio as vs
     >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(0, 4, 0.03), np.arange(0, 4, 0.03)))
-    >>> chance = np.random.default_rng(1)
-    >>> grooves = 0.02 * np.sin(2 * np.pi * y / 0.5) + 0.0005 * chance.standard_normal(len(x))
-    >>> found = vs.surface(np.column_stack([x, y, grooves]), noise_m=0.0005)
-    >>> abs(found.smoothest.trend_deg - 90) < 2, round(found.rms_m, 3)
+    >>> rng = np.random.default_rng(1)
+    >>> grooves = 0.02 * np.sin(2 * np.pi * y / 0.5) + 0.0005 * rng.standard_normal(len(x))
+    >>> result = vs.surface(np.column_stack([x, y, grooves]), noise_m=0.0005)
+    >>> abs(result.smoothest.trend_deg - 90) < 2, round(result.rms_m, 3)
     (True, 0.014)
     """
     options = options_from_arguments(

@@ -1,4 +1,4 @@
-"""Photos before the reconstruction."""
+"""Photo surveys: plans, and metadata and checks of photos before the reconstruction."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def read_photos(folder: str | Path, *, progress: ProgressArgument = None) -> Pho
     Returns
     -------
     PhotoFolder
-        ``photos`` (of each ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
+        ``photos`` (each with ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
         ``focal_px``, ``latitude_deg``, ``longitude_deg``, ``altitude_m`` with its
-        reference, ``mask`` ..., None if not stated), ``skipped`` (name and reason),
+        reference, ``mask`` ...; None if not stated), ``skipped`` (name and reason),
         ``warnings``, ``cameras()``.
 
     Raises
@@ -76,7 +76,7 @@ def check(
     folder : str or Path
         Folder of photos.
     distance_m : float, optional
-        Distance from the camera to the rock, if known.
+        Distance from the camera to the rock, metres, if known.
     progress : callable or Progress, optional
         Called with (stage, completed steps, total steps or None).
 
@@ -84,7 +84,7 @@ def check(
     -------
     FolderCheck
         ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
-        (``code``, ``severity``, ``photos``, ``text``, ``value``), ``plane_error``
+        (``code``, ``severity``, ``message``, ``values``), ``plane_error``
         (``size_m``, ``error95_deg``), ``verdict``, ``next_time``.
 
     Raises
@@ -92,11 +92,11 @@ def check(
     vs.errors.InputError
         If the folder contains no photos.
     vs.errors.UsageError
-        For an invalid distance.
+        If the distance is invalid.
 
     Notes
     -----
-    Rules after the textbook, sections 2.4 and 3.2; each finding names its number.
+    The rules follow sections 2.4 and 3.2 of the textbook; each finding states its value.
 
     Examples
     --------
@@ -148,7 +148,8 @@ def plan(
     overlap : float, optional
         Overlap of adjacent photos, 0.6 to 0.95.
     manner : {"handheld", "drone", "terrain"}, optional
-        On foot, by drone in front of a cliff, or by drone over flat terrain.
+        Whether photos are taken on foot, by drone in front of a cliff, or by drone over flat
+        terrain.
     aperture : float, optional
         F-number, if it can be set; 8 by default.
     focal_mm : float, optional
@@ -166,20 +167,21 @@ def plan(
     SurveyPlan
         ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
         ``plane_error`` (each ``size_m``, ``error95_deg``), ``depth_of_field_m``,
-        ``stations``, ``control_points``, ``registration``, ``warnings``.
+        ``positions``, ``control_points``, ``registration``, ``warnings``.
 
     Raises
     ------
     vs.errors.UsageError
-        For an unknown camera and invalid lengths.
+        If the camera is unknown or a length is invalid.
 
     Notes
     -----
-    Ground sampling distance by equation 18 of the textbook; the smallest plane is 1000 of it.
+    The ground sampling distance follows equation 18 of the textbook; the smallest plane is 1000
+    pixels wide.
 
     Examples
     --------
-    A pixel of a 23.5 mm sensor with 6000 pixels behind 35 mm, seen from 20 m:
+    Size on the rock, at 20 m, of a pixel of a 23.5 mm sensor with 6000 pixels and a 35 mm lens:
 
     >>> import vomstudio as vs
     >>> camera = "23.5x15.6,35,6000x4000"

@@ -146,11 +146,11 @@ def _describe_camera(group: list[Photo]) -> dict[str, Any]:
 
 
 COORDINATE_NAMES = {"x", "y", "z"}
-"""Columns that identify a table of points, in which errors are reported."""
+"""Columns that identify a table of points; errors in such a table are reported."""
 
 
 def _describe_table(path: Path, progress: Progress) -> dict[str, Any]:
-    """Return rows and columns, and if there are x, y and z, bounds in the stated CRS."""
+    """Return rows and columns, and the bounds in the stated CRS if x, y and z exist."""
     import numpy as np
 
     from vomstudio.io.gate.points import points_to_world

@@ -146,10 +146,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 class _Placement(NamedTuple):
-    """Placement of the model in World.
+    """Placement of the model in the World frame.
 
-    `is_placed` and `is_metric` state whether north and unit are known. `has_metric_unit` is the
-    same as for `WorldModel`.
+    `is_placed` and `is_metric` state whether north and unit are known. `has_metric_unit` is as in
+    `WorldModel`.
     """
 
     to_world: Matrix

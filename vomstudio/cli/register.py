@@ -124,7 +124,7 @@ def _write_registered_model(
 
 
 def placement_text(placement: ModelPlacement) -> str:
-    """Describe the residuals, the results without each observation, and the findings."""
+    """Describe the residuals, the results with each observation left out, and the findings."""
     from vomstudio.registration.warnings import worst_axis_findings
 
     block_texts = []

@@ -127,7 +127,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _curtain(
     profile: Curtain | ProfileLine, model: WorldModel, is_flipped: bool
 ) -> tuple[Curtain, tuple[Finding, ...]]:
-    """Return the curtain in World, and findings about the line. Raises InputError."""
+    """Return the curtain in the World frame, and findings on the line. Raises InputError."""
     import numpy as np
 
     from vomstudio.products.section.inputs import profile_to_world

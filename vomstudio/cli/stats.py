@@ -1,4 +1,4 @@
-"""Statistics of sets of orientations."""
+"""`vomstudio stats`: statistics of sets of orientations."""
 
 from __future__ import annotations
 

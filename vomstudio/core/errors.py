@@ -56,7 +56,7 @@ class _Finding(Protocol):
 
 
 class VomError(Exception):
-    """Base of every expected failure.
+    """Base class of all expected errors.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class InputError(VomError):
 
 
 class UsageError(InputError):
-    """The words of a command or the value of a setting cannot be understood."""
+    """The arguments of a command or the value of a setting are not valid."""
 
     code = "usage"
 

@@ -37,7 +37,7 @@ def _replace_findings(value: Any) -> Any:
 
 
 def text_table(title: str, figures: Mapping[str, Any]) -> str:
-    """Return figures as lines of name and value, omitting figures that do not apply."""
+    """Return figures as lines of names and values, omitting figures that do not apply."""
     texts = dict(_flatten(figures))
     width = max(map(len, texts), default=0)
     return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in texts.items())])

@@ -49,7 +49,7 @@ class _FollowedPath(Protocol):
 
 PathT = TypeVar("PathT", bound=_FollowedPath)
 FaceNormalFunction = Callable[[FloatArray], FloatArray | None]
-"""Function that returns the normal (3,) of the outcrop face near World points (n, 3), or None."""
+"""Function that returns the outcrop normal (3,) near points (n, 3) in the World frame, or None."""
 PathRank = tuple[int, float]
 """Sort key of paths: verdict on the plane, and error of the plane in degrees."""
 
@@ -63,7 +63,7 @@ class CostTrial:
 
 
 def available_costs(surface: SurfaceGraph) -> tuple[str, ...]:
-    """List the costs that are available for a model, except its fields.
+    """List the costs that are available for a model, other than its fields.
 
     Parameters
     ----------

@@ -155,8 +155,8 @@ def open_photos(
 def _files(names: list[str], file_cameras: object, photo: Path) -> tuple[int, dict[int, Path]]:
     """Return the row of the requested photo, and the files of all existing photos.
 
-    Photos are searched beside the requested photo if it is a file, otherwise at the locations given
-    in the camera file.
+    Photos are searched for beside the requested photo if it is a file, otherwise at the locations
+    given in the camera file.
     """
     from vomstudio.io.photos.own_cameras.photos import find_camera_photos
     from vomstudio.io.photos.own_cameras.result import ModelCameras

@@ -129,8 +129,8 @@ class Elements:
     spacing, noise : (n,) arrays
         Mean local spacing of the points of the model, and their scatter about the surface.
     starts, neighbours : int arrays
-        The neighbours of element e are near[starts[e]:starts[e + 1]]. Points that scatter in all
-        directions have no neighbours.
+        The neighbours of element e are neighbours[starts[e]:starts[e + 1]]. Points that scatter in
+        all directions have no neighbours.
     rows : (n,) int array
         Face or point of the model for each element.
     inverse_rows : int array
@@ -141,7 +141,8 @@ class Elements:
     around : int
         Number of points used for normals and variation; 0 for wide neighbourhoods.
     has_fewest_neighbours : (n,) bool array, optional
-        Points for which the smallest number of neighbours is used; None without such points.
+        Points for which the smallest number of neighbours is used; None if there are no such
+        points.
     """
 
     kind: Literal["face", "point", "cell"]

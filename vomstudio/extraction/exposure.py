@@ -25,9 +25,9 @@ MIN_NEAR_PLANAR_SHARE = 0.30
 # Not from the book. The surface variation of a plane is about 0, that of a ball of points 1/3, and
 # that of a 90-degree edge 0.1.
 _VOLUME_VARIATION = (16, 32, 64, 96), (0.11, 0.16, 0.20, 0.22)
-"""Number of neighbouring points, and mean variation above which they fill a volume.
+"""Numbers of neighbouring points, and mean variations above which they fill a volume.
 
-For points that fill a volume, 99 of 100 values exceed 0.13, 0.19, 0.23, 0.25: the variation of
+For points that fill a volume, 99 of 100 values exceed 0.13, 0.19, 0.23 and 0.25; the variation of
 small samples of a ball is lower. For points that scatter about a plane by half of the spacing, the
 values are 0.07, 0.04, 0.02, 0.02; for a whole spacing, they are 0.15, 0.13, 0.08, 0.06."""
 _BORDER_FACTOR = 0.75

@@ -3,7 +3,7 @@
 Facets are found by region growing after Wang et al. (2017, Computers & Geosciences 103, 100) and
 similar methods, over the faces of a mesh or the neighbours in a cloud. The thresholds are an angle
 and a distance that depends on the local resolution. Each facet is fitted and judged like a patch
-that is brushed by hand, see geometry/patches.py and geometry/moment_planes.py.
+that is brushed by hand (geometry/patches.py and geometry/moment_planes.py).
 """
 
 from __future__ import annotations
@@ -276,7 +276,7 @@ def build_facets(
     Returns
     -------
     facets : FacetSegmentation
-    was : (facets,) int array
+    original_labels : (facets,) int array
         Original label of each facet.
     """
     facets, new_labels = _fit_facets(
@@ -446,7 +446,7 @@ def _mark_as_bent(facet: Facet) -> Facet:
 def _is_slice(fit: FittedPlane) -> bool:
     """Return whether a facet is a slice of points that fill a volume.
 
-    The width of such a slice is a few times its scatter, so its plane could as well be
+    The width of such a slice is a few times its scatter, so its plane could equally well be
     perpendicular.
     """
     _, middle_eigenvalue, scatter = fit.eigenvalues

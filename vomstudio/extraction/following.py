@@ -1,4 +1,4 @@
-"""Following of a contact between way-points by the path of least cost over the surface.
+"""Follow a contact between way-points along the path of least cost over the surface.
 
 The idea is that of the trace tool of Compass (Thiele et al. 2017, Solid Earth 8, 1241); the paths
 are found by Dijkstra's (1959) algorithm.

@@ -42,11 +42,11 @@ _MAX_PARALLEL_DEG = 2.0
 _MIN_TURN_SHARE = 0.125
 """Minimum rotation of normals in a piece of a bend, from its middle to its outer third.
 
-It is given as a share of the rotation to the next piece: 0.3 on a cylinder, about 0 beside an edge
+The value is a share of the rotation to the next piece: 0.3 on a cylinder, about 0 beside an edge
 between planes."""
 _PIECE_QUANTILES = (0.35, 0.65, 0.93)
 _MIN_MEAN_TURN_SHARE, _MIN_NEIGHBOURS = 0.06, 3
-"""Minimum share for the mean over all neighbours, and minimum number of neighbours for it."""
+"""Minimum share for the mean over all neighbours, and minimum number of them for this mean."""
 _MAX_SAMPLE, _MIN_TURN_SAMPLE, _MAX_FACETS = 1500, 30, 500
 _MAX_LOOSE_SHARE = 0.35
 """Maximum share of the neighbours of a facet that do not belong to a facet.
@@ -306,10 +306,10 @@ def facet_planes(
     labels : (n,) int32 array
     rows : int array, optional
         Elements to add; by default, all elements.
-    inner_sums : _Sums, optional
+    inner_sums : _FacetSums, optional
         Sums of all other elements.
     max_distances : (n,) array, optional
-        Tolerances of the elements, for `Planes.squared_tolerances`.
+        Tolerances of the elements, for `FacetPlanes.squared_tolerances`.
     """
     rows = np.arange(len(labels)) if rows is None else rows
     sums = _sum_moments(elements, labels, rows, _count_facets(labels), inner_sums, max_distances)
@@ -439,7 +439,7 @@ def _merge_coplanar_facets(
         weight[a], scatter[a], normal[a], rms[a] = total, joint_scatter, vectors[:, 0], joint_rms
     roots = np.array([_find_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
-    # The last two entries represent NONE and OUT, which index from the end.
+    # The last two entries represent OUTLIER_LABEL and UNASSIGNED_LABEL, which index from the end.
     out = np.empty_like(labels)
     map_labels(labels, np.append(number, [OUTLIER_LABEL, UNASSIGNED_LABEL]).astype(np.int32), out)
     return out, None if inner_sums is None else inner_sums.extend_to(f).merge_facets(number)
@@ -478,7 +478,7 @@ def _remove_small_facets(
     is_kept = (planes.count >= min_count) | ((planes.area >= min_area) & (planes.area > 0.0))
     is_kept &= _loose_shares(elements, rows, planes, labels) <= _MAX_LOOSE_SHARE
     order = np.argsort(-np.where(is_kept, planes.area, -1.0), kind="stable")
-    # The last two entries represent NONE and OUT.
+    # The last two entries represent OUTLIER_LABEL and UNASSIGNED_LABEL.
     number = np.full(len(planes.area) + 2, UNASSIGNED_LABEL, np.int32)
     number[order[: int(is_kept.sum())]] = np.arange(int(is_kept.sum()))
     out = np.empty_like(labels)

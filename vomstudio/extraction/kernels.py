@@ -1,7 +1,7 @@
 """Compiled inner loops of the facet search.
 
-Elements are the faces of a mesh or the points of a cloud; `starts` and `near` list the neighbours
-of each element. No function allocates memory: results are written to arguments.
+Elements are the faces of a mesh or the points of a cloud; `starts` and `neighbours` list the
+neighbours of each element. No function allocates memory: results are written to arguments.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from vomstudio.geometry.kernels.jit import kernel, part
 def fit_local_planes(points, positions, rows, normals, variation):  # type: ignore[no-untyped-def]
     """Fit a plane to the k points around each position.
 
-    Unit normals (n, 3) and the surface variation (n,) are written: the smallest eigenvalue of the
-    covariance divided by their sum (Pauly, Gross & Kobbelt 2002). They are NaN if the points do not
-    define a plane.
+    Unit normals (n, 3) and the surface variation (n,) are written. The variation is the smallest
+    eigenvalue of the covariance divided by the sum of the eigenvalues (Pauly, Gross & Kobbelt
+    2002). Both are NaN if the points do not define a plane.
     """
     k = rows.shape[1]
     for row in range(len(positions)):
@@ -150,7 +150,7 @@ def grow_regions(  # type: ignore[no-untyped-def]
 
     An element joins a region if its normal is within the angle of the plane of the region, and its
     position is within its `max_distance` of the plane. The plane is refitted whenever the region
-    has grown by a half. Regions with fewer elements than `min_count` are dissolved unless they
+    has grown by half. Regions with fewer elements than `min_count` are dissolved unless they
     reach `min_area`. In `labels`, -1 marks free elements and -2 excluded elements.
     """
     for seed in range(first, last):
@@ -217,10 +217,10 @@ def assign_nearest_planes(  # type: ignore[no-untyped-def]
 ):
     """Assign each element of `rows` to the nearest plane among its own and its neighbours'.
 
-    centres, facing (f, 3) and limits (f,) describe the planes of the facets. An element beyond the
-    limit of a plane or beyond its own `max_distance` is not assigned to this plane. If its normal
-    differs by more than the angle, as at an edge between two faces, it must be twice as close. The
-    labels are written to `out` (rows,), and the number of changes is returned.
+    `centres` and `plane_normals` (f, 3) and `limits` (f,) describe the planes of the facets. An
+    element beyond the limit of a plane or beyond its own `max_distance` is not assigned to this
+    plane. If its normal differs by more than the angle, as at an edge between two faces, it must be
+    twice as close. The labels are written to `out` (rows,), and the number of changes is returned.
     """
     changed_count = 0
     for i in range(len(rows)):
@@ -274,11 +274,9 @@ def add_moments(  # type: ignore[no-untyped-def]
 ):
     """Add the moments of the elements of each facet among `rows` to `sums` and `count`.
 
-    `sums` has the shape (f, 11), `count` the shape (f,).
-
-    The columns are the weight, the first and second moments about a position (the `is_known` one,
-    otherwise that of the first element), and the squares of `max_distance` if it has one value per
-    element.
+    The columns of `sums` (f, 11) are the weight, the first and second moments about the reference
+    point (that of the first element unless `is_known`), and the squares of `max_distance` if it has
+    one value per element. `count` has the shape (f,).
     """
     for e in rows:
         f = labels[e]
@@ -317,11 +315,9 @@ def map_labels(labels, number, out):  # type: ignore[no-untyped-def]
 def add_to_cells(positions, normals, areas, cells_per_unit, names, ends, sums):  # type: ignore[no-untyped-def]
     """Add elements with a normal to the cubic cells of a table.
 
-    The cells have a width of 1 / `cells_per_unit`.
-
-    See `tabulate` for the table. The columns are the area and the area-weighted sums of the
-    products of the normals (xx, yy, zz, xy, xz, yz), of the positions relative to the corner of the
-    cell, and of the products of these positions.
+    The cells have a width of 1 / `cells_per_unit`. The columns of `sums` are the area and the
+    area-weighted sums of the products of the normals (xx, yy, zz, xy, xz, yz), of the positions
+    relative to the corner of the cell, and of the products of these positions.
     """
     for e in range(len(positions)):
         x, y, z = (

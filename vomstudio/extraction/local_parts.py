@@ -1,4 +1,4 @@
-"""Part of a model around the point in view that is small enough for fast computations."""
+"""Part of a model around the point in view, small enough for fast computations."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ _MIN_PIECES = 4
 _MIN_CELL_RATIO = 1.25
 """Ratio of cell size to the typical side of a face above which a cell contains several faces."""
 _MIN_RESOLUTION_RATIO = 0.6
-"""Lower bound for the ratio of the surface resolution to that of all points (may be denser)."""
+"""Lower bound for the ratio of the resolution of the surface to that of all points."""
 # Number of positions, evenly distributed over the area, at which the resolution is estimated, and
 # of positions that show whether the noise exceeds the spacing.
 _RESOLUTION_SAMPLES, _NOISE_SAMPLES = 4000, 100
@@ -128,7 +128,7 @@ class Measurable:
 
     @property
     def best_deg(self) -> FloatArray:
-        """Expected 95 % error (n,) of the better of trace and patch; 90 degrees for none."""
+        """Expected 95 % error (n,) of the better of trace and patch, degrees; 90 if undefined."""
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
 

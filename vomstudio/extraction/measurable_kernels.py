@@ -89,7 +89,7 @@ def square_longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], i8[:,::1], i8[::1])")
 def cluster_vertices(cells, faces, root):  # type: ignore[no-untyped-def]
-    """Write, for each vertex, the first vertex connected to it within the same cell (n, 3)."""
+    """Write the first vertex that is connected to each vertex within its cell (n, 3)."""
     for i in range(len(root)):
         root[i] = i
     for i in range(len(faces)):

@@ -227,7 +227,7 @@ def _compute_moments(
     progress: Progress,
     previous_count: int,
 ) -> FloatArray:
-    """Return the `line_moments` (len(rows), 9); `label` (k,) is the component of each piece."""
+    """Return the `line_moments` (rows, 9); `label` (k,) is the component of each piece."""
     count = int(label.max()) + 1
     # Sorting along the longest direction of a component keeps the runs short.
     number = np.maximum(np.bincount(label, minlength=count), 1)

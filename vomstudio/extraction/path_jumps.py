@@ -2,8 +2,8 @@
 
 A path that leaves its contact crosses rock without a visible contact, which costs more, and
 continues beside the plane of the contact. It returns at the next way-point, which was clicked on
-the contact. In each leg, the stretch between two crossings is excluded whose omission leaves the
-remaining points closest to a single plane. The stretch is doubtful if its offset from this plane
+the contact. In each leg, the stretch between two crossings whose omission leaves the remaining
+points closest to a single plane is excluded. The stretch is doubtful if its offset from this plane
 exceeds the error of the plane and the scatter of its points. A gap in a contact is crossed in the
 same way, but the path behind the gap lies in the plane of the remaining points.
 """
@@ -22,7 +22,7 @@ from vomstudio.geometry.planes import FittedPlane, fit_planes
 CONTACT_QUANTILE = 0.25
 """Quantile of the costs along a path that represents its contact."""
 MIN_PEAK_HEIGHT = 0.1
-"""Minimum height of a crossing, as a share between the costs of the contact and typical rock."""
+"""Minimum height of a crossing between the cost of the contact (0) and that of typical rock (1)."""
 MAX_PEAKS = 7
 MAX_VERTICES = 500
 MIN_VERTICES = 3

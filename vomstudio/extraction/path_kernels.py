@@ -1,7 +1,7 @@
 """Compiled inner loops of path searches in a graph.
 
-The neighbours of node i are near[starts[i]:starts[i + 1]]. No function allocates memory: results
-are written to arguments.
+The neighbours of node i are neighbours[starts[i]:starts[i + 1]]. No function allocates memory:
+results are written to arguments.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 @kernel("void(i8[::1], i8[::1], i8[::1], i4[::1])")
 def list_neighbours(first, second, starts, neighbours):  # type: ignore[no-untyped-def]
-    """List the neighbours of nodes from the ends of arcs; `starts` (n + 1,) must be zero."""
+    """List the neighbours of nodes, given the ends of arcs; `starts` (n + 1,) must be zero."""
     for arc in range(len(first)):
         starts[first[arc] + 1] += 1
         starts[second[arc] + 1] += 1
@@ -70,7 +70,7 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
 ):
     """List the nodes connected to `first` within an ellipsoid, and return their number.
 
-    Return -1 if there are too many nodes.
+    The result is -1 if there are too many nodes.
 
     The ellipsoid contains the points for which the sum of the distances from `start` and `end`
     does not exceed `max_length`. The nodes are written to `rows`; `mark` (n,) must be -1 and is
@@ -102,9 +102,9 @@ def list_component_in_ellipsoid(  # type: ignore[no-untyped-def]
 
 @kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
 def list_nodes_in_ellipsoid(positions, start, end, max_length, rows):  # type: ignore[no-untyped-def]
-    """List all nodes within such an ellipsoid in `rows` (n,), and return their number.
+    """List all nodes within an ellipsoid in `rows` (n,), and return their number.
 
-    For many nodes, this is faster than a search from neighbour to neighbour.
+    For many nodes, this is faster than `list_component_in_ellipsoid`.
     """
     count = 0
     x, y, z = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * (start[2] + end[2])
@@ -122,7 +122,7 @@ def list_nodes_in_ellipsoid(positions, start, end, max_length, rows):  # type: i
 
 @kernel("i8(i8[::1], i4[::1], i8, b1[::1], i8[::1])")
 def mark_component(starts, neighbours, first, is_connected, rows):  # type: ignore[no-untyped-def]
-    """Mark the nodes connected to `first` in met (n,), and return their number."""
+    """Mark the nodes connected to `first` in `is_connected` (n,), and return their number."""
     rows[0], is_connected[first] = first, True
     count, done_count = 1, 0
     while done_count < count:
@@ -178,7 +178,7 @@ def _distance(positions, a, b):  # type: ignore[no-untyped-def]
 def compute_gradients(positions, starts, neighbours, values, out):  # type: ignore[no-untyped-def]
     """Write the gradient of a value at each node, the mean of the gradients along its arcs.
 
-    On a speckle, the gradients of the arcs cancel each other.
+    At a speckle, the gradients along the arcs cancel each other.
     """
     for node in range(len(values)):
         x, y, z = 0.0, 0.0, 0.0
@@ -193,7 +193,7 @@ def compute_gradients(positions, starts, neighbours, values, out):  # type: igno
         out[node, 0], out[node, 1], out[node, 2] = x / count, y / count, z / count
 
 
-# --- a heap of nodes: four below each, their keys beside them, which are read in one piece --------
+# --- heap of nodes with four children each, whose adjacent keys are read together ----------------
 @part
 def _sift_up(keys, heap, heap_position, position):  # type: ignore[no-untyped-def]
     """Move an entry of the heap toward its root."""
@@ -335,13 +335,13 @@ def search_least_turning(  # type: ignore[no-untyped-def]
 ):
     """Search over states, each of which is a node with one of `headings` directions.
 
-    Arcs within an angle (cosine `min_cosine`) of the heading in the plane flat (n, 2) lead to the
-    same heading at another node. Changing to the next heading on either side costs `turn_cost`.
-    Returns the state at the other node, -1 if it is not connected, or -2 if `nodes` is full.
+    Arcs within an angle (cosine `min_cosine`) of the heading in `plane_coordinates` (n, 2) lead to
+    the same heading at another node. Changing to the next heading on either side costs `turn_cost`.
+    Return the state at the target, -1 if it is not connected, or -2 if `nodes` is full.
 
-    `remaining_costs` (n,) is a lower bound of the cost from a node to the other end. `slots` (n,)
-    must be
-    -1. State slot * headings + h belongs to nodes[slot]. The other arrays are work arrays.
+    `remaining_costs` (n,) is a lower bound of the cost from each node to the target. `slots` (n,)
+    must be -1 on entry. State slot * headings + h belongs to nodes[slot]. The other arrays are work
+    arrays.
     """
     count = _find_slot(start, slots, nodes, 0, headings, distance, heap_position) + 1
     size = 0

@@ -1,4 +1,4 @@
-"""Following of a contact in a photo at full resolution, and projection onto the model.
+"""Follow a contact in a photo at full resolution, and project it onto the model.
 
 Between way-points, the line is the path of least cost over the pixels of the photo; large areas are
 first searched in a reduced picture. The line is projected onto the surface along lines of sight
@@ -141,7 +141,7 @@ class PhotoFollower:
         way_points : (w, 2) array
             Way-points in pixels, w >= 2.
         is_alone : bool
-            If True, do not compare the path with other photos, which takes longer.
+            If True, do not compare the path with other photos, which saves time.
 
         Returns
         -------

@@ -150,7 +150,7 @@ def count_agreeing_photos(
 
     Returns
     -------
-    seen, agreeing : (n,) int arrays
+    visible_count, agreement_count : (n,) int arrays
     """
     n = len(pixels)
     visible_count, agreement_count = np.zeros(n, np.int64), np.zeros(n, np.int64)

@@ -82,7 +82,7 @@ def is_noise_dominated(positions: FloatArray) -> bool:
     neighbours = np.ascontiguousarray(
         _build_tree(positions).query(positions[sample], k=max_count)[1], np.int32
     )
-    # The smallest neighbourhoods are tested as well: two sheets close together are each quiet.
+    # The smallest neighbourhoods are tested as well: two close sheets may have little noise.
     return all(
         float(np.quantile(np.nan_to_num(variation), _QUIET_QUANTILE)) > _MIN_NOISY_VARIATION
         for _, variation in (
@@ -101,7 +101,7 @@ def find_scattered_points(positions: FloatArray) -> tuple[BoolArray, float]:
 
     Returns
     -------
-    scattered : (n,) ndarray of bool
+    is_scattered : (n,) ndarray of bool
     area : float
         Area represented by each of these points.
     """
@@ -171,7 +171,8 @@ def find_neighbourhoods(
         Rows of the points.
     is_sparse : (cells,) bool array or None
         Cells with so few points around them that the smallest number of neighbours is sufficient:
-        noise of the same width is then smaller relative to the spacing. None without cells.
+        noise of the same width is then smaller relative to the spacing. None if there are no
+        cells.
     known_count : int or None
         Number of neighbours, if already known.
     angle_deg : float
@@ -179,9 +180,9 @@ def find_neighbourhoods(
 
     Returns
     -------
-    point_counts : int
+    required_count : int
         Number of points used for a normal.
-    seen : PointNeighbourhoods
+    surroundings : PointNeighbourhoods
     """
     progress.stage(tr("Finding neighbours"), None)
     positions = grid.places
@@ -190,7 +191,7 @@ def find_neighbourhoods(
         if known_count and is_sparse is not None and len(positions) >= MIN_CELL_CLOUD_POINTS
         else _build_tree(positions)
     )
-    # Points within planes are quiet.
+    # Points within planes have little noise.
     share = 1.0 - 0.5 * len(positions) / len(rows) if 2 * len(rows) > len(positions) else 0.0
     known_count = known_count if len(rows) else NORMAL_POINT_COUNTS[0]
     required_count = (
@@ -365,9 +366,8 @@ def _required_neighbour_count(
 ) -> int:
     """Return the number of neighbours at which adjacent normals agree.
 
-    The number is determined from a sample.
-
-    `share` is the fraction of the points whose normals must agree.
+    The number is determined from a sample. `share` is the fraction of the points whose normals
+    must agree.
     """
     n = len(positions)
     sample = np.arange(0, n, max(1, n // _N_SAMPLE_POINTS))

@@ -11,9 +11,9 @@ The method follows Riquelme, Abellan, Tomas & Jaboyedoff (2014, Computers & Geos
   each distance counts once. Clusters of at least 100 points are planes.
 
 The following values are taken from the source of DSE 2.10 (github.com/adririquelme/DSE): the 30
-neighbours and the 20 % to which its input fields default, the share of the smallest eigenvalue, the
-four points and the two standard deviations. The 10 and 30 degrees are those of its window. DSE
-keeps clusters of any size and leaves the minimum to the user.
+neighbours and the 20 %, the defaults of its input fields; the share of the smallest eigenvalue; the
+four points; and the two standard deviations. The 10 and 30 degrees are those of its window. DSE
+retains clusters of any size and leaves the minimum to the user.
 
 There are two differences. DSE assigns the orientation of the set to all of its clusters unless
 asked to fit each of them; here, each cluster is fitted. DSE searches for maxima on a stereonet,
@@ -84,7 +84,7 @@ def find_sequence(
 
     Returns
     -------
-    Sequence
+    SetSequence
 
     Raises
     ------

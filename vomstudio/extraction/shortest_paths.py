@@ -12,7 +12,7 @@ MAX_HEADING_ERROR_DEG = 34.0
 """Maximum angle between an arc and its heading.
 
 Neighbouring arcs of a picture are 45 degrees apart. Both are within this angle of the heading
-between them, so a zigzag between the two is not a turn."""
+between them, so a zigzag between them is not a turn."""
 TURN_COST = 1.0
 """Cost of a right-angle turn, in typical arcs away from the contact."""
 # Maximum number of nodes that are searched with turns, for an interactive response; for larger

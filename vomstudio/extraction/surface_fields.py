@@ -27,7 +27,7 @@ from vomstudio.registration.surface_points import points_of, surface_points
 _MIN_RADIUS_SPACINGS = 6.0
 """Minimum radius relative to the maximum spacing of points on large faces."""
 _RADIUS_CELLS, _MAX_CELL_POINTS = 2.0, 24
-"""Radius relative to the cell size, and maximum points per cell: about 300 in the sphere."""
+"""Radius in cell sizes, and maximum number of points per cell: about 300 points per sphere."""
 _MAX_POINTS = 3_000_000
 _MIN_POINTS = 6
 """Minimum number of points within the radius for fitting a plane."""

@@ -50,7 +50,7 @@ class Graph:
     places : (n, 3) float64 array
         Positions relative to the origin of the surface.
     starts, neighbours : int arrays
-        The neighbours of node i are near[starts[i]:starts[i + 1]]; the relation is symmetric.
+        The neighbours of node i are neighbours[starts[i]:starts[i + 1]]; the relation is symmetric.
     colours : (n, 3) array or None
         Colour components from 0 to 255.
     fields : mapping of str to (n,) array
@@ -74,7 +74,7 @@ class Graph:
 
     @cached_property
     def roughness(self) -> FloatArray:
-        """Roughness (n,) of the nodes, see `compute_roughness`."""
+        """Roughness (n,) of the nodes. See `compute_roughness`."""
         return self.compute_roughness()
 
     @cached_property
@@ -157,7 +157,7 @@ class SurfaceGraph:
         """Whether nodes are connected by faces rather than by distances between points."""
         return isinstance(self.data, Mesh) and len(self.data.faces) > 0
 
-    # --- the whole ---------------------------------------------------------------------------
+    # --- whole surface -----------------------------------------------------------------------
     @cached_property
     def whole(self) -> Graph:
         """Graph of the whole surface with the colours of its points."""
@@ -265,11 +265,11 @@ class SurfaceGraph:
         return np.asarray(self.tree.query(positions_from_origin)[0], np.float64)
 
     def prepare(self) -> None:
-        """Build the data for path searches (seconds for millions of points). Thread-safe."""
+        """Build the data for path searches (thread-safe; seconds for millions of points)."""
         _ = self.tree, self.textures
         _ = self._node_faces if self.can_refine else self._neighbours
 
-    # --- a part ------------------------------------------------------------------------------
+    # --- corridors ---------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
         """Return the positions (k, 3) of nodes in the data frame, exact for its own points."""
         points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
@@ -417,7 +417,7 @@ class SurfaceGraph:
     def _divided_roughness(
         self, vertices: IntArray, places: FloatArray, triangles: IntArray, level: int
     ) -> FloatArray:
-        """Return the roughness of vertices and of those that divisions of their faces add.
+        """Return the roughness of vertices and of those added by subdividing their faces.
 
         Only a few costs require it, and computing it for the whole mesh takes seconds.
         """
@@ -563,7 +563,7 @@ def _extract_neighbours(
 
 
 def _select_used_vertices(faces: Int32Array, n: int) -> tuple[IntArray, IntArray]:
-    """Return the vertices (k,), of n, that faces (m, 3) use, and the faces as rows of these."""
+    """Return the vertices (k,) used by faces (m, 3), and the faces as rows of these vertices."""
     is_used = np.zeros(n, np.bool_)
     is_used[faces.ravel()] = True
     return np.flatnonzero(is_used), (np.cumsum(is_used) - 1)[faces]
@@ -584,7 +584,7 @@ def _number_nodes(places: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def _edge_keys(faces: IntArray, n: int) -> IntArray:
-    """Return a key for the edge after each corner of faces (m, 3): smaller * n + larger node."""
+    """Return a key of the edge after each corner of faces (m, 3): smaller * n + larger node."""
     next_corners = faces[:, [1, 2, 0]]
     return np.asarray(np.minimum(faces, next_corners) * n + np.maximum(faces, next_corners)).ravel()
 

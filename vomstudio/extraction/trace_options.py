@@ -28,7 +28,7 @@ COST_TITLES = {
     "curvature": to_translate("surface edge"),
     ONNX_COST: to_translate("network edges"),
 }
-"""Titles of the costs except fields."""
+"""Titles of the costs other than fields."""
 
 
 def _cost_option(*suggestions: str) -> Any:
@@ -191,7 +191,7 @@ class ProposalOptions(CostOptions):
 
 @dataclass(frozen=True)
 class DrawnTraceOptions(Options):
-    """Vocabulary, orientations, statistics, folds and quality of geological structures.
+    """Options of traces drawn on an orthophoto, and the project to which they are added.
 
     Raises
     ------

@@ -138,7 +138,9 @@ def fit_priors(groups: Mapping[str, npt.ArrayLike]) -> list[SetPrior]:
 
 
 def table_priors(table: OrientationRows) -> list[SetPrior]:
-    """Fit the sets of an orientation table; without a set column, all planes form one set.
+    """Fit a prior to each set of an orientation table.
+
+    If the table has no set column, all planes form one set.
 
     Raises
     ------

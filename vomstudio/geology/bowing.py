@@ -11,7 +11,7 @@ shift and tilt. Student's t test decides whether c differs from zero.
 
 Cameras bend with the model: a camera at a distance r from the middle is rotated by 2 c r, outward
 or inward. The verticals of photos (roll and pitch of a gimbal, accelerometer of a phone) reveal
-this without any point, as rotations that increase with the distance from the middle.
+this even without control points, as rotations that increase with the distance from the middle.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.serial_errors import fit_serial_correlation, whiten
 
 MIN_BOWING_POINTS = 6
-"""Four unknowns and two degrees of freedom."""
+"""Minimum number of points: four unknowns and two degrees of freedom."""
 
 SIGNIFICANCE = 0.05
 MIN_SPREAD = 0.05
@@ -133,7 +133,7 @@ def bowing_deg(lens_across95_deg: float | None, bowing: Bowing | None) -> float 
     Returns
     -------
     float or None
-        None without information on bowing.
+        None if there is no information on bowing.
     """
     if bowing is not None and bowing.significant:
         return bowing.across_deg
@@ -308,7 +308,7 @@ def fit_bowing_to_rotations(
         Rotations from the camera to the World frame. They are needed because a misaligned mount
         rotates with the cameras and would look like bowing if the cameras surround a rock.
     extent : (m, 3) ndarray, optional
-        Points that cover the whole model, see `fit_bowing`.
+        Points that cover the whole model. See `fit_bowing`.
 
     Returns
     -------
@@ -342,7 +342,7 @@ def fit_bowing_to_rotations(
 
 
 def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return the middle, the axes and the radius of a model.
+    """Return the centre, the axes and the radius of a model.
 
     Parameters
     ----------
@@ -351,11 +351,11 @@ def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
 
     Returns
     -------
-    middle : (3,) ndarray
+    centre : (3,) ndarray
     axes : (3, 3) ndarray
         Right-handed axes as rows; the last one is the upward normal.
-    reach : float
-        Distance from the middle to the edge along the mean plane (99.9 % quantile), m.
+    radius : float
+        Distance from the centre to the edge along the mean plane (99.9 % quantile), m.
     """
     centre = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - centre, full_matrices=False)

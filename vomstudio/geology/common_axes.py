@@ -124,9 +124,8 @@ def _mean_variances(
 ) -> tuple[FloatArray, int]:
     """Return the variances of the means along beta, and their degrees of freedom.
 
-    The variances are in radians squared.
-
-    For a single plane, the scatter of the other sets is used, or `NATURAL_SCATTER_DEG`.
+    The variances are in radians squared. For a set with a single plane, the scatter of the other
+    sets is used, or `NATURAL_SCATTER_DEG`.
     """
     squares = [
         float(np.sum((flip_to_hemisphere(poles, mean) @ beta - mean @ beta) ** 2))
@@ -146,9 +145,9 @@ def _mean_variances(
 def _axis_region(
     means: FloatArray, axes: FloatArray, variances: FloatArray, min_count: int
 ) -> tuple[tuple[float, float] | None, FloatArray]:
-    """Return the semi-axes of the joint 95 % region of beta, and the larger direction.
+    """Return the semi-axes of the joint 95 % region of beta, and the direction of the larger.
 
-    The semi-axes are in degrees; the direction is that of the larger one.
+    The semi-axes are in degrees.
     """
     if min_count < 2:
         return None, axes[1]

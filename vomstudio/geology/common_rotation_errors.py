@@ -33,8 +33,8 @@ class RotationErrors:
     Attributes
     ----------
     group : (n,) ndarray of int
-        Row of `rotations` for each vector; NO_ROTATION for a vector that does not rotate (a compass
-        reading) or whose registration has no known error.
+        Row of `rotations` for each vector; UNKNOWN_GROUP for a vector that does not rotate (a
+        compass reading) or whose registration has no known error.
     rotations : (k, 3, 3) ndarray
         Covariances of independent rotations about east, north and up, radians squared.
     """
@@ -51,7 +51,7 @@ class RotationErrors:
         return bool((self.group >= 0).any())
 
     def of(self, rows: npt.ArrayLike) -> RotationErrors:
-        """Return the rotations of selected vectors, given by indices or a mask (n,)."""
+        """Return the errors of selected vectors, given by indices or a mask (n,)."""
         return RotationErrors(self.group[np.asarray(rows)], self.rotations)
 
 

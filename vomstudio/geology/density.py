@@ -35,7 +35,7 @@ BLOCK_SIZE = TILE_SIZE**2
 MAX_PAIRS = 100_000
 """Maximum number of cosines in one step, so that they stay in the cache."""
 MIN_PEAK_SHARE = 0.8
-"""A local maximum of a grid can be the maximum if it has at least this share of the highest."""
+"""Minimum density of a local maximum from which an ascent starts, relative to the highest."""
 MAX_PEAKS = 8
 NEGLIGIBLE_EXPONENT = 30.0
 """Poles with an exponent below minus this value contribute less than 1e-13 and are skipped."""
@@ -213,7 +213,7 @@ def density_grid(
     Returns
     -------
     steps : (size,) ndarray
-        Longitudes of the columns and latitudes of the rows, see `hemisphere_grid`.
+        Longitudes of the columns and latitudes of the rows. See `hemisphere_grid`.
     density : (size, size) ndarray
     """
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
@@ -400,7 +400,7 @@ def _newton_step(
     slope : (n,) ndarray
         Weights of the data.
     gradient : (3,) ndarray
-        Sum of the data, weighted and pointing to the hemisphere of `position`.
+        Weighted sum of the data, flipped into the hemisphere of `position`.
     steepness : float
 
     Returns

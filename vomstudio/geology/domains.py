@@ -54,7 +54,7 @@ class OneAxisTest:
         an axis.
     beds_off_deg : float or None
         Largest angle between the common axis and the mean bed of a domain of uniform dip, degrees;
-        None without such a domain.
+        None if there is no such domain.
     """
 
     serves_all: bool
@@ -177,7 +177,7 @@ class ProjectionAxis:
         95 % error, degrees; None if unknown.
     description : str
         Name of the line, or the reason why the domain has none.
-    valid : str
+    valid : str or None
         "yes" or "conditional", as in `FoldAxis`.
     """
 

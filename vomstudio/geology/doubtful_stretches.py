@@ -19,7 +19,7 @@ VertexRange = tuple[int, int]
 MIN_POINTS = 8
 """Minimum number of remaining points for a plane with an error estimate."""
 MARGIN_VERTICES = 2
-"""Number of transitional vertices at each end of a stretch, which belong to neither side."""
+"""Number of transitional vertices at each end of a stretch that belong to neither surface."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class DoubtfulStretch:
 
 @dataclass(frozen=True, eq=False)
 class RemainingTrace:
-    """Plane of the points outside the doubtful stretches; None as `fit` if it has no error."""
+    """Plane of the points outside the doubtful stretches; `fit` is None if it has no error."""
 
     fit: FittedPlane | None
     stretches: tuple[DoubtfulStretch, ...]
@@ -49,7 +49,7 @@ class RemainingTrace:
     def error95_deg(
         self, fit: FittedPlane, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
-        """Return the 95 % half-angle of the plane of all points if the rest is correct."""
+        """Return the 95 % error of the plane of all points if the remaining points are correct."""
         if self.fit is None:
             return 90.0
         cosine = min(abs(float(fit.normal @ self.fit.normal)), 1.0)
@@ -131,7 +131,7 @@ def offset(points: FloatArray, stretch: VertexRange, fit: FittedPlane | None) ->
     Returns
     -------
     float
-        Signed distance in metres; 0 without a plane.
+        Signed distance in metres; 0 if there is no plane.
     """
     if fit is None:
         return 0.0

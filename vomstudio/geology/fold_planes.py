@@ -1,4 +1,4 @@
-"""Common selection of the planes of a fold axis for tables, nets, statistics and views.
+"""Selection of the planes for a fold axis, shared by tables, nets, statistics and views.
 
 Planes have equal weights regardless of their errors, because the scatter of real folds exceeds the
 errors. Every axis is therefore reported with the number of planes whose verdict is not good.

@@ -14,10 +14,9 @@ whose few poles have a small scatter by chance, and their regions contain the ax
 of cases. The semi-axes are therefore widened by a factor of 1 + 1 / (n - 2), and with fewer than
 `MIN_PLANES_FOR_VALID_AXIS` planes no axis is valid without conditions. The script
 `tests/benchmarks/bench_folds.py` prints the coverage of the regions for all axes and for the valid
-ones. A region over 30 degrees has
-a coverage of 85 %, and from `MAX_USABLE_AXIS_ERROR_DEG` on a weak axis is reported. The error of
-the registration is common to the planes of a model and does not decrease with their number (see
-common_rotation_errors).
+ones. A region over 30 degrees has a coverage of 85 %; an axis whose error exceeds
+`MAX_USABLE_AXIS_ERROR_DEG` is reported as weak. The error of the registration is common to the
+planes of a model and does not decrease with their number (see common_rotation_errors).
 """
 
 from __future__ import annotations
@@ -78,10 +77,10 @@ from vomstudio.geology.populations.distributions import LineAttitude, assess_uni
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
 MIN_TURN_DEG = 1.0
-"""A smaller rotation of beta does not affect any verdict, even if the planes are exact."""
+"""Minimum rotation of beta that affects a verdict, even if the planes are exact."""
 
 MIN_SECOND_EIGENVALUE = 1e-10
-"""If S2 is smaller, the planes are parallel (to 1e-5 rad), and any line in them is an axis."""
+"""Minimum S2; below it, the planes are parallel (to 1e-5 rad), and any line in them is an axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +102,7 @@ class FoldAxis:
     arc_deg : float
         Shortest arc of the pi-plane that contains all (axial) poles, 0 to 180 degrees.
     max_confidence95_deg, min_confidence95_deg : float or None
-        Semi-axes of the joint 95 % region of beta, degrees; None without redundancy.
+        Semi-axes of the joint 95 % region of beta, degrees; None if there is no redundancy.
     confidence_direction_deg : float or None
         Direction in which beta is least certain, as a rake in the pi-plane, 0 to 180 degrees from
         its right-hand-rule strike.
@@ -144,7 +143,7 @@ class FoldAxis:
 
     @property
     def error95_deg(self) -> float | None:
-        """Larger half-angle of the total 95 % error of beta, degrees."""
+        """Larger half-angle of the total 95 % region of beta, degrees."""
         return self.max_confidence95_deg if self.total is None else self.total.largest_deg
 
     @property
@@ -402,7 +401,7 @@ def _verdict_without_plane(
 ) -> FoldVerdict:
     """Return the verdict without one plane, scaled to the original number of planes.
 
-    A larger error or a shorter arc that is only due to the smaller number of planes is ignored.
+    A larger error or a shorter arc that is due only to the smaller number of planes is ignored.
     """
     n, other_poles = len(poles), np.delete(poles, row, axis=0)
     values, axes = orientation_tensor(other_poles)

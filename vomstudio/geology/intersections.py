@@ -113,7 +113,7 @@ def uncertain_plane(
 def deviation95(
     plane: UncertainPlane, vector: npt.ArrayLike, *, is_joint: bool = True
 ) -> float | None:
-    """Return the 95 % deviation of a vector in a plane from the plane, in its own unit.
+    """Return the 95 % deviation of a vector in a plane from the plane, in the vector's unit.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.orientation import sin_cos_deg
 
 MAX_FLAT_DEG, MIN_STEEP_DEG = 0.5, 89.5
-"""Planes whose rounded dip is 0 or 90 are drawn as horizontal or vertical."""
+"""Limits of dips that round to 0 or 90; such planes are drawn as horizontal or vertical."""
 
 
 TICK_RATIO = 0.4

@@ -15,7 +15,7 @@ from vomstudio.core.results import Result
 
 @dataclass(frozen=True, eq=False)
 class OrientedPlane:
-    """Plane measured on a model, with None for unknown attributes.
+    """Plane measured on a model; unknown attributes are None.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class OrientedPlane:
 
 @dataclass(frozen=True)
 class MatchedPlane:
-    """Pair of planes of the same structure, with None for unknown attributes.
+    """Pair of planes of the same structure; unknown attributes are None.
 
     Attributes
     ----------
@@ -79,9 +79,9 @@ class Agreement(Result):
     unmatched : (int, int)
         Number of planes without a match in the first and in the second set.
     median_angle_deg, rms_angle_deg : float or None
-        Angles between matched planes, degrees; None without matches.
+        Angles between matched planes, degrees; None if there are no matches.
     agree_share : float or None
-        Share of agreeing pairs among those with known errors; None without such pairs.
+        Share of agreeing pairs among those with known errors; None if there are no such pairs.
     """
 
     n: int

@@ -104,7 +104,7 @@ strike); E denotes a half circle, which must not be mistaken for the strike.
 
 @dataclass(frozen=True)
 class _Token:
-    """Token: number, bearing (N42E, with its azimuth as value), wind, label, rule or arrow."""
+    """Number, bearing (N42E, with its azimuth as value), compass point, label, rule or arrow."""
 
     kind: str
     text: str
@@ -112,7 +112,7 @@ class _Token:
     comma_numbers: tuple[float, float] | None = None
     """The two numbers if the comma in a number may also be a separator."""
     is_signed: bool = False
-    """Whether the number follows a minus that may be a sign."""
+    """Whether the number follows a hyphen that may be a minus sign."""
 
 
 # Reading -------------------------------------------------------------------------------------
@@ -401,7 +401,7 @@ def _token_kinds(tokens: list[_Token]) -> list[str]:
 
 
 def _tokenize(text: str, *, is_azimuth: bool = False) -> list[_Token]:
-    """Split a text into numbers, bearings, winds, labels, rules and arrows.
+    """Split a text into numbers, bearings, compass points, labels, rules and arrows.
 
     Separators are omitted.
     """
@@ -526,9 +526,9 @@ def _join_bearings(text: str, raw_tokens: list[_Token], *, is_azimuth: bool) -> 
 
 
 def _is_bearing(raw_tokens: list[_Token], first: int) -> bool:
-    """Return whether a wind, a number and a wind form a bearing, such as N42E or E48N.
+    """Return whether a number between two compass points forms a bearing, such as N42E.
 
-    On its own, E 30 N is a plane that strikes East; next to another angle it is a bearing.
+    On its own, E 30 N is a plane that strikes East; next to another angle, it is a bearing.
     """
     start, end = raw_tokens[first].text, raw_tokens[first + 2].text
     if start in ("N", "S"):
@@ -593,7 +593,7 @@ def _dip_or_plunge(text: str, token: _Token, name: str) -> float:
 
 def _build_plane(text: str, azimuth: _Token, dip: _Token, convention: str) -> Plane:
     azimuth_deg = _azimuth(text, azimuth)
-    # In planes, a minus before the dip can only be a separator: 132 -41.
+    # In planes, a hyphen before the dip can only be a separator: 132 -41.
     unsigned_token = _Token("number", dip.text, dip.value) if dip.value >= 0 else dip
     dip_deg = _dip_or_plunge(text, unsigned_token, "dip")
     if convention == "dipdir/dip":

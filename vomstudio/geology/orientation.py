@@ -25,10 +25,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.vectors import wrap360
 
 ANGLE_TOLERANCE_DEG = 1e-7
-"""A plane with a smaller dip has no dip direction, and a line within this angle of vertical has no
-trend. Planes and lines within this angle of vertical or horizontal are treated as exactly vertical
-or horizontal where one of two equivalent directions must be selected. The value is far below any
-measurement error and far above rounding errors.
+"""Dip below which a plane has no dip direction, and angle from vertical below which a line has no
+trend. Planes and lines within this angle of vertical or horizontal are treated as exactly
+vertical or horizontal if one of two equivalent directions must be selected. The value is
+far below any measurement error and far above rounding errors.
 """
 
 
@@ -65,7 +65,7 @@ def sin_cos_deg(angle_deg: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def _scalar_sin_cos_deg(angle_deg: float) -> tuple[FloatArray, FloatArray]:
-    """Return `sin_cos_deg` of a finite angle, five times faster than for an array."""
+    """Return the sine and cosine of a finite angle, five times faster than for an array."""
     quadrant = round(angle_deg / 90.0)
     remainder_rad = np.radians(angle_deg - 90.0 * quadrant)
     s, c = np.sin(remainder_rad), np.cos(remainder_rad)
@@ -379,7 +379,7 @@ class Plane:
         return Line(self.pole_trend_deg, self.pole_plunge_deg)
 
     def strike_vector(self) -> FloatArray:
-        """Return the horizontal unit vector (3,) along the strike, the origin of rakes.
+        """Return the horizontal unit vector (3,) along the strike, from which rakes are counted.
 
         The strike follows the right-hand rule, but is in [0, 180) for a vertical plane.
         """
@@ -487,7 +487,6 @@ def compute_rake(line: Line, plane: Plane) -> float:
     """Return the rake of an axial lineation, counted from the right-hand-rule strike.
 
     The rake is in [0, 180) degrees.
-
     A rake of 90 degrees is down dip. On a vertical plane, the rake is counted from the strike in
     [0, 180). A line off the plane is projected onto it along the normal (see `angle_line_plane` for
     the angle between them). On a horizontal plane, the rake is counted from the strike that belongs
@@ -529,7 +528,7 @@ def rake_vectors(
     Parameters
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
-        As of `Plane`.
+        As in `Plane`.
     rake_deg : (n,) array_like
         Rakes as returned by `compute_rake`.
 

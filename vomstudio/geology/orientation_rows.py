@@ -70,7 +70,7 @@ class OrientationRows(Protocol):
     def __len__(self) -> int: ...
 
     def column(self, key: str) -> list[str]:
-        """Return the cells (n,) of the named column as text. Raises UsageError."""
+        """Return the cells (n,) of a column as text, or raise UsageError if it does not exist."""
 
     def vectors(self) -> FloatArray:
         """Return unit vectors (n, 3) in the World frame.

@@ -27,7 +27,7 @@ from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import FittedPlane
 
 MAX_HALF_WIDTH_DEG = 10.0
-"""Maximum half-width of a band; the points of a wider one form a blob (own choice)."""
+"""Maximum half-width of a band; above it, the points do not form a line (own choice)."""
 MIN_ASPECT_RATIO = 3.0
 """Minimum ratio of the rotation error about the trace to that along it (own choice)."""
 SIGNIFICANCE = 0.05

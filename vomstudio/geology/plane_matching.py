@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.geology.model_agreement import OrientedPlane
 
 MIN_TOLERANCE_DEG = 10.0
-"""Own choice: the waviness of a surface causes such differences between two good measurements."""
+"""Minimum tolerance (own choice): waviness causes such differences between good measurements."""
 
 
 @dataclass(frozen=True)

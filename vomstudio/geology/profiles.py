@@ -14,33 +14,34 @@ from vomstudio.core.words import tr
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Thresholds of a verdict. The textbook (section 4.1) only gives the two limits of 4.1.3.
+    """Thresholds of a verdict. The textbook (section 4.1) gives only the two limits of 4.1.3.
 
     Attributes
     ----------
     good_confidence95_deg, poor_confidence95_deg : float
-        Own choice: two geologists who measure the same bed with a compass differ by about 5
-        degrees; beyond 15 degrees a plane is of little value for a structural analysis.
+        Maximum error of a good plane, and error above which a plane is poor (own choice): two
+        geologists who measure the same bed with a compass differ by about 5 degrees; beyond 15
+        degrees, a plane is of little value for a structural analysis.
     good_M, good_K : float
         Lower limit of M = ln(l1 / l3) and upper limit of K = ln(l1 / l2) / ln(l2 / l3), as quoted
         in later work and in published plane-fitting programs after O. Fernandez (2005), Obtaining a
         best fitting plane through 3D georeferenced data, J. Struct. Geol. 27, 855-858 (the paper
         itself was not available).
     extent_over_resolution : float
-        Two orders of magnitude between the extent of a feature and the point spacing of the model
-        (textbook 4.1.3).
+        Minimum ratio of the extent of a feature to the point spacing of the model, two orders of
+        magnitude (textbook 4.1.3).
     least_extent_over_resolution : float
         Lower limit of the same ratio; below it, errors are not reliable.
     surface_effect_deg : float
-        Own choice: a trace whose plane is within this angle of the outcrop face may follow the
-        face.
+        Angle between plane and outcrop face within which a trace may follow the face (own
+        choice).
     profile : str
         Name of this profile, printed with every verdict.
     by : {"error", "shape"}
         Criterion of the verdict: the total error, or the coplanarity, collinearity (eqs. 20 and 21)
         and relative extent of the textbook as hard limits.
     least_coplanarity, most_collinearity : float
-        Own choice: the values of a plane with M = 4 and K = 0.8.
+        Limits of coplanarity and collinearity (own choice): the values for M = 4 and K = 0.8.
     """
 
     good_confidence95_deg: float = 5.0
@@ -56,7 +57,7 @@ class Thresholds:
     most_collinearity: float = 6.0
 
     def __post_init__(self) -> None:
-        """Validate the thresholds. Raises TypeError."""
+        """Validate the thresholds, or raise TypeError."""
         for field in fields(self):
             value = getattr(self, field.name)
             if field.type == "float" and (

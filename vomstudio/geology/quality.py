@@ -299,13 +299,13 @@ class _ErrorParts:
     Attributes
     ----------
     fit_deg : float or None
-        Half-angle of the fit; None without redundancy.
+        Half-angle of the fit; None if there is no redundancy.
     model_deg : float or None
-        The same, but at least the tilt due to resolution and doubtful stretches.
+        Half-angle of the fit, but at least the tilt due to resolution and doubtful stretches.
     total_deg : float or None
-        The same, combined with the error of the registration.
+        The error `model_deg` combined with that of the registration.
     is_undetermined : bool
-        True if the trace is not wider than the wander of its points, see `is_within_wander`.
+        True if the trace is not wider than the wander of its points. See `is_within_wander`.
     """
 
     fit_deg: float | None
@@ -360,19 +360,19 @@ def judge(
     resolution_m : float or None
         Effective resolution of the model around the picked points, m; None if unknown.
     outcrop_normal : (3,) array_like or None
-        Normal of the outcrop's face on a scale larger than the trace, in either direction.
+        Normal of the outcrop face on a scale larger than the trace, in either direction.
     kind : {"trace", "patch"}
         Only traces are compared with the outcrop face, because a patch is part of it.
     thresholds : Thresholds
     registration_deg : float, optional
-        95 % half-angle of the model's registration, degrees.
+        95 % half-angle of the registration of the model, degrees.
     surface_findings : sequence of Finding
         Findings about the surface or the path of a trace (geometry/heights/levels.py,
         geology/doubtful_stretches.py).
     stretch_error_deg : float, optional
         95 % half-angle that includes doubtful stretches, degrees.
     bend_deg : float, optional
-        Bend of the whole face in degrees, see `geometry.heights.bends`.
+        Bend of the whole face, degrees. See `geometry.heights.bends`.
 
     Returns
     -------
@@ -398,10 +398,10 @@ def judge(
 
 
 def is_local(fit: FittedPlane, bend_deg: float | None, total_deg: float | None) -> bool:
-    """Return whether a plane only represents the attitude at this location.
+    """Return whether a plane represents only the attitude at its location.
 
-    This is so if its roughness is as long as the trace, or if its face bends by more than the error
-    of the plane.
+    This is the case if its roughness is as long as the trace, or if its face bends by more than the
+    error of the plane.
 
     Parameters
     ----------
@@ -618,11 +618,11 @@ def _shape_findings(fit: FittedPlane, thresholds: Thresholds) -> list[Finding]:
 
 
 MAX_OFF_PLANE_DEG = 10.0
-"""Own choice: a lineation farther from its plane was picked somewhere else."""
+"""Maximum angle between a lineation and its plane (own choice); others were picked elsewhere."""
 
 
 MAX_SET_SCATTER_DEG = 12.0
-"""Own choice: planes with a larger scatter do not form one set. Natural joint sets and limbs have a
+"""Maximum scatter of the planes of one set (own choice). Natural joint sets and limbs have a
 scatter of 5 to 10 degrees; the folded beds of Big Elk have 49.
 """
 
@@ -638,7 +638,7 @@ def judge_line(
     registration_deg: float | None = None,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> Verdict:
-    """Judge a lineation or, without `fit`, a line derived from planes.
+    """Judge a lineation, or a line derived from planes if `fit` is None.
 
     Parameters
     ----------

@@ -19,9 +19,9 @@ HISTOGRAM_ANGLES = ("dip", "plunge")
 LINE_ANGLES = ("trend", "plunge")
 """Angles of lines; all other angles are those of planes."""
 MIN_RAYLEIGH_DIRECTIONS = 5
-"""Rayleigh's test has almost no power for fewer rows."""
+"""Minimum number of rows for Rayleigh's test, which has almost no power for fewer."""
 MIN_INCLINATION_DEG = 1e-6
-"""Planes with a smaller dip, and lines closer to vertical, have no azimuth."""
+"""Minimum dip of planes, and minimum angle of lines from vertical, for an azimuth."""
 
 
 @dataclass(frozen=True, eq=False)

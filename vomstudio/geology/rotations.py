@@ -15,7 +15,7 @@ from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
 def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
-    """Rotate vectors about an axis, clockwise when looking along its downward end.
+    """Rotate vectors about an axis, clockwise when looking down its plunge.
 
     Rodrigues' rotation formula is used.
 
@@ -37,7 +37,7 @@ def rotate_vectors(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Floa
 
 
 def untilt(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
-    """Rotate vectors by the rotation that makes a plane horizontal about its strike.
+    """Rotate vectors about the strike of a plane so that the plane becomes horizontal.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ def correlate(values: FloatArray, rho: float) -> FloatArray:
 
 
 def independent_share(rho: float) -> float:
-    """Return the number of independent errors that equals one correlated error.
+    """Return the number of independent errors to which one correlated error is equivalent.
 
     See Bartlett 1935, J. R. Stat. Soc. 98, 536.
 

@@ -15,7 +15,7 @@ SENSES: tuple[tuple[SlipSense, str], ...] = (
     ("sinistral", _("sinistral (left-lateral)")),
     ("dextral", _("dextral (right-lateral)")),
 )
-"""Codes and labels. Oblique slip has the sense of one component; the rake gives the other."""
+"""Codes and labels. Oblique slip has the sense of one component; the rake determines the other."""
 
 SlipConfidence = Literal["", "certain", "probable", "supposed"]
 CONFIDENCES: tuple[tuple[SlipConfidence, str], ...] = (
@@ -41,7 +41,7 @@ def slip_rake(plane: Plane, rake_deg: float, sense: str) -> float | None:
     Returns
     -------
     float or None
-        In degrees, in (-180, 180]. None if `sense` is empty or does not determine the direction: a
+        Rake in (-180, 180] degrees. None if `sense` is empty or does not determine the direction: a
         normal or reverse movement along the strike or on a vertical plane, a strike slip along the
         dip, and any sense on a horizontal plane.
     """

@@ -1,6 +1,6 @@
 """Kinematic analysis of rock slopes: planes and lines along which a slope can fail.
 
-A kinematic analysis only tests whether a block can move: whether the surface or line of sliding
+A kinematic analysis tests only whether a block can move: whether the surface or line of sliding
 daylights in the face and is steeper than the friction angle. It does not consider cohesion, water
 or block size.
 
@@ -39,7 +39,7 @@ from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, sin_cos_de
 from vomstudio.geology.slope_options import SlopeOptions
 
 MAX_ROUNDING_SINE = 1e-10
-"""Sine by which a limit may be missed due to rounding."""
+"""Tolerance of the limits for rounding errors, as a sine."""
 MIN_ANGLE_RAD = math.radians(ANGLE_TOLERANCE_DEG)
 PAIRS_PER_BLOCK = 100_000
 """Number of pairs processed in one step, so that the arrays fit in the cache."""

@@ -20,14 +20,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 
 ZERO_EIGENVALUE = 1e-20
-"""If S3 is smaller, the set lies exactly in a plane (to within 1e-10 rad)."""
+"""Minimum S3; below it, the set lies exactly in a plane (to within 1e-10 rad)."""
 
 WEIGHT_FREEDOM_LOSS = 0.25
 MIN_EFFECTIVE_COUNT, MIN_EFFECTIVE_SHARE = 3.0, 2.0 / 3.0
-"""Weighted orientations with a smaller effective number, or a smaller ratio of this number to their
-count, do not determine the natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research
-Methodology 15, 99, on meta-analyses of a few studies of unequal precision): the confidence region
-would depend on one or two of them and be unreliable.
+"""Minimum effective number of weighted orientations, and minimum ratio of it to their count, for
+determining the natural scatter (Roever, Knapp & Friede 2015, BMC Medical Research Methodology
+15, 99, on meta-analyses of a few studies of unequal precision). Below them, the confidence region
+would depend on one or two orientations and be unreliable.
 """
 
 
@@ -118,7 +118,8 @@ def vollmer(eigenvalues: npt.ArrayLike) -> tuple[float, float, float]:
 
     Returns
     -------
-    P, G and R.
+    tuple of float
+        P, G and R.
     """
     s1, s2, s3 = (float(s) for s in np.asarray(eigenvalues, dtype=np.float64))
     return s1 - s2, 2.0 * (s2 - s3), 3.0 * s3

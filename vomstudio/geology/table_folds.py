@@ -281,7 +281,7 @@ class _Selection:
             raise self._error(Finding("orientation.no-planes"), "element")
 
     def select_kind(self, requested_kind: str | None) -> None:
-        """Select one kind, as cross joints among beds would rotate beta by up to 90 degrees."""
+        """Select one kind: cross joints among beds would rotate beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
             raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
@@ -324,7 +324,7 @@ class _Selection:
         )
 
     def _overturned(self) -> BoolArray | None:
-        """Return the overturned flags of the planes used, or None if the table has none."""
+        """Return the overturned flags of the planes used, or None if the table has no flags."""
         flags = self.table.overturned
         if flags is None:
             return None

@@ -53,7 +53,7 @@ class FailureMode:
     probability : float or None
         Expected share given the errors of the planes; None if no errors are known.
     secondary : int
-        Number in the secondary zone, see `Zones`.
+        Number in the secondary zone. See `Zones`.
     """
 
     critical: int

@@ -77,8 +77,8 @@ def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     """Return the planes of a table with their errors.
 
     The errors are read from the columns `max_confidence95_deg`, `min_confidence95_deg`,
-    `error_rake_deg` and `total95_deg`; without a rake, the larger one applies to all directions. If
-    these columns are missing, the errors are read from `dip_error_deg` and
+    `error_rake_deg` and `total95_deg`; if the rake is missing, the larger error applies to all
+    directions. If these columns are missing, the errors are read from `dip_error_deg` and
     `dip_direction_error_deg`.
 
     Parameters

@@ -58,7 +58,7 @@ class ClipBox(Result):
         return centre
 
     def move_face(self, axis: int, side: int, value: float) -> ClipBox:
-        """Move one face; it stays at a small distance from the opposite face."""
+        """Move one face, keeping a minimum distance from the opposite face."""
         low, high = list(self.low), list(self.high)
         min_thickness = max(1e-3, 1e-3 * (high[axis] - low[axis]))
         if side:
@@ -76,12 +76,12 @@ class ClipBox(Result):
         )
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether World points (n, 3) are inside."""
+        """Return which World points (n, 3) are inside the box."""
         points = np.asarray(points, float).reshape(-1, 3)
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))
 
     def intersects_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
-        """Return whether balls, with World centres (n, 3) and radii (n,), intersect the box."""
+        """Return which balls, with World centres (n, 3) and radii (n,), intersect the box."""
         offset = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
         return np.asarray(np.einsum("ij,ij->i", offset, offset) <= radii * radii)
 
@@ -119,7 +119,7 @@ def box_range(
     Returns
     -------
     enter, leave : (n,) ndarray
-        In lengths of `direction`.
+        In multiples of the length of `direction`.
     """
     entries, exits = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.

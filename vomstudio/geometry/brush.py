@@ -2,7 +2,7 @@
 
 The brush does not extend to a wall behind the surface. Faces of a mesh are connected if they share
 a vertex; coincident vertices count as one, because texture seams split vertices. Points of a cloud
-are connected if they are within LINK_SPACINGS mean spacings of each other.
+are connected if they are within MAX_LINK_SPACINGS mean spacings of each other.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class SelectableSurface(Surface, Protocol):
     def clip_to_outline(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Return the triangles (k, 3, 3) inside a ring.
 
-        Returns None for points, and if the ring is invalid.
+        Returns None for points and for an invalid ring.
         """
 
     def local_normal(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
@@ -202,7 +202,7 @@ class MeshSurface(VertexSurface):
         return self.corners(_union_ids(near_faces, long_faces))
 
     def _long_faces(self) -> tuple[float, IntArray]:
-        """Return the maximum edge length of usual faces, and the sorted ids of longer faces."""
+        """Return the maximum edge length of typical faces, and the sorted ids of longer faces."""
         if self._lengths is None:
             longest_edges = np.empty(self.count)
             for start in range(0, self.count, BLOCK_SIZE):

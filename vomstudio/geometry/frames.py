@@ -135,11 +135,11 @@ WORLD_NORTHS = {
     "world": "y of World",
     "unknown": "not known: angles are of the model's own frame",
 }
-"""North of the World frame in the files beside rasters, in English."""
+"""North direction of the World frame for the sidecar files of rasters, in English."""
 
 
 def world_north(crs: str | None, *, is_known: bool) -> str:
-    """Return the north of a World frame as the files beside rasters state it.
+    """Return the north direction of a World frame for the sidecar files of rasters.
 
     Parameters
     ----------

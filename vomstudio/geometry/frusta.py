@@ -78,7 +78,7 @@ def edge_pixels(width: int, height: int, steps: int) -> FloatArray:
 def frustum(view: View, depth: float) -> Frustum:
     """Return the pyramid of a photo, with its base at `depth`, in the frame of the scene.
 
-    Edges outside the lens's range are those without distortion.
+    Edges outside the range of the lens model are computed without distortion.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def find_frustum_at_pixel(
     ----------
     apexes : (n, 2) ndarray
     corners : (n, 4, 2) ndarray
-        Pixels, NaN behind the viewer.
+        Pixels; NaN for points behind the viewer.
     x, y : float
         Pixel.
     max_distance_px : float

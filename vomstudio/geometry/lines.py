@@ -113,7 +113,7 @@ def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
     Parameters
     ----------
     lines : sequence of ndarray
-        Vertices (n, 3) of each.
+        Vertices (n, 3) of each polyline.
 
     Returns
     -------
@@ -193,9 +193,9 @@ def nearest_approach(line: npt.ArrayLike, other_line: npt.ArrayLike) -> NearestA
 def _nearest_segment_fractions(
     start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the fractions 0 to 1 along one segment and each of (k, 3) others.
+    """Return the nearest points of one segment and each of k others.
 
-    They are those of the nearest points.
+    They are given as fractions 0 to 1 along the segments. `starts` and `steps` are (k, 3).
     """
     start_offsets = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)

@@ -154,7 +154,7 @@ def draw_area(is_used: BoolArray, area: PixelArea, is_masking: bool) -> MaskChan
         Mask; changed in place.
     area : PixelArea
     is_masking : bool
-        Whether the pixels of the shape are excluded, not included.
+        Whether the pixels of the shape are excluded instead of included.
 
     Returns
     -------

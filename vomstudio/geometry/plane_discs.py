@@ -85,6 +85,6 @@ def _cross_product(a: list[float], b: list[float]) -> list[float]:
 
 @lru_cache(maxsize=8)
 def _circle(corners: int) -> tuple[FloatArray, FloatArray]:
-    """Return cosine and sine (corners, 1) of one turn."""
+    """Return the cosine and sine (corners, 1) of angles around a full circle."""
     angle = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)[:, None]
     return np.cos(angle), np.sin(angle)

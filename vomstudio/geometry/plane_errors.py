@@ -1,4 +1,4 @@
-"""Two error measures of the orientation of a fitted plane (see the conventions).
+"""Two error measures of the orientation of a fitted plane.
 
 All functions are batched over m planes and use the normalised eigenvalues l1 >= l2 >= l3 of the
 covariance of the points. Angles are the half-angles of an ellipse of normals around the fitted

@@ -9,12 +9,12 @@ MIN_POINTS = 3
 MAX_COORDINATE = 1e150
 # Distances below this many roundings of the largest coordinate are rounding, not shape.
 MIN_EXTENT_ROUNDINGS = 4.0
-# Maximum number of points of a trace in which repeated points, which matter there, are searched.
+# Maximum number of points of a trace that is searched for repeated points, which matter there.
 MAX_POINTS_COUNTING_REPEATS = 16
 
 
 def too_few_points_finding(n: int) -> Finding:
-    """Report that a plane has less than three points.
+    """Report that a plane has fewer than three points.
 
     Parameters
     ----------

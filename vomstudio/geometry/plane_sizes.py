@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from vomstudio.core.results import OPTIONAL_IN_JSON
 
 PIXELS_PER_RESOLUTION = 10.0
-"""Resolution of a cloud from photos, about ten of their pixels (textbook 3.2.1)."""
+"""Resolution of a cloud from photos, in photo pixels (textbook 3.2.1)."""
 NOISE_PIXELS = 0.5
 """One-sigma noise of a dense cloud across its surface. On synthetic faces, 95 % of the points are
 within one pixel.
@@ -25,14 +25,14 @@ within one pixel.
 TEXTBOOK_RESOLUTIONS = 100.0
 """Ratio between the size of a feature and the resolution (textbook 4.1.3), equal to 1000 pixels."""
 MIN_RESOLUTIONS = 10.0
-"""Minimum size of a plane with a reliable error, in resolutions."""
+"""Minimum size of a plane with a reliable error, in multiples of the resolution."""
 POINT_OVER_RESOLUTION = 0.08
-"""One-sigma error of each point of a trace that its residuals may not reveal, in resolutions. This
-is our own choice, from tests/benchmarks/bench_verdicts.py.
+"""One-sigma error of each point of a trace that its residuals may not reveal, in multiples of the
+resolution. This is our own choice, from tests/benchmarks/bench_verdicts.py.
 """
 TARGET_ERROR_DEG = 5.0
 """Maximum 95 % error of a plane with a good verdict."""
-# Extents of the curve, in resolutions.
+# Extents of the curve, in multiples of the resolution.
 CURVE_RESOLUTIONS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
@@ -57,11 +57,12 @@ def is_width_within_wander(
 ) -> bool:
     """Return whether the width of a trace may be due to wandering along a flat face.
 
-    Such a width does not determine the rotation of its plane about the line. Own choice: points
-    wander by one resolution, one sigma. On flat walls followed traces have 0.4 to 0.6, and 95 % of
-    them less than 1 (tests/benchmarks/bench_followed.py); manual picks are slightly better. Points
-    closer than half a resolution, such as pixels of a photo, wander less, in proportion to their
-    distance; but no model distinguishes a bend from a straight line within half a resolution.
+    Such a width does not determine the rotation of its plane about the line. Our own choice is that
+    points wander by one resolution (one sigma). On flat walls, followed traces wander by 0.4 to 0.6
+    resolutions, and 95 % of them by less than 1 (tests/benchmarks/bench_followed.py); manual picks
+    are slightly better. Points closer than half a resolution, such as pixels of a photo, wander
+    less, in proportion to their distance; but no model distinguishes a bend from a straight line
+    within half a resolution.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ class PlaneSizes:
     def size_for_error(self, error_deg: float = TARGET_ERROR_DEG) -> float | None:
         """Return the smallest diameter with this expected error.
 
-        None if the error of the registration exceeds it.
+        Returns None if the error of the registration exceeds it.
         """
         if error_deg <= self.registration_deg:
             return None
@@ -194,7 +195,7 @@ class PlaneSizes:
         return high
 
     def curve(self, *, is_metric: bool = True) -> tuple[PlaneError, ...]:
-        """Return the errors from 10 to 1000 resolutions; `is_metric` if sizes are in metres."""
+        """Return the errors of sizes from 10 to 1000 resolutions, metres if `is_metric`."""
         sizes = [factor * self.resolution for factor in CURVE_RESOLUTIONS]
         errors = [(size, self.error_deg(size)) for size in sizes]
         return tuple(

@@ -246,7 +246,7 @@ def fit_planes(
         it within their scatter are reported as errors.
     is_ordered : bool
         Whether the points follow a trace. If True, the correlation of neighbouring residuals is
-        estimated and widens the confidence region. If False, the points are independent.
+        estimated and widens the confidence region. If False, the points are treated as independent.
 
     Returns
     -------

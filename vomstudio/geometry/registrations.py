@@ -158,7 +158,7 @@ class Registration:
     def rotation_covariance(self) -> FloatArray | None:
         """Return the covariance (3, 3) of rotations about east, north and up, radians squared.
 
-        None if it is unknown.
+        Returns None if it is unknown.
         """
         import numpy as np
 

@@ -36,7 +36,7 @@ MIXED_WHITE_SHARES = (0.25, 0.5)  # shares of picking noise in the variance
 MIN_POINTS = 12  # fewer points do not determine a correlation
 MAX_PIECES = 256  # longer traces are divided into this many pieces, whose means are compared
 MAX_UNEVENNESS = (
-    0.25  # standard deviation of the spacing over its mean, from which it makes a difference
+    0.25  # standard deviation of the spacing over its mean, above which it makes a difference
 )
 MAX_SUBDIVISION = 16  # positions within a piece that suffice for the correlation of its mean
 # Higher frequencies distinguish white noise from roughness but do not distinguish the correlation
@@ -66,7 +66,7 @@ MIN_FLOAT = float(np.finfo(np.float64).tiny)
 
 
 def _list_models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
-    """Return the length, white share, smoothness and weight of all models but the white one."""
+    """Return the length, white share, smoothness and weight of each model but white noise."""
     rows: list[tuple[float, float, bool, float]] = []
     for is_smooth in (False, True):
         rows += [
@@ -309,7 +309,7 @@ def _compare_models(
     series : (3, k, n) ndarray
         Coordinates along e1 and e2, and residuals.
     degrees_of_freedom : (k,) ndarray
-    models : _Library
+    models : _ModelLibrary
 
     Returns
     -------

@@ -18,10 +18,10 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 NEIGHBOUR_COUNTS = (33, 129, 513, 2049)
-"""Numbers of neighbours for spacing and noise; more if noise makes a ball of them."""
+"""Numbers of neighbours for spacing and noise; more are used if noise turns them into a ball."""
 MIN_INNER_SHARE = 0.2
-"""Between a quarter and an eighth: noise of half the spacing gives 0.22, of twice the spacing
-0.13.
+"""Threshold between a quarter (sheet) and an eighth (ball): noise of half the spacing gives 0.22,
+noise of twice the spacing 0.13.
 """
 
 
@@ -102,14 +102,15 @@ def effective_resolution(
 def resolution_from_neighbours(neighbours: Callable[[int], FloatArray | None]) -> float | None:
     """Return the median resolution at positions from their nearest points.
 
-    The smallest neighbourhoods that are pieces of a sheet are used: a quarter of the points within
-    a radius are within half of it, also at ledges and corners, whose relief is not noise. Noise
-    turns smaller neighbourhoods into balls, with an eighth.
+    The smallest neighbourhoods that resemble a sheet are used: on a sheet, a quarter of the points
+    within a radius are within half of it, even at ledges and corners, whose relief is not noise.
+    Noise turns smaller neighbourhoods into balls, for which the share is an eighth.
 
     Parameters
     ----------
     neighbours : callable
-        Returns the k nearest points (q, k, 3) of the places; fewer if there are no more, or None.
+        Returns the k nearest points (q, k, 3) of the positions, fewer if the surface has fewer, or
+        None.
 
     Returns
     -------
@@ -145,13 +146,13 @@ def _resolution_from_areas_and_noises(areas: FloatArray, noises: FloatArray) -> 
 def neighbour_statistics(neighbour_points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the area per point and the noise about the local plane.
 
-    The area is that of the ellipse with the variances of the points, accurate to some percent at
-    borders too. Coincident points count once.
+    The area is that of the ellipse with the variances of the points, accurate to a few percent even
+    at borders. Coincident points count once.
 
     Parameters
     ----------
     neighbour_points : (q, k, 3) ndarray
-        Nearest points of q places, nearest first.
+        Nearest points of q positions, nearest first.
 
     Returns
     -------

@@ -91,7 +91,7 @@ def enlarged_semi_axes(
     """Enlarge the 95 % ellipse of a fitted normal to its total error.
 
     Resolution and registration contribute equally in all directions. A plane that may rotate freely
-    about its line (90) keeps its error across it.
+    about its line (semi-axis of 90 degrees) keeps its error across that line.
 
     Parameters
     ----------
@@ -125,9 +125,9 @@ def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArra
     Parameters
     ----------
     shape : (4, 4) ndarray
-        Covariance of rotations about east, north, up (rad) and relative scale.
+        Covariance of rotations about east, north and up (radians), and of the relative scale.
     step : (3,) ndarray
-        Difference of the places, World.
+        Difference of the positions in the World frame.
     direction : (3,) ndarray
         Fixed direction of the component.
 
@@ -151,7 +151,7 @@ def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
     shape : (4, 4) ndarray
         See `component_error_95`.
     step : (3,) ndarray
-        Difference of the places, World.
+        Difference of the positions in the World frame.
 
     Returns
     -------

@@ -42,8 +42,9 @@ def find_undivided(
 
     Returns
     -------
-    Distinct vertices (k, 3) and faces, or None if the mesh was not subdivided. Divided faces that
-    are coplanar with their neighbours contribute their vertices, but no faces.
+    vertices, faces : ndarray, or None
+        Distinct vertices (k, 3) and faces, or None if the mesh was not subdivided. Divided faces
+        that are coplanar with their neighbours contribute their vertices, but no faces.
     """
     if len(faces) < 8 or not len(vertices):
         return None
@@ -158,7 +159,7 @@ def _flat_patches(faces: IntArray, normals: FloatArray, max_bend: float) -> IntA
 def _corners(
     positions: FloatArray, faces: IntArray, patch: IntArray, max_bend: float
 ) -> tuple[IntArray, IntArray]:
-    """Return patch and vertex of each corner of the outlines, in order of patches."""
+    """Return the patch and vertex of each corner of the outlines, in order of patches."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     side_patch = np.repeat(patch, 3)
     size = int(faces.max()) + 1

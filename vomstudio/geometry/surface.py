@@ -189,7 +189,7 @@ class VertexSurface:
 def _fit_face_normal(line: FloatArray, near_points: FloatArray, radius: float) -> FloatArray | None:
     """Fit the unit normal (3,) of vertices (k, 3) within a radius of a line.
 
-    None if they are not a face.
+    Returns None if they do not form a face.
     """
     from scipy.spatial import cKDTree
 
@@ -210,7 +210,7 @@ def _fit_face_normal(line: FloatArray, near_points: FloatArray, radius: float) -
 def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
     """Return the normal (3,) of the plane of points (k, 3) no wider than their wander.
 
-    None for wider traces, see `plane_sizes.is_width_within_wander`.
+    Returns None for wider traces; see `plane_sizes.is_width_within_wander`.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not resolution > 0.0:

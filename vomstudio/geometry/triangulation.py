@@ -1,4 +1,4 @@
-"""Points from their pixels in photos."""
+"""Triangulation of points from their pixels in photos."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     Returns
     -------
     (3,) ndarray
-        NaN for fewer than two rays or parallel ones.
+        NaN for fewer than two rays or for parallel rays.
     """
     marks = np.asarray(pixels, np.float64).reshape(-1, 2)
     if len(views) < 2:

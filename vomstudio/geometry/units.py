@@ -21,7 +21,7 @@ METRES_PER_UNIT = {
 
 @dataclass(frozen=True)
 class Axes:
-    """Axes of coordinates, the only source of axes and units in files and labels.
+    """Axes of coordinates, the single source of axes and units in files and labels.
 
     Attributes
     ----------

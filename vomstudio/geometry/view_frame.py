@@ -2,7 +2,7 @@
 
 d is the view direction, right = d x U, down = d x right; U is World up, or North within 0.1 degree
 of vertical views. Image columns run along right, rows along down, and depth increases along d. All
-in float64, because a UTM northing has no spare digits.
+values are float64, because UTM northings exceed the precision of float32.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
 MIN_STEEP_DEG = 89.9
-"""From this plunge on, up or down, image up is North."""
+"""Minimum plunge of a view, up or down, for which the top of the image is North."""
 
 ROUNDING_DEG = 1e-9
 
@@ -35,7 +35,7 @@ class ViewFrame:
 
     @classmethod
     def from_direction(cls, direction: npt.ArrayLike) -> ViewFrame:
-        """Return the frame of a viewer who looks along `direction` (3,), not zero."""
+        """Return the frame of a viewer who looks along `direction` (3,), which is not zero."""
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:
@@ -69,8 +69,9 @@ class ViewFrame:
     ) -> FloatArray:
         """Return the matrix (4, 4) that transforms (column, row, depth, 1) to World.
 
-        gsd : metres per pixel. left, top : metres to the right of and below `reference` of the
-        outer corner of the top left pixel. Depth is 0 on the plane through `reference`.
+        `gsd` is in metres per pixel. `left` and `top` are the distances of the outer corner of the
+        top left pixel to the right of and below `reference`, in metres. Depth is 0 on the plane
+        through `reference`.
         """
         matrix = np.eye(4)
         matrix[:3, 0] = self.right * gsd

@@ -73,7 +73,7 @@ class Settings:
         Projection of the stereonet.
     contour : str
         Contouring method of the stereonet, one of `geology.density.DENSITY_METHODS`; empty for
-        none.
+        no contours.
     contour_sigma : float
         Sigma of the Kamb methods.
     contour_levels : list of float
@@ -237,7 +237,7 @@ def write_settings(
     path : Path, optional
         File; by default that of the user.
     base : Settings, optional
-        Settings that this window has read or written last. Values that another window has written
+        Settings that this window last read or wrote. Values that another window has written
         since then remain, unless this window has changed them too.
     """
     path = path or settings_path()

@@ -2,5 +2,5 @@
 
 from vomstudio.photogrammetry.base.library_order import load_shared_libraries
 
-# Before any module of this package can bring in pycolmap.
+# This call must precede the import of any module that uses pycolmap.
 load_shared_libraries()

@@ -89,7 +89,7 @@ def _plain_number(value: float) -> str:
 
 
 def extend_limits_for_legend(axes: Axes, legend: Legend) -> None:
-    """Extend the vertical limits until no curve or area lies below the legend.
+    """Extend the vertical limits until the legend covers no curve or area.
 
     The limit on the side of the legend is extended. Draw everything first.
 
@@ -141,7 +141,7 @@ def _curve_points(axes: Axes) -> FloatArray:
 
 
 _LABEL_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
-"""Positions (right, up) of a name relative to its symbol, the best first."""
+"""Positions (right, up) of a name relative to its symbol, in order of preference."""
 _HORIZONTAL_ALIGNMENTS: Mapping[int, Literal["left", "center", "right"]] = {
     1: "left",
     0: "center",
@@ -220,14 +220,14 @@ def label_symbols(
 
 
 def arrange_columns(widths: Sequence[float], width: float, gap: float) -> list[float]:
-    """Return the widths of columns that hold entries, filled row by row, in few rows.
+    """Return the column widths with which entries, filled row by row, need the fewest rows.
 
     Parameters
     ----------
     widths : sequence of float
         Widths of the entries.
     width : float
-        Width that is available.
+        Available width.
     gap : float
         Distance between columns.
 

@@ -52,7 +52,7 @@ def is_intact(path: Path) -> bool:
 
 
 class Assets:
-    """Assets of an open project, which can be cached in memory in case its folder disappears.
+    """Assets of an open project, which can be cached in memory in case the folder disappears.
 
     Masks represent hours of work. `folder` returns the project folder, and `is_current` returns
     whether it still contains the open project.

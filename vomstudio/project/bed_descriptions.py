@@ -20,7 +20,7 @@ POINT_PREFIX = "#"
 def describe_bed(
     records: Mapping[str, Record], line_id: str, boundary: str, lithology: str, notes: str
 ) -> Edit:
-    """Describe the bed that begins at a boundary, or clear its description with empty texts.
+    """Describe the bed that begins at a boundary; empty texts clear its description.
 
     Parameters
     ----------

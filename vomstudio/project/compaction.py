@@ -133,7 +133,7 @@ def write_compacted_journal(
     journal : SqliteJournal or None
         Previous journal with times and versions, or None if it cannot be read.
     settings : mapping or None
-        Current settings, used without a previous journal.
+        Current settings, used if `journal` is None.
 
     Returns
     -------

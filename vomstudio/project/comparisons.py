@@ -67,7 +67,7 @@ class StoredComparison:
     fields: Path
 
     def is_current(self, model: Model) -> bool:
-        """Return whether the content and placement of the model are still those compared."""
+        """Return whether the model has the content and placement that were compared."""
         is_same_file = model.content_hash == self.content_hash
         return is_same_file and np.allclose(model.to_world, self.to_world, rtol=0.0, atol=1e-9)
 

@@ -16,7 +16,7 @@ def get_compass(records: Mapping[str, Record], model_id: str) -> Compass | None:
 
 
 def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
-    """Set the north reference of the azimuths on a model and its error. Raises DocumentError."""
+    """Set the north reference of a model's azimuths, and its error. Raises DocumentError."""
     model = get(records, compass.model_id, Model)
     if model is None or compass.id != compass_id(model.id):
         raise DocumentError(Finding("record.missing", kind="model", id=compass.model_id))

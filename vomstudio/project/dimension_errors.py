@@ -124,7 +124,7 @@ def point_errors(figures: Mapping[str, float], resolution_m: float | None) -> di
 def thickness_error(
     step: FloatArray, normal: FloatArray, model: Model | None, plane_model: Model | None
 ) -> float | None:
-    """Return the 95 % error of a thickness due to registrations in metres, or None.
+    """Return the 95 % error of a thickness due to registrations, metres, or None if unknown.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ from vomstudio.project.records import (
 
 Records = Mapping[str, Record]
 _AUTOMATIC_NAME = re.compile(r"[^\W\d_]\d{2,}")
-"""Letter of the type and number, as `next_name` makes them."""
+"""Names created by `next_name`: the letter of the type and a number."""
 
 
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
@@ -173,7 +173,7 @@ def set_vertices(
 
 
 def _remaining_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
-    """Return the doubtful stretches of which both ends still exist."""
+    """Return the doubtful stretches whose ends both still exist."""
     if not trace.doubtful:
         return ()
     row = {vertex: i for i, vertex in enumerate(vertices)}
@@ -397,7 +397,7 @@ def rename_by_type(records: Records, ids: Iterable[str]) -> Edit:
     ----------
     records : Records
     ids : iterable of str
-        IDs of the features, others of which keep their names.
+        IDs of the features; those with other names are not renamed.
 
     Returns
     -------
@@ -443,7 +443,7 @@ def assign_sets(records: Records, names: Mapping[str, str]) -> Edit:
 
 
 def delete(records: Records, ids: Iterable[str]) -> Edit:
-    """Delete features. Features that depend on them are kept and report what is missing."""
+    """Delete features. Features that depend on them are kept and report the missing inputs."""
     features: list[Feature] = [_get_record(records, id_, Feature) for id_ in ids]
     if not features:
         raise DocumentError(Finding("selection.empty"))
@@ -520,7 +520,7 @@ def _check_type(records: Records, feature_type: FeatureType) -> None:
 
 
 def judge_by(records: Records, limits: Thresholds) -> Edit:
-    """Judge all features of the project with the given thresholds, which a profile names.
+    """Judge all features of the project with the thresholds of a profile.
 
     Raises DocumentError if the thresholds are not valid or nothing would change.
     """

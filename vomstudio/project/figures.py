@@ -91,7 +91,7 @@ class Figure:
         Function that returns the value for a subject, or None if it has none. The value may be
         infinite.
     short : str
-        Name with at most ten letters.
+        Name with at most ten characters.
     words : tuple of str
         Names in a filter, with the usual one first.
     attribute : str

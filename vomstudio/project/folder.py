@@ -78,7 +78,7 @@ class ProjectFolder:
             )
 
     def buffer_unwritten_steps(self, report: Callable[[Finding | None], object]) -> None:
-        """Keep steps that cannot be written in memory, in the same way as `SqliteJournal`.
+        """Keep unwritable steps in memory, in the same way as `SqliteJournal`.
 
         This is for programs that stay open and display this state. `report` is called immediately
         if nothing can be written.
@@ -96,7 +96,7 @@ class ProjectFolder:
         self._lock = lock
 
     def _write_dependencies(self) -> None:
-        """Write the dependencies of a row: the lock, unless acquired, and referenced files.
+        """Write the dependencies of a row: the lock, if not yet acquired, and referenced files.
 
         Raises VomError.
         """
@@ -257,8 +257,8 @@ class ProjectFolder:
         """Move the project to another folder, with its history, copies and reconstructions.
 
         A named project stays as it was last saved; an untitled one is deleted. If the old folder is
-        gone or has been replaced, the state in memory is written, and findings report what is
-        missing. No job may be running in the project folder. Raises TargetError.
+        gone or has been replaced, the state in memory is written, and findings report the missing
+        files. No job may be running in the project folder. Raises TargetError.
         """
         if folder.exists() and not folder.is_dir():
             raise TargetError(Finding("output.exists"), file=folder)

@@ -61,7 +61,7 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
 
 
 def marks_of(grid: FaceGrid) -> str:
-    """Return one letter per cell; cells without a valid mark count as not inspected."""
+    """Return one letter per cell; a cell without a valid mark counts as not inspected."""
     count = grid.columns * grid.rows
     known_text = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
     return known_text.ljust(count, "-")

@@ -111,7 +111,7 @@ class Sketch:
     anchor : (3,) float64
         Position of the label.
     sign : (3,) float64 or None
-        Position of the orientation symbol, or None without a symbol.
+        Position of the orientation symbol, or None if no symbol is drawn.
     faces : PaintedFeature or None
         Part of a model that is painted instead of the line while the model is open.
     label : str or None
@@ -282,7 +282,7 @@ class Kind:
 
     @property
     def type_geometry(self) -> Literal["plane", "line"] | None:
-        """Geometry of the feature types that suit the features, or None if both do."""
+        """Geometry of the feature types that suit the features, or None if both geometries do."""
         if len(self.orientations) > 1:
             return None
         return "line" if self.orientations == ("line",) else "plane"

@@ -43,7 +43,7 @@ def _find_error(name: str, figures: Mapping[str, float]) -> float | None:
 
 
 def _format_with_error(value: float, error: float | None, *, is_metric: bool) -> str:
-    """Format a length with its error, to the place of the last digit of the error."""
+    """Format a length with its error, rounded to the last digit of the error."""
     if not error:
         return length_text(value, is_metric=is_metric)
     digits = 3

@@ -55,7 +55,7 @@ class Measurement:
         Whether these two values were measured with the current rule. If False, the errors derived
         from the plane stay as the project has reported them until the user updates the measurement.
     fit, line_fit
-        Fit of a trace or patch, and fit of a lineation. Without a fit, `problem` contains the
+        Fit of a trace or patch, and fit of a lineation. If the fit failed, `problem` contains the
         reason.
     plane, line
         Orientation from any source.
@@ -88,8 +88,8 @@ class Measurement:
         95 % half-angle by which the registration of the model may tilt the plane or line; None if
         the model is not registered or its error is unknown.
     stretch_error_deg : float or None
-        95 % half-angle of the plane of a trace due to its doubtful stretches; None if there are
-        none.
+        95 % half-angle of the plane of a trace due to its doubtful stretches; None if it has no
+        such stretches.
     bend_deg : float or None
         Bend of a face from edge to edge, if the face bends as a whole.
     total : ConfidenceRegion or None
@@ -147,13 +147,13 @@ class Measurement:
 
     @property
     def attitude_scale(self) -> Literal["local", "regional"] | None:
-        """Whether a fitted plane is the attitude of this location only; None if not fitted."""
+        """Whether a fitted plane is local or regional; None if no plane is fitted."""
         if self.fit is None or self.fit.error is not None:
             return None
         return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
 
     def attitude(self, notation: str = "dipdir/dip", *, omit_hand_rule: bool = False) -> str:
-        """Return the plane or line with its 95 % error as text, or "–" if there is neither."""
+        """Return the plane or line with its 95 % error as text, or "–" if it has neither."""
         attitude = self.plane if self.plane is not None else self.line
         if attitude is None:
             return "–"
@@ -254,7 +254,7 @@ def plane_with_error(measurement: Measurement) -> UncertainPlane | None:
 
 # --- from the file frame to World ------------------------------------------------------------
 def world_points(feature: PickedFeature, model: Model | None) -> FloatArray:
-    """Return the vertices (n, 3) in the World frame, or in the file frame without a model."""
+    """Return the vertices (n, 3) in the World frame, or in the file frame if `model` is None."""
     return world_lines([feature], [model])[0]
 
 
@@ -308,7 +308,7 @@ class ToWorld:
 
     @cached_property
     def turn(self) -> FloatArray:
-        """Rotation matrix (3, 3); a direction as a row vector times it is in the World frame."""
+        """Rotation matrix (3, 3), which transforms directions as row vectors to World."""
         rotation: FloatArray = (self.rows[:3, :3] / self.scale).T
         return rotation
 
@@ -386,8 +386,9 @@ UNIFORM_SIGMA = 1.0 / math.sqrt(12.0)
 def pick_scatter_m(measurements: Iterable[Measurement]) -> float:
     """Return the probable standard deviation of a point picked on these features, in metres.
 
-    This is the largest scatter about one of their planes, or the error due to the resolution of
-    their models, which is up to half of it to either side; 0 if nothing is known.
+    This is the larger of the largest scatter about one of their planes and the error due to the
+    resolution of their models, uniform within half the resolution to either side. It is 0 if both
+    are unknown.
     """
     scatters = [0.0]
     for item in measurements:

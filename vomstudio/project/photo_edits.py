@@ -42,7 +42,7 @@ _GENERIC_NAMES = {
     *("photos", "photo", "images", "image", "img", "imgs", "pictures", "pics", "jpg", "jpeg"),
     *("raw", "tif", "tiff", "dcim", "100media", "frames", "fotos", "bilder"),
 }
-"""Names of folders, in lower case, that do not tell one outcrop from another."""
+"""Names of folders, in lower case, that do not identify an outcrop."""
 
 Marks = Mapping[tuple[str, str], Pixel]
 """Pixel coordinates by (label, photo)."""
@@ -265,7 +265,7 @@ def _set(records: Records, photo_set_id: str) -> PhotoSet:
 
 
 def photo_set_name(folder: Path) -> str:
-    """Return the name of the photos in a folder: its own, unless it only says "photos".
+    """Return the name of a photo set from its folder, ignoring generic names ("photos").
 
     Parameters
     ----------

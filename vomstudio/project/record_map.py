@@ -179,7 +179,7 @@ class RecordMap(Mapping[str, Record]):
 
 
 def _count(counts: Counter[Any], old_key: Any, new_key: Any) -> None:
-    """Count a key that has replaced another one; None is not counted."""
+    """Count a key that has replaced another key; None is not counted."""
     if old_key is not None:
         counts[old_key] -= 1
         if not counts[old_key]:

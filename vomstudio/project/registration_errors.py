@@ -113,7 +113,7 @@ def normal_covariances(
 
 
 def _region_angles(measurement: Measurement) -> tuple[float, float, float, float, float] | None:
-    """Return dip direction, dip, rake of the error and half-angles; None if unknown or 90."""
+    """Return the dip direction, dip, error rake and half-angles; None if unknown or 90."""
     fit, plane = measurement.fit, measurement.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None

@@ -194,7 +194,7 @@ class Session:
         self.history_changed.emit(None)
 
     def discard_unsaved(self) -> None:
-        """Return to the last save with an edit that can itself be undone."""
+        """Restore the state of the last save with an edit that can itself be undone."""
         ids = {
             id_
             for id_ in {*self._records, *self._saved_records}
@@ -239,7 +239,7 @@ class Session:
         return list(self._done_steps)
 
     def undone_steps(self) -> list[tuple[int, Edit]]:
-        """Return the row number and edit of each step that can be redone, the next one last."""
+        """Return the row number and edit of each step that can be redone, the next step last."""
         return list(self._undone_steps)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Figures of slip: line in its plane, sense of movement, and the plane itself.
+"""Figures of slip: the line in its plane, the sense of movement, and the plane itself.
 
 The catalogue lists them in the order of `SLIP`.
 """

@@ -4,8 +4,8 @@ The seven parameters of `observations` are estimated by weighted least squares (
 several starts. Errors that are not stated are estimated for each group of rows together with the
 similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149). Errors
 estimated from few rows are widened by Student's t with Satterthwaite's degrees of freedom.
-If a group contradicts the others, and the joint estimate of its error exceeds the estimate from the
-group alone by more than chance, the latter is used. Parameters that no observation determines keep
+If a group contradicts the others, and the joint estimate of its error significantly exceeds the
+estimate from the group alone, the latter is used. Parameters that no observation determines keep
 their values from the model file; tilts are kept in preference to rotations about the vertical.
 The covariance follows from linear least squares and is valid for rotation errors up to about 20
 degrees.
@@ -127,7 +127,7 @@ class Adjustment:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation about east, north and up, rad²."""
+        """Return the covariance (3, 3) of the rotation about east, north and up, in rad²."""
         return self.covariance[:3, :3]
 
 
@@ -374,7 +374,7 @@ def _initial_errors(
 
 
 def _cost(problem: _Problem, fit: Similarity, *, is_robust: bool = False) -> float:
-    """Return the sum of squares by initial errors, or of Cauchy's function if robust."""
+    """Return the sum of squares weighted by initial errors, or of Cauchy's loss if robust."""
     rows, _, _ = problem.linearise(fit)
     squares = (
         rows.residuals / _initial_errors(rows, problem.size * fit.scale, problem.separate_variances)

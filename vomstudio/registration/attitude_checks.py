@@ -272,7 +272,7 @@ def _majority_direction(directions: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _angles_to_direction(directions: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the angles (n,) to a direction, degrees."""
+    """Return the angles (n,) to a direction, in degrees."""
     return np.asarray(np.degrees(np.arccos(np.clip(directions @ reference, -1.0, 1.0))), np.float64)
 
 
@@ -291,6 +291,6 @@ def _majority_rotation(rotations: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _rotation_angles(rotations: FloatArray, typical_rotation: FloatArray) -> FloatArray:
-    """Return the angles (n,) between rotations (n, 3, 3) and one rotation, degrees."""
+    """Return the angles (n,) between rotations (n, 3, 3) and one rotation, in degrees."""
     trace = np.einsum("nij,ij->n", rotations.reshape(-1, 3, 3), typical_rotation)
     return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

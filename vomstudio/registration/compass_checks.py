@@ -129,7 +129,7 @@ def _turn_azimuth(normal: FloatArray, azimuth_deg: float) -> FloatArray:
 
 
 def _angles_between(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the angles (n,) between axes (n, 3), degrees."""
+    """Return the angles (n,) between axes (n, 3), in degrees."""
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs((a * b).sum(axis=1)), 0.0, 1.0))))
 
 

@@ -123,7 +123,8 @@ def disagreement_findings(
 
     Parameters
     ----------
-    kinds, centre, size : sequence of ObservationKind
+    kinds : sequence of ObservationKind
+    centre, size
         See `adjust`.
 
     Returns
@@ -271,7 +272,7 @@ def _initial_turn_deg(
     size: float,
     name: str,
 ) -> float:
-    """Return an initial estimate of a north error, degrees, from the other observations.
+    """Return an initial estimate of a north error, in degrees, from the other observations.
 
     Small steps from a distant start would converge to a wrong solution.
     """

@@ -106,7 +106,7 @@ class Evidence:
     resolution: float | None = None
     """Effective resolution of the model in its unit, or None if unknown."""
     mark_scatter_px: float | None = None
-    """Error of a mark in one direction, or None without marks."""
+    """Error of a mark in one direction, or None if there are no marks."""
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
     """Measured camera positions, metres."""
@@ -267,7 +267,7 @@ def register(evidence: Evidence, extent: FloatArray | None = None) -> ModelPlace
 
 
 def _add_pixel_residuals(placement: ModelPlacement, evidence: Evidence) -> ModelPlacement:
-    """Add the RMS residual of each control point in the photos, pixels."""
+    """Add the RMS residual of each control point in the photos, in pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placement
     positions = transform.apply(transform.invert(placement.matrix), evidence.pairs.world)

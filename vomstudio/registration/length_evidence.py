@@ -163,8 +163,9 @@ def length_findings(
 
     Parameters
     ----------
-    bars, segments : sequence of ScaleBar
-        Scale bars, and lengths given by two points.
+    bars : sequence of ScaleBar
+    segments : sequence of Segment
+        Lengths given by two points.
     pairs : Pairs or None
         Control points.
     excluded_labels : collection of str, optional

@@ -38,7 +38,7 @@ _DEFAULT_LEVEL_ERROR_DEG = 0.5
 _DEFAULT_PLUMB_ERROR_DEG = 0.5
 """Default one-sigma error of a plumb line, a hanging rope or a built edge."""
 MIN_SEPARATION_DEG = 15.0
-"""Angle below which level lines count as one."""
+"""Angle below which level lines count as a single line."""
 UPRIGHT_SIGMA_DEG = 15.0
 """One-sigma error of the vertical derived from the upper edges of photos. Cameras are held level to
 within some degrees, but most of them look up at a cliff."""
@@ -78,7 +78,7 @@ def level_line_observations(lines: Sequence[KnownDirection]) -> LevelLines:
     Raises
     ------
     UsageError
-        If both ends of a line are at one place.
+        If both ends of a line coincide.
     """
     sigma = [
         _DEFAULT_LEVEL_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
@@ -109,7 +109,7 @@ def plumb_line_observations(lines: Sequence[KnownDirection]) -> PlumbLines:
     Raises
     ------
     UsageError
-        If both ends of a line are at one place.
+        If both ends of a line coincide.
     """
     sigma = [
         _DEFAULT_PLUMB_ERROR_DEG if line.sigma_deg is None else line.sigma_deg for line in lines
@@ -324,7 +324,7 @@ def _upright_line_findings(
 
 
 def _range_deg(angles_rad: FloatArray, period_deg: float) -> float:
-    """Return the smallest arc, degrees, that contains all angles of a period."""
+    """Return the smallest arc, in degrees, that contains all angles of a period."""
     sorted_angles = np.sort(np.degrees(angles_rad) % period_deg)
     gaps = np.diff(np.append(sorted_angles, sorted_angles[0] + period_deg))
     return float(period_deg - gaps.max())

@@ -70,7 +70,7 @@ def widen_by_likelihood(
 def _rotation_limit(
     kinds: Sequence[ObservationKind], result: Adjustment, centre: FloatArray, axis: FloatArray
 ) -> float:
-    """Return the 95 % limit of rotations about an axis (3,), rad, or pi if all are likely."""
+    """Return the 95 % limit of rotations about an axis (3,), in rad, or pi if all are likely."""
     step = np.zeros(7)
     step[:3] = _STEP_RAD * axis
     fit = result.fit

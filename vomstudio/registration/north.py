@@ -74,7 +74,7 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> NorthReference:
-        """Return the record of the correction; `sigma_deg` is the error common to all readings."""
+        """Return the record of the correction; `sigma_deg` is common to all readings."""
         day = "" if self.day is None else self.day.isoformat()
         return NorthReference(
             self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg
@@ -170,7 +170,7 @@ class NorthInputs:
         Raises
         ------
         UsageError
-            If the declination is unknown, or the convergence because of an unknown location.
+            If the declination, or the location required for the convergence, is unknown.
         InputError
         """
         correction = self.correction(north)
@@ -336,7 +336,7 @@ def centre_longitude_latitude(crs: str, world: FloatArray) -> tuple[float, float
     Returns
     -------
     tuple of float or None
-        Longitude and latitude, degrees, or None outside the CRS.
+        Longitude and latitude, degrees, or None if it is outside the CRS.
     """
     from vomstudio.io.gis.crs import to_degrees
 

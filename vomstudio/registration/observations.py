@@ -374,7 +374,7 @@ class LevelLines:
 
     @property
     def max_angle_rad(self) -> float:
-        """Largest angle between two of the lines, rad."""
+        """Largest angle between two of the lines, in rad."""
         return float(np.arccos(np.clip(np.abs(self.model @ self.model.T).min(), 0.0, 1.0)))
 
     @property
@@ -643,7 +643,7 @@ def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _angle(
     placed_directions: FloatArray, observed_directions: FloatArray, tangent: FloatArray
 ) -> FloatArray:
-    """Return the component (n,) along a tangent of the angle between directions, rad.
+    """Return the component (n,) along a tangent of the angle between directions, in rad.
 
     The component is scaled to the angle instead of its sine, so that distant directions also
     converge.

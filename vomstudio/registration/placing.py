@@ -454,7 +454,7 @@ def _best_additional_point(
 
 
 def _worst_error(rotation: FloatArray) -> float:
-    """Return the 95 % error about the weakest axis, degrees."""
+    """Return the 95 % error about the weakest axis, in degrees."""
     largest_variance = float(np.linalg.eigvalsh(rotation)[-1])
     return _Z95 * float(np.degrees(np.sqrt(max(largest_variance, 0.0))))
 

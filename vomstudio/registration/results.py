@@ -26,7 +26,7 @@ class PointResidual:
     error_m : float
         Length of the residual.
     pixels : float or None
-        RMS distance from the marks of the point in photos, or None without marks.
+        RMS distance from the marks of the point in photos, or None if there are none.
     """
 
     label: str
@@ -106,7 +106,7 @@ class ModelPlacement(PrintableResult):
     control, check : tuple of PointResidual
         Residuals of the points used in the fit, and of the check points.
     rms_control_m, rms_check_m : float or None
-        RMS length of the residuals, or None without such points.
+        RMS length of the residuals, or None if there are no such points.
     rotation_error_deg, rotation_error_95_deg, scale_error_95
         Errors of the rotation and relative error of the scale, computed from stated errors or
         otherwise from the residuals (Student's t).
@@ -123,12 +123,12 @@ class ModelPlacement(PrintableResult):
         Inputs of the adjustment, by kind.
     north_sigma_deg : float or None
         One-sigma error common to all azimuths and compass readings in the adjustment, or None
-        without such observations.
+        if there are none.
     click_sigma_m : float or None
         One-sigma error of each coordinate of a click on the model, metres, in addition to the
         stated accuracies of the points; None if no point was clicked.
     mark_scatter_px : float or None
-        One-sigma error of a mark in a photo in one direction, or None without marks.
+        One-sigma error of a mark in a photo in one direction, or None if there are no marks.
     """
 
     matrix: FloatArray

@@ -39,9 +39,10 @@ def weighted_system(
 
     Returns
     -------
-    moves : (m + k, 7 + k) array
-    misses : (m + k,) array
-        Each row is divided by its error.
+    design : (m + k, 7 + k) array
+        Derivatives; each row is divided by its error.
+    residuals : (m + k,) array
+        Residuals divided by their errors.
     units : (7 + k,) array
         Units of the columns.
     """
@@ -107,7 +108,7 @@ def invert_determined(information: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def max_variance_ratio(dof: float, separate_dof: float) -> float:
-    """Return the maximum chance ratio of a group's joint variance to its variance alone.
+    """Return the maximum ratio of a group's joint to its separate variance due to chance.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def estimate_errors(
         Variance and redundancy of each group, estimated from the group alone.
     separate_groups : set of str
         Groups that keep the error estimated from the group alone. Groups whose joint estimate
-        exceeds it by more than chance are added to the set.
+        exceeds it significantly are added to the set.
 
     Returns
     -------

@@ -62,17 +62,17 @@ class Scatter:
 
     @property
     def rotation(self) -> FloatArray:
-        """Return the covariance (3, 3) of the rotation, rad²."""
+        """Return the covariance (3, 3) of the rotation, in rad²."""
         return self.covariance[:3, :3]
 
     @property
     def horizontal_sigma(self) -> float:
-        """Standard deviation of a horizontal coordinate, m."""
+        """Standard deviation of a horizontal coordinate, in metres."""
         return float(np.sqrt((self.sigma[:2] ** 2).mean()))
 
     @property
     def worst_rotation_deg(self) -> float:
-        """Standard deviation of the rotation about its least certain axis, degrees."""
+        """Standard deviation of the rotation about its least certain axis, in degrees."""
         return float(np.degrees(np.sqrt(np.linalg.eigvalsh(self.rotation)[-1])))
 
 

@@ -269,7 +269,7 @@ def is_nearly_collinear(points: FloatArray) -> bool:
 
 
 def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:
-    """Return the covariance (3, 3) of the rotation of a fitted similarity, rad².
+    """Return the covariance (3, 3) of the rotation of a fitted similarity, in rad².
 
     The linear approximation is valid for errors up to about 20 degrees. The covariance is infinite
     about the line of collinear positions.

@@ -1,4 +1,4 @@
-"""Error of a model's rotation (95 %), and its effect on planes measured on the model."""
+"""95 % error of a model's rotation, and its effect on planes measured on the model."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 
 MAX_TURN95_DEG = 15.0
-"""Above this 95 % error a plane is poor; so are those that a model may turn by more."""
+"""95 % error of a plane, or of the rotation of its model, above which the plane is poor."""
 _Z95 = 1.959963984540054
 
 
@@ -18,12 +18,12 @@ def worst_turn95_deg(rotation: FloatArray | None) -> float | None:
     Parameters
     ----------
     rotation : (3, 3) ndarray or None
-        Covariance of turns, radians squared.
+        Covariance of the rotation, rad².
 
     Returns
     -------
     float or None
-        Degrees; None if it is not known.
+        Error in degrees, or None if unknown.
     """
     if rotation is None:
         return None
@@ -31,7 +31,7 @@ def worst_turn95_deg(rotation: FloatArray | None) -> float | None:
 
 
 def turn_findings(rotation: FloatArray | None) -> tuple[Finding, ...]:
-    """Return the finding on a registration that makes planes on the model poor.
+    """Report a rotation error so large that planes on the model are poor.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ _UNKNOWN_ROTATION_DEG = 90.0
 _MIN_BOWING_DEG = 0.1
 # Minimum possible bowing, from edge to edge, that is reported.
 _MIN_POSSIBLE_BOWING_DEG = 1.0
-# Residual as a share of the extent that wrong values cause, not measuring.
+# Residual, as a share of the extent, that is due to wrong values and not to measurement errors.
 _MAX_RESIDUAL_SHARE = 0.1
 # Upward component of the normal below which a mean plane is a wall.
 _MIN_UPWARD_COMPONENT = np.sqrt(0.5)
@@ -83,10 +83,10 @@ def fit_findings(result: Adjustment, kinds: Sequence[ObservationKind]) -> list[F
 
 
 def _error_ratio(result: Adjustment, kinds: Sequence[ObservationKind]) -> float | None:
-    """Return the ratio of stated errors to residuals if these are too small for chance.
+    """Return the ratio of stated errors to residuals if the residuals are too small.
 
-    None if they agree. The errors of clicks are not counted, since a click may be better than the
-    resolution of the model.
+    Returns None if they agree. The errors of clicks are not counted, since a click may be more
+    accurate than the resolution of the model.
     """
     from scipy.stats import chi2
 
@@ -215,7 +215,7 @@ def reference_fit_finding(
     Parameters
     ----------
     places : int
-        Number of compared places.
+        Number of compared positions.
     overlap : float
         See `ModelFit`.
     rms_m : float
@@ -258,7 +258,7 @@ def error_findings(
     points : Points or None
         Points of the fit.
     is_named : bool
-        Whether an error was reported that must be corrected before more is measured.
+        Whether a reported error must be corrected before further measurements.
     fraction : float
         RMS residual of the points as a share of their extent.
     """
@@ -379,7 +379,7 @@ def _other_azimuth_findings(
 ) -> list[Finding]:
     """Return findings about outliers whose azimuth was misread.
 
-    Only for few readings; `azimuth_findings` checks more planes.
+    This is used if there are few readings; `azimuth_findings` checks larger sets of planes.
     """
     findings = []
     largest_error = float(
@@ -454,7 +454,7 @@ def describe_edges(bowing: Bowing) -> str:
 
 
 def lens_findings(bend: LensDeformation | None, bowing: Bowing | None) -> list[Finding]:
-    """Return findings about the deformation of a model by lens errors.
+    """Return findings about the deformation of a model due to lens errors.
 
     Parameters
     ----------
@@ -472,12 +472,12 @@ def lens_findings(bend: LensDeformation | None, bowing: Bowing | None) -> list[F
 def lens_bend_findings(
     across95_deg: float, stretch95: float | None, bowing: Bowing | None
 ) -> list[Finding]:
-    """Return findings as `lens_findings` from the record of a registration.
+    """Return the findings of `lens_findings` from the record of a registration.
 
     Parameters
     ----------
     across95_deg : float
-        95 % tilt across the model by the lens error.
+        95 % tilt across the model due to lens errors, degrees.
     stretch95 : float or None
         Relative 95 % error of lengths.
     bowing : Bowing or None

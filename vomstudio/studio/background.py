@@ -61,7 +61,7 @@ class Request(Generic[Result]):
 
 
 class Background:
-    """Runs functions in threads for one owner, whose code runs in a single thread.
+    """Background threads of one owner, whose code runs in a single thread.
 
     All methods must be called from the owner's thread. Results and errors are delivered to that
     thread, except those of stale requests. A new request replaces earlier ones with the same
@@ -106,7 +106,7 @@ class Background:
         return self._is_stopped
 
     def is_waiting(self, key: Hashable) -> bool:
-        """Whether a result with this key is pending."""
+        """Return whether a result with this key is pending."""
         return key in self._newest_requests
 
     @property
@@ -132,8 +132,8 @@ class Background:
         on_result, on_error : callable
             Called in the owner's thread.
         key : hashable
-            The request replaces an earlier one with the same key. If None, it replaces no
-            request.
+            The request replaces an earlier request with the same key. If None, no request is
+            replaced.
         expected : tuple of exception types
             Exceptions that are expected while reading, in addition to `VomError`. All others are
             reported as uncaught and delivered as a `VomError`. Without `on_error`, every error
@@ -164,7 +164,7 @@ class Background:
         expected_types : tuple of type, optional
             See `run`.
         is_first : bool
-            Whether to run it before all pending requests.
+            Whether to run the function before all pending requests.
         """
         key = object() if key is None else key
         self.cancel(key)
@@ -178,7 +178,7 @@ class Background:
                 self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
 
     def cancel(self, key: Hashable) -> None:
-        """Cancel the request with a key, if there is one."""
+        """Cancel the pending request with a key, if any."""
         with self._lock:
             if (request := self._newest_requests.pop(key, None)) is not None:
                 request.is_stale = True

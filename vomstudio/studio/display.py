@@ -189,7 +189,7 @@ def default_field(data: ModelData) -> str:
 
 
 def has_textures(data: ModelData) -> bool:
-    """Whether a mesh has texture coordinates and at least one texture."""
+    """Return whether a mesh has texture coordinates and at least one texture."""
     return (
         isinstance(data, Mesh)
         and data.uv is not None
@@ -212,7 +212,7 @@ def mode_problem(mode: str, models: list[ModelData]) -> Finding | None:
 
 
 def effective_mode(mode: str, models: list[ModelData]) -> str:
-    """Return the effective display mode, which differs from `mode` without textures."""
+    """Return the effective display mode, which differs from `mode` if textures are missing."""
     if mode == "textured" and models and mode_problem(mode, models):
         if not mode_problem("vertex_colors", models):
             return "vertex_colors"

@@ -30,7 +30,7 @@ MAX_NAMED = 5
 
 @dataclass(frozen=True)
 class DrawnTraces:
-    """Traces that were created or edited according to a drawing.
+    """Traces that were created or edited from a drawing.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class DrawnTraces:
 
     @property
     def edited_findings(self) -> tuple[Finding, ...]:
-        """Return findings about edited traces that are not updated."""
+        """Findings about edited traces that are not updated."""
         if not self.edited:
             return ()
         names = ", ".join(trace.name for trace in self.edited[:MAX_NAMED])
@@ -61,7 +61,7 @@ class DrawnTraces:
 
     @property
     def messages(self) -> tuple[Finding, ...]:
-        """Return all findings, including those about skipped lines."""
+        """All findings, including those about skipped lines."""
         skipped_count = (
             Finding("feature.left-out", feature=name, reason=reason)
             for name, reason in self.skipped

@@ -12,7 +12,7 @@ from vomstudio.studio.projects import Projects
 
 
 class Editing:
-    """Applies edits, and shows a notice instead of raising an error if one is rejected."""
+    """Access to edits: a rejected edit shows a notice instead of raising an error."""
 
     def __init__(self, projects: Projects, notices: Notices) -> None:
         self._projects, self._notices = projects, notices

@@ -84,7 +84,7 @@ class FoldChoice:
         return id(records), id(measurements), records.revision, self.fold_filter, selected_ids
 
     def has_planes(self, count: int) -> bool:
-        """Return whether there are at least a number of planes, usually without selecting all."""
+        """Return whether at least `count` planes are available, usually without selecting all."""
         is_known = self._planes is not None and self._inputs[2:] == self._key()
         if not is_known and not self.is_selected:
             from vomstudio.project.fold_planes import fold_planes

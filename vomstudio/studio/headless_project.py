@@ -91,7 +91,7 @@ class Picks:
     points : (n, 3) float64
         Coordinates in the World frame.
     kind : FeatureType or None
-        Feature type. If None, the type that most lines have is used.
+        Feature type. If None, the default type of `add_picks` is used.
     domain : str
         Name of the structural domain, or "" for no domain.
     """
@@ -217,7 +217,7 @@ class HeadlessProject:
         self.close()
 
     def save(self) -> list[Finding]:
-        """Mark the present state as saved and update the GIS layers. Return why that failed."""
+        """Mark the present state as saved and update the GIS layers. Return any errors."""
         if self.session.dirty:
             self.session.save()
         self._mark_saved()
@@ -249,7 +249,7 @@ class HeadlessProject:
 
     @property
     def session(self) -> Session:
-        """Return the session of the project."""
+        """Session of the project."""
         return self.project.session
 
     # --- lookup -------------------------------------------------------------------------------
@@ -398,7 +398,7 @@ class HeadlessProject:
             Feature type of the picks without a type.
         set_name : str
         shape : {"trace", "line", "patch"}
-            What the points define: a trace, a line (see `add_line`), or the outline of a patch.
+            Geometry of the points: a trace, a line (see `add_line`), or the outline of a patch.
 
         Raises
         ------

@@ -24,7 +24,7 @@ FINISH_TIMEOUT_S = 10.0
 
 
 def update_layers(folder: Path, has_features: bool) -> list[Finding]:
-    """Update the layers of a project now, and return why that failed."""
+    """Update the layers of a project now, and return findings about failures."""
     if not has_features:
         remove_layers(folder)
         return []
@@ -44,7 +44,7 @@ def remove_layers(folder: Path) -> None:
 
 
 class GisLayers:
-    """Updates the layers; `written` emits the file, or "" if the update failed."""
+    """GIS layers of a project; `written` emits the file, or "" if an update failed."""
 
     def __init__(
         self, projects: Projects, jobs: Jobs, notices: Notices, later: TimerFactory

@@ -88,7 +88,7 @@ PREVIEW_BYTES = 8_000_000
 
 
 class ModelLoader:
-    """Loads models.
+    """Loader of models.
 
     Attributes
     ----------
@@ -114,13 +114,16 @@ class ModelLoader:
 
         Parameters
         ----------
+        jobs : Jobs
         background : Background
             Reads the caches of models; the process waits for it.
         stream_background : Background
             Starts the streaming of clouds. The threads that unpack points later have the same
             priority.
+        later : TimerFactory
         budget : callable
-            Maximum number of points of a cloud in memory; a larger COPC file is streamed.
+            Returns the maximum number of points of a cloud in memory; a larger COPC file is
+            streamed.
         """
         self.problem: Signal[Finding | VomError] = Signal()
         self.conversion_available: Signal[Path, str, VomError] = Signal()

@@ -49,7 +49,7 @@ from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 
 MAX_DISTANCE_M = 10_000.0
-"""Maximum distance between models of one project that take the same frame unasked."""
+"""Maximum distance from a model of the project whose frame a new model uses by default."""
 
 
 class Models:

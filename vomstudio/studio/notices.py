@@ -33,7 +33,7 @@ class Notice:
     more : tuple of Finding
         Further findings, shown below the message.
     file : Path or None
-        File that was written, which is offered to be opened.
+        Written file, which the notice offers to open.
     """
 
     message: Finding | VomError
@@ -54,7 +54,7 @@ class Notice:
 
 
 class Notices:
-    """Passes notices on to the listeners of `posted`."""
+    """Notices of the application, which are passed on to the listeners of `posted`."""
 
     def __init__(self) -> None:
         self.posted: Signal[Notice] = Signal()

@@ -11,8 +11,8 @@ from typing import Protocol
 Call = Callable[[], object]
 
 FIRST_PICTURE_DELAY_S = 1.0
-"""Delay of work that was not requested after a project or model has been opened. A thread that
-imports modules or compiles code blocks the drawing thread, whatever its priority."""
+"""Delay of background work after a project or model has been opened. A thread that imports modules
+or compiles code blocks the drawing thread, whatever its priority."""
 
 
 class Post(Protocol):
@@ -23,7 +23,7 @@ class Post(Protocol):
 
 
 class Timer(Protocol):
-    """Makes a call once after a delay; `start` restarts the delay."""
+    """Timer that makes a call once after a delay; `start` restarts the delay."""
 
     def start(self, seconds: float | None = None) -> None:
         """Start the timer with a delay, by default the delay given at its creation."""
@@ -40,7 +40,7 @@ def run_immediately(work: Call) -> None:
 
 
 class BlockingRunner(Protocol):
-    """Runs a long task while its owner waits for it and continues to paint."""
+    """Callable that runs a long task while its owner waits and continues to paint."""
 
     def __call__(self, work: Call) -> None:
         """Run a task in this thread or another, return when it is done, and raise its errors."""

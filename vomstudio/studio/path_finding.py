@@ -37,7 +37,7 @@ class _Search:
 
 
 class PathFinding:
-    """Computes one path after another, and caches the graph of the last model.
+    """Path finder that computes one path at a time and caches the graph of the last model.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ class PhotoLinks:
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
-        """Whether photos of a model are being read."""
+        """Return whether photos of a model are being read."""
         return self._background.is_busy
 
     def problem(self, model_id: str) -> Finding | None:

@@ -36,12 +36,12 @@ def create_feature(
     kind: FeatureType,
     surface: SelectableSurface | None,
 ) -> Trace | Lineation | Contact | Patch:
-    """Create a feature of which points are known.
+    """Create a feature from its points.
 
     Parameters
     ----------
     shape : {"trace", "line", "patch"}
-        What the points define: a trace, a line (see `create_line`), or the outline of a patch.
+        Geometry of the points: a trace, a line (see `create_line`), or the outline of a patch.
     points : (n, 3) float64
         Points in the file frame of the model.
     model : Model

@@ -36,7 +36,7 @@ class ModelSummary:
 
 @dataclass(frozen=True)
 class HistorySummary:
-    """Number of steps that can be undone and redone, and the labels of the next ones."""
+    """Number of steps that can be undone and redone, and the labels of the next steps."""
 
     undo: int
     redo: int
@@ -189,7 +189,7 @@ def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) 
     ids: set[str] = set()
     for name in names:
         named_features = [f for f in features if name in (f.id, f.name)]
-        # Control points and known lines may have the same names as what was interpreted.
+        # Control points and known lines may have the same names as interpreted features.
         interpreted_features = [
             f for f in named_features if isinstance(f, TypedFeature) or get_kind(f).listed
         ]

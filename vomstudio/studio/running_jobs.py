@@ -58,12 +58,12 @@ class RunningJob:
         )
 
     def text(self) -> str:
-        """Return title and status in one line."""
+        """Return the title and the status in one line."""
         return f"{self.title}: {self.status()}" if self.stage else self.title
 
 
 class _EventForwarder:
-    """Passes the events of a job to its owner, skipping all but the newest step.
+    """Forwarder of the events of a job to its owner, which skips all but the newest step.
 
     Displaying hundreds of steps that arrive at once would block the owner for a second.
     """

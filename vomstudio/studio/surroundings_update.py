@@ -23,7 +23,7 @@ from vomstudio.studio.tools.local_surface import (
 
 
 class SurroundingsUpdate:
-    """Remeasures the surroundings of features on open models in one edit."""
+    """Update that remeasures the surroundings of features on open models in one edit."""
 
     def __init__(
         self,

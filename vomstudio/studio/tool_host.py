@@ -46,7 +46,7 @@ from vomstudio.studio.visibility import Visibility
 T = TypeVar("T")
 
 NAVIGATE = "navigate"
-"""Name that stands for no active tool."""
+"""Name of the state in which no tool is active."""
 
 
 class ToolHost:
@@ -109,8 +109,9 @@ class ToolHost:
     def activate(self, name: str) -> None:
         """Activate a tool; NAVIGATE deactivates all.
 
-        The open feature of another tool is finished if it is complete, else discarded, which undo
-        reverts. While navigating it stays open. Clicks that wait for another tool are dropped.
+        The open feature of another tool is finished if it is complete, and otherwise discarded,
+        which can be undone. It stays open while navigating. Pending clicks for another tool are
+        discarded.
         """
         if name == self.active_name:
             return
@@ -140,7 +141,7 @@ class ToolHost:
             self.next_changed.emit()
 
     def _close_for_next(self, tool: Tool) -> bool:
-        """Settle the open feature of a tool. Return False while it is still being finished."""
+        """Finish or discard the open feature of a tool. Return False while it is being finished."""
         return not tool.is_finishing and self._close(tool) and not tool.is_open
 
     def _close(self, tool: Tool) -> bool:
@@ -199,8 +200,8 @@ class ToolHost:
     def pointer(self, event: PointerEvent) -> None:
         """Pass a pointer event to the active tool.
 
-        While the path of another tool's feature is searched, clicks wait, because only one
-        feature can be open.
+        While the path of another tool's feature is being searched, clicks are queued, because only
+        one feature can be open.
         """
         tool, busy_tool = self.active, self.open_tool
         if tool is None:
@@ -224,7 +225,7 @@ class ToolHost:
             self.tool_changed()
 
     def _pass_waiting_clicks(self) -> None:
-        """Pass the waiting clicks to the active tool once no other tool has an open feature."""
+        """Pass the pending clicks to the active tool once no other tool has an open feature."""
         while self._waiting and (tool := self.active) is not None:
             busy_tool = self.open_tool
             if (

@@ -1,7 +1,7 @@
 """Directions of view onto an outcrop, and the effect of their errors.
 
 A view along the intersection of two planes shows both planes edge-on. A view along the line in a
-fault plane perpendicular to the slip shows the whole displacement (textbook 4.2).
+fault plane that is perpendicular to the slip shows the whole displacement (textbook 4.2).
 """
 
 from __future__ import annotations

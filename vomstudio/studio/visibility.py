@@ -24,7 +24,7 @@ class Visibility:
         self.hidden = {id_ for id_ in self._projects.view(VIEW_KEY, []) if isinstance(id_, str)}
 
     def visible(self, id_: str) -> bool:
-        """Whether a record, feature type or group is shown."""
+        """Return whether a record, feature type or group is shown."""
         return id_ not in self.hidden
 
     def show_only(self, ids: Iterable[str]) -> None:

@@ -46,7 +46,7 @@ from vomstudio.studio.visibility import Visibility
 
 
 class Workspace:
-    """Connects the parts of the application and implements actions that involve several.
+    """Container that connects the parts of the application, with actions on several parts.
 
     Views must connect to these signals and never to a session, because a session ends when
     another project is opened.

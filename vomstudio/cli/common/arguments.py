@@ -28,7 +28,7 @@ class HelpRequested(Exception):
 
 
 _ERROR_CODES: dict[Any, str] = {float: "number.invalid", int: "number.not-whole"}
-"""Codes of the errors that a word is not a number, by its type."""
+"""Codes of the errors for words that are not valid numbers, by the type of the number."""
 
 
 class Parser(argparse.ArgumentParser):

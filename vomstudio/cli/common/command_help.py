@@ -117,7 +117,7 @@ def command_examples(program: str) -> tuple[str, ...]:
 
 
 def examples_text(program: str) -> str:
-    """Return the section of the examples of a command, and how to make the files they read.
+    """Return the help section with the examples and the commands that create their input.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ _TABLES = {
     "way_points.csv": "x,y,z 364520.62,4721864.22,850.17 364522.57,4721864.28,851.22",
     "stations.csv": "name,x,y,z ST1,364521.66,4721864.89,850.38",
 }
-"""Small tables that examples read, their lines separated by spaces."""
+"""Small tables that examples read; lines are separated by spaces."""
 
 SOURCES = {
     **{
@@ -175,10 +175,10 @@ SOURCES = {
     "results": "vomstudio demo --without-photos -o results",
     "model": "vomstudio reconstruct resources/sample/photos --quality preview -o model",
 }
-"""Files that examples read, with the command that writes them."""
+"""Files that examples read, with the commands that write them."""
 
 USER_FILES = {"walk.mp4": to_translate("a video of the outcrop")}
-"""Files that the user of an example brings."""
+"""Files that the user must provide for an example."""
 
 EXAMPLES: dict[str, tuple[str, str]] = {
     "demo": (

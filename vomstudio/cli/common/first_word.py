@@ -48,7 +48,7 @@ COMMANDS = (
 
 
 def opens_window(arguments: Sequence[str]) -> bool:
-    """Return whether to open the window: without words, or with existing paths only."""
+    """Return whether to open the window: if there are no words, or only existing paths."""
     if arguments and arguments[0] in COMMANDS:
         return False
     return all(not word.startswith("-") and _path_exists(word) for word in arguments)
@@ -81,7 +81,7 @@ def _path_exists(word: str) -> bool:
 
 
 def nearest_word(word: str, names: Sequence[str], min_similarity: float = 0.6) -> str | None:
-    """Return the only name that a word begins, or the most similar one, or None.
+    """Return the only name that starts with a word, or else the most similar name, or None.
 
     Parameters
     ----------

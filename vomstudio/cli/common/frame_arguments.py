@@ -21,7 +21,7 @@ def add_frame(parser: Parser) -> None:
 
 
 def add_project(parser: Parser) -> None:
-    """Add `--project`, which gives the model its placement in a project."""
+    """Add `--project`, which applies the placement of the model in a project."""
     parser.add_argument(
         "--project",
         metavar="PROJECT",
@@ -30,7 +30,7 @@ def add_project(parser: Parser) -> None:
 
 
 def unknown_unit(model: WorldModel) -> list[Finding]:
-    """Return ``frame.no-unit`` if the unit of lengths is unknown and none was assumed."""
+    """Return the finding ``frame.no-unit`` if the unit is unknown and none was assumed."""
     codes = {item.code for item in model.warnings}
     return [] if model.is_metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 

@@ -21,7 +21,7 @@ def write_labelled_model(
     fields: Mapping[str, GenericArray],
     target: str | None = None,
 ) -> list[Finding]:
-    """Write the model in the World frame with these fields to `target` or `args.labels`.
+    """Write the model with the fields, in the World frame, to `target` or `args.labels`.
 
     Returns the findings. Raises TargetError.
     """

@@ -60,7 +60,7 @@ class Output:
         self._notes.append(text)
 
     def warn(self, warnings: Sequence[Finding]) -> None:
-        """Store findings for people, each with the word for its severity."""
+        """Store findings as notes for the user, each with its severity as a word."""
         for finding in warnings:
             message = f"[{finding.code}] {finding}" if self.shows_codes else finding
             self.note(tr(_SEVERITY_TEXTS[finding.severity], message=message))

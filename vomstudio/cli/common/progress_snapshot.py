@@ -40,7 +40,7 @@ class Snapshot:
 
     @property
     def label(self) -> str:
-        """Return the name of the stage with the number of its part, escaped for a terminal."""
+        """Name of the stage with the number of its part, escaped for a terminal."""
         name = escape_for_terminal(" ".join(self.stage.split())) or tr("Working")
         if self.part is None:
             return name

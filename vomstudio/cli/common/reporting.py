@@ -35,7 +35,7 @@ class SilentReporter(SilentProgress):
     """Reporter that shows nothing."""
 
     def part(self, number: int, count: int) -> None:
-        """See `Reporter`."""
+        """Ignore the numbered parts."""
 
 
 class JsonProgress:
@@ -47,16 +47,16 @@ class JsonProgress:
         self._part: dict[str, int] = {}
 
     def part(self, number: int, count: int) -> None:
-        """See `Reporter`. Stage events contain the numbers as `part` and `parts`."""
+        """Store the numbers, which stage events contain as `part` and `parts`."""
         self._part = {"part": number, "parts": count}
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """See `Progress`."""
+        """Begin a stage and write its event."""
         self._stage = name
         self._emit({"event": "stage", "stage": name, "total": total, **self._part})
 
     def step(self, done_count: int) -> None:
-        """See `Progress`."""
+        """Write an event for the completed steps."""
         self._emit({"event": "step", "stage": self._stage, "done": done_count})
 
     def _emit(self, event: Mapping[str, Any]) -> None:
@@ -73,18 +73,18 @@ class StageLines:
         self._part = ""
 
     def part(self, number: int, count: int) -> None:
-        """See `Reporter`."""
+        """Store the number of the part for subsequent lines."""
         self._part = f"{number}/{count} "
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """See `Progress`."""
+        """Write a line for the stage that begins."""
         elapsed_s = time.monotonic() - self._start_time_s
         with contextlib.suppress(OSError, ValueError):
             self._stream.write(f"[{elapsed_s:.2f} s] {self._part}{name}\n")
             self._stream.flush()
 
     def step(self, done_count: int) -> None:
-        """See `Progress`."""
+        """Ignore the completed steps."""
 
 
 class Painter(Protocol):
@@ -110,7 +110,7 @@ class PlainLines:
         self._last_time_s = -MIN_LINE_GAP_S
 
     def show(self, snapshot: Snapshot) -> None:
-        """See `Painter`."""
+        """Write a line if a new stage has begun and the last line is not too recent."""
         stage = (snapshot.part, snapshot.stage)
         if not snapshot.stage or stage == self._last_stage:
             return
@@ -123,7 +123,7 @@ class PlainLines:
         self._stream.flush()
 
     def close(self) -> None:
-        """See `Painter`."""
+        """Do nothing, because all lines are complete."""
 
 
 class ProgressDisplay:
@@ -149,18 +149,18 @@ class ProgressDisplay:
         self._draw_thread.join()
 
     def part(self, number: int, count: int) -> None:
-        """See `Reporter`."""
+        """Begin a numbered part."""
         with self._lock:
             self._part = (number, count)
             self._stage, self._clock = "", StepClock(None)
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """See `Progress`."""
+        """Begin a stage and its estimate of the remaining time."""
         with self._lock:
             self._stage, self._clock = name, StepClock(total)
 
     def step(self, done_count: int) -> None:
-        """See `Progress`."""
+        """Record the completed steps of the stage."""
         with self._lock:
             self._clock.step(done_count, time.monotonic())
 

@@ -42,7 +42,7 @@ class TerminalLine:
         self._has_line = False
 
     def show(self, snapshot: Snapshot) -> None:
-        """See `Painter`."""
+        """Redraw the line if the process is in the foreground."""
         if not self._is_in_foreground():
             return
         self._frame_index += 1
@@ -50,7 +50,7 @@ class TerminalLine:
         self._has_line = True
 
     def close(self) -> None:
-        """Clear the line. See `Painter`."""
+        """Clear the line."""
         if self._has_line and self._is_in_foreground():
             self._write([])
 

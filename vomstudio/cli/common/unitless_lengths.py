@@ -17,7 +17,7 @@ ROW_KEYS = {"pole_trend_deg", "n_points", "extent_m"}
 
 
 def add_unitless_names(result: Mapping[str, Any], *, is_metric: bool) -> dict[str, Any]:
-    """Return a result in which lengths not in metres also have a name without a unit.
+    """Return a result in which lengths that are not in metres also have unitless names.
 
     `NAME` is added for each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another meaning.
     """

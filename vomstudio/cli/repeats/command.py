@@ -1,4 +1,4 @@
-"""Command `vomstudio repeats`."""
+"""`vomstudio repeats`: repeatability of picks compared with their stated errors."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ MIN_REPEAT_INTERVAL_S = 3.0
 
 @dataclass(frozen=True)
 class Failure:
-    """An unexpected error.
+    """Unexpected error.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Failure:
 
     @property
     def repetitions(self) -> tuple[Finding, ...]:
-        """Number of occurrences as a finding, or empty if the error occurred only once."""
+        """Findings about the number of occurrences; empty if the error occurred only once."""
         return (Finding("program.repeated", count=self.count),) if self.count > 1 else ()
 
 

@@ -24,7 +24,7 @@ _previous_hooks: tuple[Any, Any, Any] | None = None
 
 
 def install(role: str) -> None:
-    """Log and display uncaught exceptions without ending, until `uninstall` is called.
+    """Log and display uncaught exceptions, without exiting, until `uninstall` is called.
 
     Parameters
     ----------

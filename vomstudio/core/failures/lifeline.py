@@ -42,7 +42,7 @@ class Lifeline:
         self.descriptors = ()
 
     def close(self) -> None:
-        """Close the pipe after the child has ended, or to end it now."""
+        """Close the pipe after the child has ended, or to end the child now."""
         self.close_child_end()
         if self._write_end is not None:
             os.close(self._write_end)

@@ -77,7 +77,7 @@ def file_name() -> str:
 
 
 def versions() -> list[str]:
-    """Return the versions of program, Python, system and libraries without importing these."""
+    """Return the versions of the program, Python, system and libraries without imports."""
     lines = [
         f"VOM Studio {__version__}",
         f"Python {platform.python_version()} ({platform.python_implementation()})",

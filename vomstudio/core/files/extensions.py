@@ -13,7 +13,7 @@ _OTHER_FORMAT_EXTENSIONS = frozenset(
     (".xlsx", ".xls", ".ods", ".gpkg", ".shp", ".geojson", ".json", ".kml", ".dxf", ".tif", ".tiff")
     + (".png", ".jpg", ".jpeg", ".svg", ".pdf", ".html", ".obj", ".ply", ".glb", ".las", ".laz")
 )
-"""Extensions that promise another format than a table of text."""
+"""Extensions of formats other than text tables."""
 
 
 def check_extension(
@@ -41,12 +41,12 @@ def check_table_target(
     inputs: Iterable[str | Path] = (),
     field: str = "--output",
 ) -> None:
-    """Check that a table of text can be written to a path, as `check_target` does.
+    """Check that a text table can be written to a path, as `check_target` does.
 
     Raises
     ------
     UsageError
-        If the extension promises another format, such as .xlsx.
+        If the extension is that of another format, such as .xlsx.
     TargetError
         As for `check_target`.
     """

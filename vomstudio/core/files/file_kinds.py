@@ -35,7 +35,7 @@ class FileKind:
     title : str
         Display name.
     remedy : str
-        What the user should do if a text table is needed.
+        Action for the user if a text table is needed.
     """
 
     key: str

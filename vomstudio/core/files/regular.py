@@ -202,8 +202,8 @@ def read_json(path: str | Path, limit: int = MAX_JSON_BYTES) -> Any:
     Raises
     ------
     ValueError
-        If the file is too large, not a regular file, not JSON or nested too deeply; states the
-        reason.
+        If the file is too large, not a regular file, not JSON or nested too deeply; the message
+        states the reason.
     OSError
         If the file cannot be read.
     """

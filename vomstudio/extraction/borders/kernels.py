@@ -36,7 +36,7 @@ def flatten_points(points, axes, centre, plane_coordinates, ends):  # type: igno
 def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_starts, cell, out):  # type: ignore[no-untyped-def]
     """Sort points by the square cells of a grid, row by row.
 
-    The corner of the grid is at x, y, and it has `cells_per_unit` cells per unit. `cell_starts`
+    The corner of the grid is at (x, y); there are `cells_per_unit` cells per unit. `cell_starts`
     (cells + 1,) must be zero on entry, and receives the start of each cell; `cell` (points,) is a
     work array; the sorted points are written to `out`.
     """
@@ -61,7 +61,7 @@ def sort_into_cells(plane_coordinates, x, y, cells_per_unit, columns, cell_start
 
 @kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
 def thin_cells(points, cell_starts, x, y, cells_per_unit, columns, max_points, is_occupied):  # type: ignore[no-untyped-def]
-    """Keep one point per square in cells with more than `max_points`; return the number kept.
+    """Thin cells with more than `max_points` points to one point per square; return the total.
 
     The points are sorted by `sort_into_cells`. `is_occupied` is a work array for the squares of one
     cell.
@@ -176,7 +176,7 @@ def roll_disc(  # type: ignore[no-untyped-def]
 
     Return -1 if there are more pairs than fit into `edges`. The points are sorted by
     `sort_into_cells`, with a margin of `max_offset` + 1 empty cells. If `skip_interior`, only gaps
-    that reach a cell beside an empty cell are used. `table` contains the sectors, see polygons.py;
+    that reach a cell beside an empty cell are used. `table` contains the sectors (see polygons.py);
     `is_queued` must be False on entry; `queue`, `neighbours` and `arcs` are work arrays.
     """
     tail, total = 0, 0

@@ -216,7 +216,7 @@ def _tabulate_sectors() -> IntArray:
 
 
 def _triangulated_boundary_lines(plane_coordinates: FloatArray, radius: float) -> FloatArray:
-    """Derive the boundary lines from a Delaunay triangulation, if the disc does not close.
+    """Derive the boundary lines from a Delaunay triangulation, if those of the disc are open.
 
     They are the free edges of the triangles whose circumcircle is not larger than the disc.
     """

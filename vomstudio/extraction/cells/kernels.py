@@ -1,6 +1,6 @@
 """Compiled loops over the cells of a cloud and its points, which are sorted by cell.
 
-The points of cell c are points[begins[c]:begins[c + 1]].
+The points of cell c are points[cell_starts[c]:cell_starts[c + 1]].
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 _CLUTTER_RATIO = 4
-"""A cell that has this many times fewer points than its neighbour is clutter."""
+"""Minimum ratio of the number of points in a cell to that in a neighbour that is clutter."""
 
 
 @kernel(
@@ -34,10 +34,10 @@ def assign_points(  # type: ignore[no-untyped-def]
 ):
     """Assign points to the nearest plane of their cell and the adjacent cells, or to none.
 
-    labels (cells,) contains the facet of each cell, negative for none; centres, facing (f, 3) and
-    limits (f,) describe the planes of the facets. `is_open` receives whether a point must be
-    analysed individually: if the adjacent cells belong to several facets, if they belong to none
-    and contain more than stray points, or if the point is not on the plane of its cell.
+    `labels` (cells,) contains the facet of each cell, negative for none; `centres` and
+    `plane_normals` (f, 3) and `limits` (f,) describe the planes of the facets. `is_open` receives
+    whether a point must be analysed individually: if the adjacent cells belong to several facets,
+    if they belong to none and are not clutter, or if the point is not on the plane of its cell.
     """
     for c in range(len(cell_starts) - 1):
         cell_label = labels[c]

@@ -1,6 +1,6 @@
 """Planes of a dense cloud, found on cells of about ten points each.
 
-Within a rock face, neighbouring points have the same plane, so they can be analysed together.
+Within a rock face, neighbouring points lie in the same plane, so they can be analysed together.
 Edges, small pieces and rough ground, which cells cannot resolve, are left to the analysis of
 individual points.
 """
@@ -174,7 +174,7 @@ def _find_flat_cells(
     max_variation: float,
     progress: Progress,
 ) -> _CellSearch:
-    """Find the smallest cells with flat neighbourhoods, up to ten times the number of points."""
+    """Find the smallest cells with flat neighbourhoods, with up to ten times as many points."""
     max_points_per_cell, min_noise = 10.0 * points_per_cell, np.inf
     while True:
         grid = create_cell_grid(local_points, points_per_cell)

@@ -121,7 +121,7 @@ def _detect_point_edges(
 ) -> ByteArray:
     """Return the edges (n,) of points, viewed perpendicular to their overall plane.
 
-    The view is from above or from outside. Points that are hidden by others are 255 (no edge).
+    The view is from above or from outside. The value of hidden points is 255 (no edge).
     """
     from PIL import Image
     from scipy.ndimage import distance_transform_edt

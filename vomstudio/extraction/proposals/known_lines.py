@@ -27,7 +27,7 @@ def match_known_lines(
     Returns
     -------
     list of bool
-        Whether at least half of a line is within reach of the known lines combined.
+        Whether at least half of each line is within `max_distance` of the known lines combined.
     """
     from scipy.spatial import cKDTree
 

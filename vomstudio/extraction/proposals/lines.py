@@ -140,8 +140,8 @@ def simulate_strengths(
 
     Returns
     -------
-    (SURROGATES,) array
-        Strengths in ascending order; 0 for a surrogate without lines.
+    (N_SURROGATES,) array
+        Strengths in ascending order; 0 for surrogates that contain no line.
     """
     pool = np.sort(evidence)
     if cost in ("dark", "light") or cost not in (*COLOUR_COSTS, "curvature", ONNX_COST):
@@ -214,7 +214,7 @@ def _iterate_components(
 ) -> Iterator[tuple[IntArray, Graph]]:
     """Yield the connected pieces of nodes: the nodes and the graph of each piece.
 
-    Pieces that have too few nodes for a line of `min_arcs` are skipped.
+    Pieces that have too few nodes for a line of `min_arcs` arcs are skipped.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components

@@ -9,7 +9,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
 MAX_POINTS = 1_000_000
-"""The search with all surrogates takes a few minutes for this number of points."""
+"""Maximum number of points, for which the search with all surrogates takes a few minutes."""
 _SEED = 20240229
 
 

@@ -29,7 +29,7 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 MAX_PIECE = 2_000_000
 """Maximum number of faces or points in a piece that is grown from one seed."""
 CELL_SPACINGS = 2.0
-"""Cell size in mean spacings: about 4 points per cell, and 30 including neighbours, per normal."""
+"""Cell size in mean spacings, with about 4 points per cell, and 30 points for a normal."""
 _MAX_FREE_SHARE = 0.7
 """Share of free sides above which the faces of a mesh are considered disconnected."""
 _BLOCK_SIZE = 1_000_000

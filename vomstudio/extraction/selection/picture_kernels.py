@@ -1,6 +1,6 @@
 """Compiled tests whether elements are inside a shape drawn over the picture.
 
-Optionally, an element must also be visible. The functions only write to `out`.
+Optionally, an element must also be visible. The functions write only to `out`.
 """
 
 from __future__ import annotations

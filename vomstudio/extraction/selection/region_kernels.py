@@ -30,7 +30,7 @@ def _add_point(sums, w, x, y, z):  # type: ignore[no-untyped-def]
 
 @part
 def _fit_plane(sums, plane):  # type: ignore[no-untyped-def]
-    """Write the centre and normal to plane[:6]; leave it unchanged without a plane."""
+    """Write the centre and normal to plane[:6]; leave it unchanged if no plane is defined."""
     w = sums[0]
     if not w > 0.0:
         return
@@ -66,8 +66,8 @@ def smooth_normals(corners, starts, neighbours, raw_normals, first, out):  # typ
     """Average the area-weighted normals of faces that share a corner; NaN if the area is 0.
 
     Only faces within 60 degrees of the face `first` + row are used, regardless of their
-    orientation. `corners` (m, 3) are the corner positions of these faces; near[starts[i]:starts[i +
-    1]] are the faces at a position.
+    orientation. `corners` (m, 3) are the corner positions of these faces;
+    neighbours[starts[i]:starts[i + 1]] are the faces at position i.
     """
     for row in range(len(corners)):
         f = first + row
@@ -140,7 +140,7 @@ def grow_faces(  # type: ignore[no-untyped-def]
 
     A face joins the piece if its normal is within the angle (given by its cosine) of the plane of
     the piece, and its centre is within `max_distance` of the plane. The faces are written to
-    `queue`, whose length is the maximum. `is_visited` must be zero except for excluded faces;
+    `queue`, whose length is the maximum. `is_visited` must be False except for excluded faces;
     `plane` must be zero on entry, and receives the final plane.
     """
     a = faces[seed, 0]
@@ -212,7 +212,7 @@ def _list_adjacent_cells(rows, columns, names, ends, ny, cell, neighbours):  # t
 
 @part
 def _compute_cell_normal(points, cell_starts, neighbours, count, cell, point_normals, normals):  # type: ignore[no-untyped-def]
-    """Write the normal of a cell: the mean of the point normals, or that of their plane.
+    """Write the normal of a cell: the mean of the point normals, or the normal of their plane.
 
     The normal is infinite if the points do not define a plane.
     """

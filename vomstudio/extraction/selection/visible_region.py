@@ -78,7 +78,7 @@ class ViewSnapshot:
     def pixels(self, points: FloatArray) -> FloatArray:
         """Project points (n, 3) of the World frame to picture pixels (n, 2).
 
-        Points behind the eye and points outside the clipping box have NaN.
+        The pixels of points behind the eye or outside the clipping box are NaN.
         """
         frame = self.to_eye(np.eye(4))
         eye = points @ frame[:, :3].T + frame[:, 3]

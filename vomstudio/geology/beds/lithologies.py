@@ -35,7 +35,7 @@ DUNHAM_CLASSES = (
     "bafflestone",
     "bindstone",
 )
-"""Dunham's mudstone is called "lime mudstone", because "mudstone" alone is siliciclastic."""
+"""Dunham's classes; his mudstone is "lime mudstone", because "mudstone" alone is siliciclastic."""
 VOLCANICLASTIC_TYPES = (
     "volcanic mudstone",
     "volcanic sandstone",

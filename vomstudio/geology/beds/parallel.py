@@ -131,7 +131,7 @@ class ParallelBeds:
 
 @dataclass(frozen=True, eq=False)
 class _TraceErrors:
-    """G traces in the axes of the common plane.
+    """Errors of G traces in the axes of the common plane.
 
     Attributes
     ----------
@@ -347,10 +347,8 @@ def _informative_axes(
     A straight trace whose width does not exceed its deviation from the common plane follows the
     face that it crosses, so its width would give the attitude of the face.
 
-    Parameters
-    ----------
-    rotated_points : (n, 3) ndarray
-        Coordinates along the narrow and the long axis of each trace, and along the normal.
+    `rotated_points` (n, 3) are coordinates along the narrow and the long axis of each trace, and
+    along the normal.
     """
     slope = height_moments[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
     residuals = rotated_points[:, 2] - np.repeat(slope, counts) * rotated_points[:, 1]
@@ -372,7 +370,7 @@ def _distance_errors95(traces: _TraceErrors) -> list[float]:
 
 def _semi_axes(traces: _TraceErrors) -> tuple[float, float]:
     tilt_dof = traces.tilt_dof or _pooled_tilt_dof(traces)
-    # `joint_quantile` is 2 F(2, free) divided by the degrees of freedom.
+    # `joint_quantile` is 2 F(2, dof) / dof.
     limit = float(joint_quantile(np.array([tilt_dof]))[0]) * tilt_dof
     minor_rad, major_rad = np.sqrt(
         np.maximum(np.linalg.eigvalsh(traces.total_tilt_covariance), 0.0) * limit

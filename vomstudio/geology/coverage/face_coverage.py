@@ -55,7 +55,7 @@ class CellShare:
 
 @dataclass(frozen=True, repr=False)
 class FaceCoverage(PrintableResult):
-    """Coverage of a face, the part of it that was inspected.
+    """Coverage of a face, that is, the part of it that was inspected.
 
     Areas are in the squared unit of the grid, which is metres in a project.
 
@@ -70,10 +70,10 @@ class FaceCoverage(PrintableResult):
     features : int
         Number of features in cells that are marked as done or empty.
     density_1_per_m2 : float or None
-        Number of midpoints of features in these cells per covered area; None without such cells.
+        Feature midpoints in these cells per covered area; None if there are no such cells.
     P21_1_per_m : float or None
-        Length of the features in these cells per covered area, in the view; None without such
-        cells.
+        Length of the features in these cells per covered area, in the view; None if there are no
+        such cells.
     """
 
     cells: int

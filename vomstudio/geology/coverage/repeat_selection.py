@@ -17,7 +17,7 @@ def select_repeats(
 ) -> tuple[str, ...]:
     """Select a random share of the picks in random order, but at least one pick.
 
-    The selection only depends on the ids and the seed, not on the order of the ids, and additional
+    The selection depends only on the ids and the seed, not on the order of the ids. Additional
     picks do not change the relative order of previous ones.
 
     Parameters
@@ -45,5 +45,5 @@ def select_repeats(
 
 
 def _draw(seed: str, id_: str) -> bytes:
-    """Return a pseudorandom sort key that only depends on the seed and the id."""
+    """Return a pseudorandom sort key that depends only on the seed and the id."""
     return hashlib.sha256(f"{seed}\0{id_}".encode()).digest()

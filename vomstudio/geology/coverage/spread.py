@@ -25,7 +25,7 @@ from vomstudio.geometry.rotation_errors import CHI2_TWO
 MIN_VARIANCE = 1e-18
 """Minimum variance of a stated error, radians squared; smaller ones are treated as missing."""
 TEST_POWER = 0.8
-"""Detection probability from which a factor is considered noticeable."""
+"""Probability with which the test must detect a factor for it to be considered noticeable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,8 @@ class StatedErrorTest:
     noticeable_factor : float
         Factor that the test would detect with a probability of 80 %.
     within95, within95_share, within95_low, within95_high
-        Number and share of the repeats that are within the joint 95 % region of both picks.
+    Number and share of the repeats that are within the joint 95 % region of both picks, and
+    the 95 % interval of this share.
     """
 
     n: int
@@ -194,7 +195,7 @@ def measure_spread(structures: Sequence[RepeatedStructure]) -> PickSpread | None
     Returns
     -------
     PickSpread or None
-        None without repeats.
+        None if there are no repeats.
     """
     return _build_pick_spread(
         sum(structure.squares() for structure in structures),

@@ -34,7 +34,7 @@ REPEAT_COLUMN, INTERPRETER_COLUMN = "repeat_of", "interpreter"
 """Columns of VOM Studio tables: id of the pick that a row repeats, and interpreter."""
 SIGNIFICANCE = 0.05
 MAX_NOTICEABLE_FACTOR = 2.0
-"""Factor of underestimated errors that the test must be able to detect for a verdict."""
+"""Factor of underestimation that the test must be able to detect for a verdict."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class TableRepeats(PrintableResult):
     structures, repeats : int
         Number of picks that were repeated, and number of repeats.
     spread : PickSpread or None
-        Scatter of the picks about their structures; None without repeats.
+        Scatter of the picks about their structures; None if there are no repeats.
     stated95_deg : float or None
         RMS of both semi-axes of the stated errors, degrees; None if one of them is not stated.
     test : StatedErrorTest or None
@@ -190,7 +190,7 @@ def table_repeats(
     )
 
 
-# --- which rows are the same structure -----------------------------------------------------------
+# --- rows of the same structure ------------------------------------------------------------------
 def _group_rows(table: OrientationRows, group_column: str) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
     for row, word in enumerate(table.column(group_column)):
@@ -225,7 +225,7 @@ def _group_repeats(table: OrientationRows, excluded_picks: list[ExcludedPick]) -
 
 
 def _find_first_pick(row: int, original_ids: Sequence[str], rows: dict[str, int]) -> int | None:
-    """Return the first pick of a chain of repeats, or None if it is missing or cyclic."""
+    """Return the first pick of a chain of repeats, or None if the chain is broken or cyclic."""
     visited = set()
     while original_ids[row]:
         if row in visited or original_ids[row] not in rows:
@@ -238,7 +238,7 @@ def _find_first_pick(row: int, original_ids: Sequence[str], rows: dict[str, int]
 def _exclude_other_geometry(
     table: OrientationRows, rows: list[int], excluded_picks: list[ExcludedPick]
 ) -> list[list[int]]:
-    """Exclude rows of the other geometry: the angle between a plane and a line is meaningless."""
+    """Exclude rows of the other geometry, because a plane cannot be compared with a line."""
     is_plane = bool(table.is_plane[rows[0]])
     matching_rows = [row for row in rows if bool(table.is_plane[row]) == is_plane]
     for row in set(rows) - set(matching_rows):

@@ -32,7 +32,7 @@ _MAX_LISTED = 8
 
 @dataclass(frozen=True)
 class Pair:
-    """Displacement of a pair of points, or its separations, with None for the other one."""
+    """Displacement or separations of a pair of points; the other attribute is None."""
 
     name: str
     displacement: Displacement | None
@@ -166,7 +166,7 @@ def _rake_warnings(fault: Plane) -> list[Finding]:
 
 
 def _motion_warnings(pairs: Sequence[Pair], errors: DisplacementErrors) -> list[Finding]:
-    """Warn of piercing points that move out of the fault plane by more than their errors."""
+    """Warn about piercing points that move out of the fault plane by more than their errors."""
     deviations: dict[str, tuple[float, float]] = {}
     for pair in pairs:
         displacement = pair.displacement

@@ -10,7 +10,7 @@ extension is T = (n + s) / sqrt 2; both are at 45 degrees to the fault in the mo
 - Right dihedra (Angelier & Mechler 1977, Bulletin de la Societe geologique de France 19,
   1309-1318): the planes perpendicular to n and s divide the sphere into two dihedra that contain
   the greatest compression and two that contain the greatest extension. If all dihedra of one kind
-  overlap, a single stress state can have moved all faults.
+  overlap, all faults may have moved in a single stress state.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def fault_movements(
     ----------
     dip_direction_deg, dip_deg : (n,) array_like
     slip_rake_deg : (n,) array_like
-        Directed rakes, see `slip_from_rake`.
+        Directed rakes, degrees. See `slip_from_rake`.
 
     Returns
     -------

@@ -232,7 +232,7 @@ def _angle_errors(
 
 
 def _collinearity_warnings(sizes: FloatArray, max_tilt_deg: float | None) -> tuple[Finding, ...]:
-    """Warn of points that do not determine the rotation about their line, or any plane.
+    """Warn about points that do not determine the rotation about their line, or any plane.
 
     `max_tilt_deg` is the error of the plane; None if unknown.
     """

@@ -12,7 +12,7 @@ from vomstudio.geology.populations.distributions import LineAttitude
 class BetaFigures:
     """Fold axis with the semi-axes of its joint 95 % region, degrees. See `FoldAxis`.
 
-    The values of `total95` include the registration.
+    The attributes that start with `total95` include the registration.
     """
 
     trend_deg: float

@@ -14,7 +14,7 @@ from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
 from vomstudio.geology.statistics import flip_to_hemisphere, orientation_tensor
 
 MIN_SCATTER_DEG = 1e-3
-"""Poles within this angle of the curve are exact, so their scatter cannot be tested."""
+"""Minimum scatter: poles within this angle of the curve are exact, so no test is possible."""
 
 MAX_FLAT_RATIO, MAX_FLAT_DEG = 2.5, 1.5
 """A limb has a uniform dip if the scatter of its poles along the great circle is below this
@@ -28,19 +28,19 @@ circle; for an evenly bent arc that is cut in the middle, the separation is 3.5.
 """
 
 MAX_SCATTER_RATIO = 2.0
-"""If the scatter of a group along the great circle exceeds that of the other group by this factor,
-and the group is not separated by its own scatter, it is an arc rather than a limb: its mean is not
-a plane of the fold.
+"""Maximum ratio of the scatter of a limb along the great circle to that of the other limb. A group
+with a larger scatter that is not separated by this scatter is an arc rather than a limb: its mean
+is not a plane of the fold.
 """
 
 MAX_HINGE_OFFSET_DEG = 25.0
-"""The poles of both limbs of a tight fold are within this angle of the plane perpendicular to the
+"""Maximum angle between the poles of both limbs of a tight fold and the plane perpendicular to the
 hinge plane; they coincide because poles are axial.
 """
 
 MAX_ISOCLINAL_DEG, MAX_HINGE_SHARE = 10.0, 0.35
-"""Within this angle of that plane, the poles of both limbs form one group; the second value is the
-maximum share of planes in a hinge.
+"""Angle from the plane perpendicular to the hinge plane within which the poles of both limbs form
+one group, and maximum share of planes in a hinge.
 """
 
 MIN_HINGE_ARC_DEG, NARROW_SIGNIFICANCE = 20.0, 0.02
@@ -96,7 +96,7 @@ class Limbs:
     def are_flat(self) -> bool:
         """Whether each limb has a uniform dip.
 
-        In this case, its poles do not show how their curve continues.
+        The poles of such limbs do not show how their curve continues.
         """
         return self.along_deg <= max(MAX_FLAT_RATIO * self.across_deg, MAX_FLAT_DEG)
 

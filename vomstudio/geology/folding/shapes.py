@@ -27,8 +27,8 @@ MIN_POLES_FOR_NEARER_ENDS, MIN_LIKELIHOOD_GAIN = 10, 5.0
 of poles. At this gain, simulated cylinders are classified as cones no more often than without it.
 """
 MAX_SECOND_GAP_DEG = 60.0
-"""Poles with two wider gaps around the axis form two groups, such as those of two folds, whose ends
-do not belong to a single cone.
+"""Maximum second gap around the axis. Poles with two wider gaps form two groups, such as those of
+two folds, whose ends do not belong to a single cone.
 """
 MIN_CONE_SEPARATION = 8.0
 """Minimum distance of an obvious wide cone from the great circle, in units of its scatter. Two
@@ -303,7 +303,7 @@ def _fit_circle(
 ) -> tuple[FloatArray, float, FloatArray]:
     """Return the axis (3,), half-angle and residuals (n,) of directions (n, 3), radians.
 
-    Without a start axis, the search begins at the normal of the plane through the directions.
+    If no start axis is given, the search begins at the normal of the plane through the directions.
     """
     mean = x.mean(axis=0)
     axis = np.linalg.svd(x - mean, full_matrices=False)[2][2] if start_axis is None else start_axis
@@ -488,9 +488,9 @@ def _design_matrix(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _test_cone(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
-    """Return p of the great circle against the small one, and the 95 % half-angle error.
+    """Return the p-value of the great circle against the cone, and the half-angle error.
 
-    The error assumes that the poles lie on the great circle.
+    The 95 % error assumes that the poles lie on the great circle.
     """
     n = len(poles)
     design, _ = _design_matrix(flip_into_arc(poles, axes), axes[2])

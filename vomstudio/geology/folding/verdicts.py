@@ -15,10 +15,10 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.shapes import MIN_CONE_SEPARATION, Cone, PoleShape, TwoCircles
 
 MAX_CYLINDRICAL_DEG, MAX_NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
-"""Angle from the great circle within which 90 % of the poles lie (Ramsay & Huber 1987)."""
+"""Maximum angle from the great circle within which 90 % of the poles lie (Ramsay & Huber 1987)."""
 
 MAX_VALID_AXIS_ERROR_DEG = 10.0
-"""A 95 % error of beta up to this angle changes lengths by 1.5 % or less."""
+"""Maximum 95 % error of a valid beta; such an error changes lengths by 1.5 % or less."""
 
 MAX_USABLE_AXIS_ERROR_DEG = 20.0
 """Semi-axis above which beta is too uncertain for projections. Its region, which is drawn for small
@@ -26,13 +26,13 @@ angles, is then too narrow.
 """
 
 MIN_ARC_DEG = 30.0
-"""Poles within a shorter arc do not determine their great circle well."""
+"""Minimum arc of poles that determines their great circle well."""
 
 MIN_PLANES = 5
-"""Fewer planes determine an axis, but not the scatter or its shape."""
+"""Minimum number of planes that determine the scatter and its shape in addition to the axis."""
 
 MIN_PLANES_FOR_VALID_AXIS = 8
-"""From this number on, regions of valid axes contain the axis in 93 % of cases (docs/folds.md)."""
+"""Minimum number of planes for a valid axis, with a coverage of 93 % (docs/folds.md)."""
 
 MAX_HOMOCLINAL_RMS_DEG = 20.0
 """Maximum RMS angle between poles of uniform dip and their mean."""
@@ -53,8 +53,8 @@ cannot distinguish a cone from a cylinder.
 """
 
 MAX_CONE_DIFFERENCE_DEG = 30.0
-"""The verdict is also conditional if the 95 % interval of the cone angle extends farther from the
-cylinder: of cones of 60 degrees with a dozen planes, one in seven was classified as a cylinder.
+"""Distance of the 95 % interval of the cone angle from the cylinder above which the verdict is also
+conditional: of cones of 60 degrees with a dozen planes, one in seven was classified as a cylinder.
 """
 
 (

@@ -30,7 +30,7 @@ PARTS_PER_LINE = (4, 8)
 """Numbers of parts of a scanline for variance estimates, coarse and fine."""
 
 MIN_DISPERSION_COUNT = 5
-"""With fewer traces or gaps, clustering cannot be detected."""
+"""Minimum number of traces or gaps for detecting clustering."""
 
 STUDENT_FACTOR = (2.306 / 1.960) ** 2
 """Squared ratio of Student's 95 % quantile with 8 degrees of freedom (because the dispersion is

@@ -75,8 +75,8 @@ class SamplingRegion:
 class Densities:
     """P20, node-based P20 and P21 of the traces in an area, with their 95 % intervals.
 
-    The dispersion is the variance of P21 relative to that of independent traces. Without an area,
-    all values are undefined (None).
+    The dispersion is the variance of P21 relative to that of independent traces. All values are
+    None if there is no area.
     """
 
     P20_1_per_m2: float | None = None
@@ -97,9 +97,9 @@ class TraceLengths:
     mean_m, mean_95_m
         Mean length of complete traces in metres with its 95 % interval, corrected for the edge of
         the area (see `windows.mean_length_from_ends`).
-    naive_mean_m : float
+    naive_mean_m : float or None
         Mean length of the pieces, m.
-    censored_share : float
+    censored_share : float or None
         Share of the pieces that end at the edge of the area.
     kaplan_meier_mean_m, kaplan_meier_median_m : float or None
         Estimates for the pieces as randomly censored lengths, with the mean restricted to the
@@ -135,8 +135,8 @@ class FractureSet:
     """Figures of a set of n trace pieces.
 
     `strike_deg` is the length-weighted mean azimuth, 0 to 180 degrees, together with its resultant.
-    Densities and their 95 % intervals are those of `Densities`, or None without an area; `spacing`
-    is undefined (None) without a scanline.
+    Densities and their 95 % intervals are those of `Densities`, or None if there is no area.
+    `spacing` is None if there is no scanline.
     """
 
     name: str
@@ -153,8 +153,9 @@ class FractureSet:
 
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(PrintableResult):
-    """Figures of a fracture network, see docs/cli.md; None if a figure cannot be computed.
+    """Figures of a fracture network as described in docs/cli.md.
 
+    Figures that cannot be computed are None.
     `P21_unclipped_1_per_m` includes the parts of traces outside the area and is therefore too
     large. Names that contain 95 denote 95 % intervals. `plane` is the plane on which
     three-dimensional traces were analysed, or None for a map.
@@ -192,7 +193,7 @@ class FractureNetwork(PrintableResult):
 class MappedNetwork:
     """Figures of a fracture network and the trace pieces that they describe, for plots.
 
-    `y_axis` is the meaning of y: north, y of a local frame, or up in a picture of a face.
+    `y_axis` is the direction of y: north, y of a local frame, or up in a picture of a face.
     """
 
     statistics: FractureNetwork

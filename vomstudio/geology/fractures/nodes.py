@@ -50,8 +50,9 @@ class SnappedEnd:
 class NodeCounts:
     """Numbers of nodes by type.
 
-    I, Y and X are free ends, abutting ends and crossings. E : ends on the edge of the area. L :
-    points where two traces meet end to end. other : points where more than four branches meet.
+    I, Y and X are free ends, abutting ends and crossings. E are ends on the edge of the area, L are
+    points where two traces meet end to end, and `other` are points where more than four branches
+    meet.
     """
 
     I: int  # noqa: E741
@@ -104,7 +105,7 @@ def find_nodes(pieces: TracePieces, snap_m: float = 0.0, area: object = None) ->
     ----------
     pieces : TracePieces
     snap_m : float
-        Tolerance for the ends of traces in metres; 0 only allows for rounding.
+        Tolerance for the ends of traces, m; 0 allows only for rounding.
     area : shapely polygon, optional
 
     Returns

@@ -12,8 +12,8 @@ from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 
 MAX_ROUNDING_M = 1e-4
-"""Points are identical if their distance is below this value, in metres, or below this fraction of
-the median trace length. GIS programs store coordinates on a grid of 0.1 mm by default.
+"""Distance below which points are identical, in metres and as a fraction of the median trace
+length. GIS programs store coordinates on a grid of 0.1 mm by default.
 """
 N_CIRCLE_VERTICES = 4096
 

@@ -17,16 +17,16 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.view_frame import ViewFrame
 
 MIN_DIP_DEG = 20.0
-"""Lines with a flatter best-fit plane are treated as a map, which shortens them by up to 6 %."""
+"""Dip of the best-fit plane below which lines form a map, which shortens them by up to 6 %."""
 MIN_RELIEF_RATIO = 0.2
 """Minimum height difference along three-dimensional lines, as a fraction of their length."""
 MIN_STEP_RATIO = 2.0
 MIN_FLATNESS = 3.0
 MAX_MAP_DIP_DEG = 80.0
-"""Map positions are projected vertically onto planes up to this dip; steeper planes are edge-on."""
+"""Maximum dip for projecting map positions vertically onto a plane; steeper planes are edge-on."""
 
 MAX_STRIKE_DIP_DEG = 45.0
-"""Angles of traces are strikes on planes that dip less; otherwise they are counted from up dip."""
+"""Dip below which angles of traces are strikes; on steeper planes, they are counted from up dip."""
 
 MIN_RELATIVE_WIDTH = 1e-6
 LINE_TYPES = (1, 2, 5)
@@ -82,7 +82,8 @@ class TracePlane:
     scatter_m, max_distance_m : float
         RMS and maximum distance of the vertices from the plane, m.
     shortening_percent : float
-        Shortening of the lines due to the projection: traces on a rough face are not straight.
+        Shortening of the lines due to the projection, because traces on a rough face are not
+        straight.
     azimuths_from : {"up", "north"}
         Direction from which the angles of traces (`strike_deg`, ranges of strikes, rose diagram)
         are counted clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG`, they are the
@@ -140,7 +141,7 @@ class TracePlane:
     def azimuths_deg(self, directions: FloatArray) -> FloatArray:
         """Return the angles (n,) of lines in [0, 180), clockwise from `azimuths_from`.
 
-        directions : (n, 2) components along x and y on the plane
+        `directions` (n, 2) are components along x and y on the plane.
         """
         if self.azimuths_from == "north" and not self.is_horizontal:
             directions = directions @ np.stack([self.right, self.up])[:, :2]
@@ -170,14 +171,14 @@ class TracePlane:
         )
 
     def coordinates(self, points: FloatArray) -> FloatArray:
-        """Return the coordinates x and y (n, 2) on the plane of World points (n, 3)."""
+        """Return x and y (n, 2) on the plane for points (n, 3) in the World frame."""
         # Do not use matrix products: equal points must have bitwise equal coordinates, so that
         # joined and duplicate lines are recognised.
         x, y, z = (points - np.array(self.origin)).T
         return np.column_stack([x * a + y * b + z * c for a, b, c in (self.right, self.up)])
 
     def project(self, shapes: ObjectArray) -> ObjectArray:
-        """Project World shapes (n,) with heights onto the plane; return their x and y shapes."""
+        """Project shapes (n,) with heights from the World frame to x and y on the plane."""
         import shapely
 
         if self.is_horizontal:
@@ -286,7 +287,7 @@ class TracePlane:
 
 
 def best_fit_plane(points: FloatArray) -> Plane:
-    """Fit a plane to World points (n, 3) by least squares of the distances.
+    """Fit a plane to points (n, 3) in the World frame by least squares of the distances.
 
     Raises
     ------
@@ -305,15 +306,15 @@ def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     Traces are three-dimensional if either of two criteria is met:
 
     - They climb: the largest height difference from the first vertex of a line, summed over all
-      lines, is at least 0.2 times the largest distance from it. Isotropic traces on a plane that
-      dips 20 degrees climb 0.22, and 0.64 on a vertical plane; a rough pavement climbs less,
-      however dense or noisy its vertices are.
+      lines, is at least 0.2 times the largest distance from it. This ratio is 0.22 for isotropic
+      traces on a plane that dips 20 degrees, and 0.64 on a vertical plane; it is smaller on a rough
+      pavement, however dense or noisy its vertices are.
     - They lie above each other, like bedding on a cliff: there are three or more lines whose mean
       heights scatter at least twice as much as the heights along each line, on a well-defined plane
-      (its extent across is 3 times its scatter) that dips at least 20 degrees.
+      (its width is at least 3 times its scatter) that dips at least 20 degrees.
 
     For traces that climb on a plane that dips less than 20 degrees (several walls, or a very rough
-    surface), no plane is better than the map, so their plane is horizontal.
+    surface), no plane is better than the map, so a horizontal plane is used.
 
     Parameters
     ----------
@@ -403,7 +404,8 @@ def _mask_from_rows(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
 def _are_stacked(heights: FloatArray, counts: IntArray, first_rows: IntArray) -> bool:
     """Return whether heights (n,) vary more between lines than along them.
 
-    counts, first_rows : (m,) number of vertices of each line, and row of its first vertex
+    `counts` (m,) are the numbers of vertices of the lines, `first_rows` (m,) the rows of their
+    first vertices.
     """
     means = np.add.reduceat(heights, first_rows) / counts
     residuals = heights - np.repeat(means, counts)

@@ -14,7 +14,7 @@ from vomstudio.geology.fractures.pieces import TracePieces, line_segments
 
 N_SIZES, MAX_CIRCLES = 8, 64
 MAX_UNMAPPED_SHARE = 0.2
-"""Maximum share of an area beyond the outermost traces that is not reported."""
+"""Maximum share of an area outside the hull of the traces that is not reported."""
 Z95 = 1.959963984540054
 
 
@@ -43,11 +43,11 @@ class IntensityAtSize:
 
 @dataclass(frozen=True)
 class CircleEstimates:
-    """Estimates from a circular window that do not require any length.
+    """Estimates from a circular window that do not require trace lengths.
 
     According to Mauldon, Dunne & Rohrbaugh 2001, Journal of Structural Geology 23, 247-258, n
     crossings of the circle and m ends inside it give the intensity n / 4r, the density m / 2 pi r^2
-    and the mean length pi r n / 2m, or None without ends.
+    and the mean length pi r n / 2m, which is None if there are no ends.
     """
 
     n: int
@@ -201,7 +201,7 @@ def intensity_by_size(pieces: TracePieces, area: Any) -> tuple[IntensityAtSize, 
     Returns
     -------
     tuple of IntensityAtSize
-        Empty without traces, or if no circle fits into the area.
+        Empty if there are no traces, or if no circle fits into the area.
     """
     import shapely
 

@@ -44,9 +44,9 @@ the ratio assumes normal deviations.
 """
 
 MIN_DIRECTIONS_FOR_KENT = 12
-"""Fewer directions are rarely significantly elongated, and if they are, they lie in a line by
-chance: the region of their mean would be too narrow across the line, with a coverage of only two
-thirds.
+"""Minimum number of directions for Kent's distribution. Fewer directions that are significantly
+elongated lie in a line by chance: the region of their mean would be too narrow across the line,
+with a coverage of only two thirds.
 """
 
 ELONGATION_SIGNIFICANCE = 0.05
@@ -153,7 +153,7 @@ def line_attitude(vector: FloatArray) -> LineAttitude:
 
 
 def f95(denominator_dof: float) -> float:
-    """Return the 95 % quantile of F(2, bottom) in closed form.
+    """Return the 95 % quantile of F(2, `denominator_dof`) in closed form.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ HOLDOUT_STEP = 10
 MAX_POINTS = 100_000
 MIN_POINTS = 200
 NOISE_VARIANCE_RATIO = 1.5
-"""Ratio of the variance of such a distance to that of noise (point, and means around it)."""
+"""Noise variance of a distance (point and interpolated surface), relative to that of a point."""
 
 
 def missing_variance(plane_coordinates: FloatArray, heights: FloatArray, noise: float) -> float:

@@ -35,14 +35,15 @@ MIN_NOISE_RATIO = 4.0
 the increase with distance by less than a quarter.
 """
 NOISE_FACTOR = 6.0
-"""The variance of a second difference of noise is 1 + 4 + 1 = six times that of the noise."""
+"""Variance of a second difference of noise, relative to that of the noise: 1 + 4 + 1 = 6."""
 PART_CORRELATION_FACTOR = 1.44
 """Factor for the variance among parts, because adjacent parts are correlated; from simulations of
 self-affine surfaces with H from 0.3 to 0.9, for a coverage of 95 %.
 """
 MAX_BEND = 0.2
-"""Own choice: if the slope bends by more than this, the surface has a characteristic length, like
-grooves and waves, and no single exponent. None of 160 self-affine surfaces had a bend above 0.06.
+"""Maximum bend of the slope for a single exponent (own choice); above it, the surface has a
+characteristic length, like grooves and waves. None of 160 self-affine surfaces had a bend above
+0.06.
 """
 SIGNIFICANCE = 0.01
 """Significance level for a direction; one isotropic surface in a hundred is misclassified."""
@@ -135,7 +136,7 @@ class SmoothestDirection:
 
 
 def measure_variations(heights: FloatArray, cell: float, shortest_lag: float) -> Variations | None:
-    """Measure the second differences of a height raster in DIRECTIONS directions.
+    """Measure the second differences of a height raster in `N_DIRECTIONS` directions.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def measure_variations(heights: FloatArray, cell: float, shortest_lag: float) ->
     Returns
     -------
     Variations or None
-        None if the surface is too small for a range of MIN_RANGE.
+        None if the surface is too small for a lag ratio of `MIN_LAG_RATIO`.
     """
     rows, columns = _known_extent(heights)
     longest_lag = min(rows, columns) * cell / MAX_LAG_DIVISOR
@@ -192,7 +193,7 @@ def fit_exponent(
     Returns
     -------
     Exponent or None
-        None if these distances cover a range smaller than MIN_RANGE.
+        None if the ratio of these distances is below `MIN_LAG_RATIO`.
     """
     all_directions = np.arange(len(variations.angles_deg))
     return _fit_exponent(variations, noise, all_directions, NOISE_FACTOR * missing_variance)
@@ -287,10 +288,8 @@ def resolved_range(variations: Variations, noise: float) -> tuple[float, float] 
 def _harmonics(variations: Variations, is_resolved: BoolArray, squares: FloatArray) -> FloatArray:
     """Return the relative cosine and sine terms (2, k, n) of twice the direction.
 
-    The mean squares have the shape (d, k, n).
-
-    The terms are fitted by least squares, because cells do not allow regular steps of direction and
-    length.
+    The mean squares have the shape (d, k, n). The terms are fitted by least squares, because cells
+    do not permit regular steps of direction and length.
     """
     lag_rows = np.flatnonzero(is_resolved)
     growth = 2.0 * _mean_exponent(variations, lag_rows)

@@ -22,7 +22,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 MAX_DEVIATION_SIGMA = 4.0
-"""Deviations of more robust standard deviations than this are not roughness of the surface."""
+"""Maximum deviation due to roughness of the surface, in robust standard deviations."""
 MIN_TRIM_SHARE = 0.03
 """Minimum deviating share of the surface for it to be trimmed."""
 _BIWEIGHT_CONSTANT = 4.685

@@ -348,8 +348,7 @@ def _concentration_table() -> tuple[FloatArray, FloatArray]:
     """Tabulate the one-dimensional variances and log concentrations of Watson's distribution.
 
     The variances are in ascending order.
-
-    A variance is half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
+    Each variance is half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k).
     """
     from scipy.special import dawsn
 

@@ -142,7 +142,7 @@ class Arrangement:
 
 @dataclass(frozen=True)
 class ScanlineSpacing:
-    """Spacing of n planes of a set along a straight line; None if there are fewer than two.
+    """Spacing of n planes of a set along a straight line; the values are None if n < 2.
 
     `apparent_m` is the mean gap along the line, `true_m` the mean gap along the normal of the set
     (the apparent gap times the cosine of the angle between line and normal: Priest & Hudson 1976,
@@ -345,9 +345,10 @@ def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _build_discontinuity(
     id_: str, set_name: str, offset: float, members: Pieces, axes: FloatArray, centre: FloatArray
 ) -> tuple[Discontinuity, Any]:
-    """Return a discontinuity and its pieces in the plane of the set; None without boundaries.
+    """Return a discontinuity and its pieces in the plane of the set.
 
-    `axes` (2, 3) are the strike and dip directions of the set; the pieces are a shapely geometry.
+    `axes` (2, 3) are the strike and dip directions of the set; the pieces are a shapely geometry,
+    or None if boundaries are missing.
     """
     import shapely
 

@@ -164,7 +164,7 @@ def propose_sets(
         If the table has no planes.
     UsageError
         If there are more sets than planes, if seeds are invalid or nearly identical, or if a
-        scanline is given without positions.
+        scanline is given but positions are unknown.
     """
     options = SetOptions() if options is None else options
     scanline = parse_scanline(options.scanline)
@@ -203,7 +203,8 @@ def sets_from_means(
     ----------
     means : (k, 3) ndarray
         Poles of the sets.
-    poles : (n, 3) sequence of ndarray
+    poles : sequence of (3,) ndarray
+        Poles of the n planes.
     group : (n,) array_like of int
         Set of each plane; -1 if it belongs to none.
 
@@ -253,7 +254,7 @@ def describe_proposal(
     poles : (n, 3) ndarray
     pieces : Pieces or None
     scanline : (2, 3) ndarray, optional
-        End points in metres; only used together with pieces.
+        End points in metres; used only if `pieces` is given.
     progress : Progress, optional
 
     Returns

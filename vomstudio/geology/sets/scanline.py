@@ -19,7 +19,7 @@ def parse_scanline(text: str | None) -> FloatArray | None:
     Returns
     -------
     (2, 3) ndarray or None
-        End points in metres; None without a text.
+        End points in metres; None if there is no text.
 
     Raises
     ------

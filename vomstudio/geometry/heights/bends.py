@@ -1,6 +1,6 @@
 """Bend of a whole face, which makes its plane only a local attitude.
 
-A face with a roughness wavelength as long as the face itself is a piece of a wave. Its plane may be
+A face with a roughness wavelength as long as the face itself is part of a wave. Its plane may be
 well known, but the attitude of the surface over several such faces differs from it by an angle as
 large as the bend of the face. The bend is measured by a quadratic surface through the means of
 equal cells, which explains little of any shorter roughness.
@@ -37,8 +37,8 @@ def measure_bend(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     Returns
     -------
     float or None
-        Degrees, in the direction of the maximum bend. None for faces without a significant bend (1
-        %), with shorter roughness, or with too few points.
+        Degrees, in the direction of the maximum bend. None for faces with no bend at a significance
+        of 1 %, with shorter roughness, or with too few points.
     """
     from scipy.special import fdtrc
 

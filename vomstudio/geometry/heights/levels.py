@@ -107,7 +107,7 @@ def level_findings(gap_m: float | None) -> list[Finding]:
 
 
 def bend_findings(is_bent: bool) -> list[Finding]:
-    """Report a curved face, which makes the plane of a piece doubtful.
+    """Report a curved face, which makes the plane of a part of it doubtful.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def _round_positions(x: FloatArray) -> Int16Array:
 
 # --- layers -----------------------------------------------------------------------------------
 def _gap_between_layers(h: FloatArray, max_valley_ratio: float, grid: float) -> float | None:
-    """Return the distance between the two largest peaks if the valley between them suffices."""
+    """Return the distance between the two largest peaks if the valley is deep enough."""
     low, high = np.quantile(h, [0.002, 0.998])
     inner_heights = h[(h >= low) & (h <= high)]
     width = max(KERNEL_WIDTH * float(inner_heights.std()), 0.5 * grid)

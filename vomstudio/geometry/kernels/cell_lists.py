@@ -16,7 +16,7 @@ _HASH_FACTOR = 0x9E3779B97F4A7C15 - (1 << 64)
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
 def find_neighbouring_cells(keys, row, layer, position, starts, near_points):  # type: ignore[no-untyped-def]
-    """Find the up to 26 neighbours of each cell and return their total number.
+    """Find the neighbours of each cell (at most 26) and return their total number.
 
     Parameters
     ----------

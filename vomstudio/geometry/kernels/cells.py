@@ -31,7 +31,7 @@ def fill_row_table(rows, cell_starts, names, ends):  # type: ignore[no-untyped-d
     cell_starts : (r + 1,) ndarray
         First point of each row.
     names : ndarray
-        Output, -1 on entry; its length is a power of two above r.
+        Output: number of the row in each slot, -1 on entry; its length is a power of two above r.
     ends : (len(names), 2) ndarray
         Output: first point of the row and of the next row.
     """
@@ -204,9 +204,8 @@ def measure_along_axes(  # type: ignore[no-untyped-def]
     """Measure the points in a cylinder around each position along a unit axis.
 
     The cylinder extends by `max_distance` in both directions. The outputs are the number of points,
-    and
-    the mean and the standard deviation (divisor n - 1) of their positions along the axis. Points
-    and positions are relative to the corner of the grid.
+    and the mean and the standard deviation (divisor n - 1) of their positions along the axis.
+    Points and positions are relative to the corner of the grid.
     """
     pieces = max(1, math.ceil(max_distance / size))
     half_length = max_distance / pieces

@@ -1,8 +1,8 @@
 """Kernels in Python, compiled by numba once and loaded without it afterwards.
 
-`import numba` takes longer than most of a small command. Nothing here imports it before a kernel
-must be compiled: its machine code is cached on the disk and loaded into a later process by llvmlite
-alone (`machine_code`), or else by numba's own cache.
+`import numba` takes longer than most small commands. This module imports it only when a kernel must
+be compiled: the machine code is cached on disk and loaded into a later process by llvmlite alone
+(`machine_code`), or else by numba's own cache.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Kernel:
                 self.compile_with_numba()
 
     def compile_with_numba(self) -> Callable[..., Any]:
-        """Compile by numba, or load from numba's cache.
+        """Compile with numba, or load from numba's cache.
 
         If no cache folder can be written, the kernel is compiled anew in each process.
         """
@@ -107,14 +107,14 @@ def _numba_cache(folder: Path) -> Iterator[None]:
 def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:
     """Declare a kernel that releases the GIL, compiled for one signature.
 
-    Its code is cached on the disk.
+    Its code is cached on disk.
 
     Parameters
     ----------
     signature : str
         In numba's notation.
     fastmath : bool, optional
-        Whether sums may be reordered and NaN is excluded, for kernels of pictures.
+        Whether sums may be reordered and NaN is excluded, for kernels that process pictures.
 
     Returns
     -------
@@ -139,9 +139,9 @@ def prepare_kernels(*modules: ModuleType) -> None:
 
 
 def part(function: Callable[..., Any]) -> KernelPart:
-    """Declare a part of kernels.
+    """Declare a function that kernels call.
 
-    It is compiled with the first kernel that calls it and contained in its code.
+    It is compiled with the first kernel that calls it, and is included in the code of that kernel.
 
     Parameters
     ----------
@@ -157,8 +157,8 @@ def part(function: Callable[..., Any]) -> KernelPart:
 def step(function: Callable[..., Any]) -> KernelPart:
     """Declare a step of one kernel, inlined into it.
 
-    It is as fast as inline code, and with fastmath its sums have the same order. For one or two
-    calls only, because each call is a copy.
+    It is as fast as inline code, and with fastmath its sums have the same order. Use it for one or
+    two calls only, because each call inserts a copy.
 
     Parameters
     ----------

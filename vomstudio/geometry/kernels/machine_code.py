@@ -168,7 +168,7 @@ def _load_entry_address(symbol: str, code: bytes) -> int:
     """Load the code into this process and return the address of its entry."""
     import llvmlite.binding as llvm
 
-    # Kernels with sines call the C library of mathematics, which Python need not have loaded.
+    # Kernels with sines call the C math library, which Python need not have loaded.
     llvm.load_library_permanently("libm.so.6")
     if any(llvm.address_of_symbol(name) is None for name in _missing_symbols(code)):
         raise _UncacheableKernelError

@@ -10,7 +10,7 @@ from vomstudio.geometry.kernels.raytree import LEAF_SIZE_ITEMS
 
 @part
 def _squared_box_distance(low, high, node, x, y, z):  # type: ignore[no-untyped-def]
-    """Return the squared distance from a position to a box; infinite for an empty box."""
+    """Return the squared distance from a position to a box, or infinity for an empty box."""
     if low[node, 0] > high[node, 0]:
         return np.inf
     dx = max(low[node, 0] - x, 0.0, x - high[node, 0])

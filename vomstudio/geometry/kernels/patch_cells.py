@@ -56,9 +56,9 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
     ----------
     points : (k, 3) ndarray
     weights : (k,) ndarray
-        Or (1,) for all.
+        Weight of each point, or (1,) for a common weight.
     centre : (3,) ndarray
-        A place near the points, which becomes their mean.
+        Input: position near the points. Output: their mean.
     scatter : (3, 3) ndarray
         Output, zeros on entry.
     """
@@ -86,7 +86,7 @@ def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untype
 
 @kernel("f8(f8[:,::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
 def rotate_points(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def]
-    """Compute coordinates along three axes, the rows, and return the sum of squares of r.
+    """Compute coordinates along the rows of `axes`, and return the sum of squares of r.
 
     The coordinates are relative to `centre`.
     """

@@ -9,7 +9,7 @@ from functools import partial
 from vomstudio.core.threads import PROCESSOR_COUNT, thread_pool
 
 MIN_PIECE_SIZE = 50_000
-"""Minimum number of elements per piece; passing one to a thread takes some tens of microseconds."""
+"""Minimum number of elements per piece; passing a piece to a thread takes tens of microseconds."""
 
 Run = Callable[[Callable[[int, int], object]], None]
 
@@ -18,8 +18,8 @@ Run = Callable[[Callable[[int, int], object]], None]
 def split_work(count: int) -> Iterator[Run]:
     """Yield a function that runs ``work(first, last)`` over pieces of a range.
 
-    There are as many pieces as processors; few elements are one piece in this thread. The work is a
-    kernel that releases the GIL and writes to its own elements only.
+    There are as many pieces as processors; a small number of elements forms one piece, which runs
+    in this thread. The work is a kernel that releases the GIL and writes to its own elements only.
 
     Parameters
     ----------

@@ -11,14 +11,14 @@ from vomstudio.geometry.kernels.cells import cell_of, find_slot, lower_bound
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _MIN_POINTS = 10
-"""Points for the six coefficients of a quadric, so that noise is averaged."""
+"""Minimum number of points for the six coefficients of a quadric, so that noise averages out."""
 
 
 @part
 def _solve_linear_system(rows):  # type: ignore[no-untyped-def]
-    """Solve rows (6, 7) in place by Gaussian elimination with pivots.
+    """Solve rows (6, 7) in place by Gaussian elimination with pivoting.
 
-    Returns whether there is a solution, which is then the last column.
+    Returns whether the system has a solution, which is then in the last column.
     """
     for k in range(6):
         pivot = k

@@ -7,7 +7,7 @@ import math
 from vomstudio.geometry.kernels.jit import kernel
 
 INSIDE_TOLERANCE = -1e-9
-"""A ray through an edge belongs to both triangles, whatever rounding says; the nearer one wins."""
+"""A ray through an edge hits both triangles despite rounding; the nearer hit is used."""
 
 
 @kernel("void(f8[:,::1], i4[:,::1], i4[::1], f8, f8, f8, i4[:,::1], f8[:,::1], f8[:,:,::1])")

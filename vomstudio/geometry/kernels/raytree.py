@@ -14,7 +14,7 @@ INSIDE_TOLERANCE = -1e-12
 def allocate_stack() -> tuple[IntArray, FloatArray]:
     """Allocate the working space of a traversal.
 
-    A kernel that allocates none can be loaded without numba.
+    A kernel that allocates no memory can be loaded without numba.
     """
     return np.empty(128, np.int64), np.empty(128, np.float64)
 
@@ -26,7 +26,7 @@ def _is_finite(vector):  # type: ignore[no-untyped-def]
 
 @part
 def _entry_distance(low, high, node, start, direction, max_distance):  # type: ignore[no-untyped-def]
-    """Return the distance at which a ray enters a box, infinite if not before `max_distance`."""
+    """Return the distance at which a ray enters a box, or infinity beyond `max_distance`."""
     near_distance, far_distance = 0.0, max_distance
     for axis in range(3):
         a, b = low[node, axis], high[node, axis]

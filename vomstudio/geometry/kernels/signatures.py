@@ -83,7 +83,7 @@ class Signature:
     """Signature of a kernel in numba's notation, with arrays and numbers.
 
     numba passes an array as two owners (not needed), number of items, bytes of an item, address,
-    lengths and strides; places for results and for errors precede all arguments. Raises ValueError
+    lengths and strides; addresses for results and errors precede all arguments. Raises ValueError
     for other types.
     """
 
@@ -104,7 +104,7 @@ class Signature:
             raise ValueError(f"'{text}' gives something else than numbers of one kind.")
         kind = kinds.pop() if kinds else None
         self._result_count = len(names)
-        # There is always a place to write to, even where nothing comes back.
+        # The code always expects an address for the result, even if it returns nothing.
         self._result_array_type: Any = RESULT_TYPES.get(kind or "i8", ctypes.c_int64) * max(
             1, len(names)
         )

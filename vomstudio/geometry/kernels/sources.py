@@ -9,7 +9,7 @@ from types import CellType, CodeType, FunctionType
 from typing import Any
 
 COMPILATION_LOCK = threading.RLock()
-"""Lock while anything is compiled or loaded, so that two threads do not do it twice."""
+"""Lock held while a kernel is compiled or loaded, so that two threads do not repeat the work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class KernelSource:
 
 
 class KernelPart:
-    """Part of kernels, which numba compiles with the first kernel that calls it."""
+    """Function called by kernels, which numba compiles with the first kernel that calls it."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         self.function = function

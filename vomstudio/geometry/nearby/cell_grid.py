@@ -23,7 +23,7 @@ from vomstudio.geometry.kernels.jit import to_kernel_array
 MAX_CELLS_PER_AXIS = 1_000_000
 """Limit at which cell numbers still fit into 63 bits."""
 MAX_COUNTED_POINTS = 10_000
-"""Maximum number of points that are all used to determine the cell size; of more points, a
+"""Maximum number of points that are all used to determine the cell size; of a larger number, one
 sixteenth is used.
 """
 MAX_PAIRWISE_POINTS = 200
@@ -69,7 +69,7 @@ class CellGrid:
         return starts, neighbours[:neighbour_count].copy()
 
     def neighbouring_cells(self) -> tuple[IntArray, Int32Array]:
-        """Return the up to 26 neighbouring cells of each cell, as starts and list."""
+        """Return the neighbouring cells (at most 26) of each cell, as start indices and a list."""
         return self._neighbouring_cells
 
     def count_neighbourhood_points(self) -> IntArray:

@@ -11,12 +11,12 @@ from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coincident_points import position_keys, weld_points
 
-# Minimum share of sides of one face only at which vertices may be slightly apart.
+# Minimum share of free sides at which nearly coincident vertices are snapped.
 MIN_FREE_SIDE_SHARE = 0.4
 WELD_SHARE = 4e-3
-"""Tolerance of coincident vertices relative to the median side."""
+"""Tolerance of coincident vertices relative to the median side length."""
 MIN_CORNERS_PER_FACE = 1.5
-"""Connected faces have one vertex per two faces."""
+"""Connected faces have about one vertex for every two faces."""
 MAX_FREE_SIDE_SHARE, MIN_FACES = 0.7, 20
 MAX_GAP_RATIO, MAX_CANDIDATES, MAX_NEIGHBOURS = 0.75, 9, 2
 """Own choice: maximum gap relative to both sides, and numbers of candidates and neighbours."""
@@ -65,8 +65,8 @@ def neighbours_across_gaps(
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Find faces with adjacent free sides.
 
-    Sides closer than their length are neighbours, whether tiles were cut, rounded or overlap there,
-    or have a different resolution. Empty if most faces are separate.
+    Sides closer than their length are neighbours, even if tiles overlap, were cut or rounded, or
+    differ in resolution there. The results are empty if most faces are separate.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def neighbours_across_gaps(
         Numbers of the vertices.
     corners : (k, 3, 3) ndarray
     is_free_side : (k, 3) ndarray of bool, optional
-        Sides of one face only, if `nodes` are not all faces.
+        Sides that belong to a single face; required if `nodes` does not contain all faces.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def neighbours_across_gaps(
 
 
 def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
-    """Append a warning if most faces share no side with another.
+    """Append a warning if most faces share no side with another face.
 
     Parameters
     ----------
@@ -128,9 +128,9 @@ def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
 
 
 def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
-    """Return which faces are the first on their three corners, in either orientation.
+    """Return which faces are the first with their three corners, in either orientation.
 
-    A warning is appended if faces are doubled.
+    A warning is appended if faces are duplicated.
 
     Parameters
     ----------

@@ -20,9 +20,9 @@ class GridHits:
     Attributes
     ----------
     face : ndarray of int32
-        Row of the triangle, -1 without a hit.
+        Row of the triangle, or -1 for a miss.
     depth : ndarray
-        z of the point, infinite without a hit.
+        z of the hit, or infinity for a miss.
     weights : (..., 2) ndarray
         Barycentric weights of the second and third vertex.
     """

@@ -19,8 +19,8 @@ from vomstudio.geometry.mesh import Mesh
 
 LEAF_SIZE = 4
 SURFACE_THICKNESS = 4.0
-"""Points of a cloud belong to the same surface if they are within this multiple of the reach behind
-the first point on a ray.
+"""Points of a cloud belong to the same surface if they are within this multiple of `max_distance`
+behind the first point on a ray.
 """
 
 
@@ -31,11 +31,11 @@ class RayHits:
     Attributes
     ----------
     index : (n,) ndarray of int
-        Row of the face or point, -1 without a hit.
+        Row of the face or point, or -1 for a miss.
     distance : (n,) ndarray
-        Distance from the start, in multiples of the direction vector; infinite without a hit.
+        Distance from the start, in multiples of the direction vector; infinity for a miss.
     weights : (n, 3) ndarray
-        Barycentric weights of the vertices of the face; NaN for points and without a hit.
+        Barycentric weights of the vertices of the face; NaN for points and misses.
     """
 
     index: IntArray

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 POINT_BUDGET = 5_000_000
-"""Default number of points of a cloud in memory."""
+"""Default maximum number of points of a cloud in memory."""
 FETCH_BATCH_POINTS = 50_000
 """Number of points of a file that are unpacked together. Unpacking several nodes uses several
 processors, but blocks all other threads.

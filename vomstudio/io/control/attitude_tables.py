@@ -167,7 +167,7 @@ def attitude_table(
 
 
 def empty_attitude_table(notes: Sequence[Finding]) -> AttitudeTable:
-    """Return a table without photos that contains the reasons."""
+    """Return a table without photos whose notes state the reasons."""
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 

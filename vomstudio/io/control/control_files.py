@@ -63,8 +63,8 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
 def find_program_control(photos: Path) -> tuple[Path, Path] | None:
     """Return the control and marks files of another program, whatever their names, or None.
 
-    The photo folder and the folder that contains it are searched. Only a file that is the only one
-    of its format, and whose marks are known, is returned.
+    The photo folder and the folder that contains it are searched. A file is returned only if it is
+    the only one of its format and its marks file exists.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def find_program_control(photos: Path) -> tuple[Path, Path] | None:
 
 
 def _swapped_degrees_finding(control: Path, stated_crs: str, code: str) -> Finding | None:
-    """Return ``control.swapped-degrees`` if swapped degrees would explain the other CRS.
+    """Return ``control.swapped-degrees`` if swapped degrees explain the different CRS.
 
     This is the case if the points would be in the zone `code` after swapping longitude and
     latitude.

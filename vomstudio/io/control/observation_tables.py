@@ -104,8 +104,8 @@ def _joined_covariance(*tables: Pairs) -> FloatArray | None:
 class ScaleBar:
     """Distance between two points of the pairs.
 
-    None as `sigma_m` means that it is not stated, and None as `file` and `line` that the bar was
-    not read from a file. `check` marks a bar that is not used for the registration.
+    `sigma_m` is None if not stated; `file` and `line` are None if the bar was not read from a file.
+    `check` marks a bar that is not used for the registration.
     """
 
     first: str
@@ -119,7 +119,7 @@ class ScaleBar:
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Positions of the cameras of photos.
+    """Camera positions of photos.
 
     Attributes
     ----------

@@ -58,7 +58,7 @@ def _faultkin_row(row: Row) -> list[object]:
 def faultkin_sense(slip_rake_deg: float) -> str:
     """Return the two letters for a directed rake.
 
-    If the slip has no component of a kind, the default letter is used: N or L.
+    N is used if there is no dip-slip component, and L if there is no strike-slip component.
     """
     is_strike_slip = abs(slip_rake_deg) % 180.0 < ANGLE_TOLERANCE_DEG
     is_thrust = slip_rake_deg > 0.0 and not is_strike_slip

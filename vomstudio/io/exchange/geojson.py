@@ -29,7 +29,7 @@ _GEOMETRY_TYPES = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 def geojson_files(
     out: Path, layers: Sequence[Layer], crs: str | None, *, is_projected: bool = False
 ) -> dict[Path, str]:
-    """Return the texts of `planes` (`out`) and of the other layers (NAME_layer next to it).
+    """Return the text of each file: `out` for planes, and NAME_layer for each other layer.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def geojson_files(
     crs : str or None
         CRS of the layers; None for a local frame in metres.
     is_projected : bool
-        Whether to write the coordinates of the layers in place of degrees in WGS 84.
+        Whether to write the coordinates of the layers instead of WGS 84 degrees.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _feature_collection(layer: Layer, crs_member: Mapping[str, Any]) -> str:
 
 
 def _urn(crs: str) -> str:
-    """Return the name of an EPSG code in GeoJSON, or the text of other systems."""
+    """Return the GeoJSON name of an EPSG code, or the text of any other CRS."""
     authority, _, code = crs.partition(":")
     return f"urn:ogc:def:crs:EPSG::{code}" if authority == "EPSG" and code.isdigit() else crs
 
@@ -117,6 +117,6 @@ def _to_plain_value(value: Any) -> Any:
 
 
 def feature_properties(layer: Layer, row: int) -> Mapping[str, Any]:
-    """Return the known figures of one feature."""
+    """Return the figures of a feature that have a value."""
     values = {name: _to_plain_value(column[row]) for name, column in layer.columns.items()}
     return {name: value for name, value in values.items() if value not in (None, "")}

@@ -26,7 +26,7 @@ LOOPSTRUCTURAL_COLUMNS = ("X", "Y", "Z", "feature_name", "nx", "ny", "nz", "inte
 
 
 def surface_name(kind: object, set_name: object) -> str:
-    """Return the surface of a feature: its set or, without one, its type."""
+    """Return the surface of a feature: its set or, if it has no set, its type."""
     return str(set_name or kind or "surface")
 
 

@@ -53,7 +53,7 @@ def kml_text(
         Colours as "#rrggbb" by the name of the feature type in lower case.
     title : str
     describe : callable
-        Title and text of an attribute for the balloon of a feature.
+        Function that returns the title and text of an attribute for the balloon of a feature.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def kml_text(
 
 
 def _feature_lines(layer: Layer, row: int, size: float) -> list[FloatArray]:
-    """Return the lines with which a feature is drawn."""
+    """Return the polylines that represent a feature."""
     shape = layer.shapes[row]
     figures = feature_properties(layer, row)
     if layer.kind != "point":

@@ -84,7 +84,7 @@ def crs_reading_finding(file: Path, text: str) -> Finding:
 
 
 def require_crs(axes: StatedAxes, file: Path) -> str:
-    """Return the CRS to convert from. Raises UsageError if file and options state none."""
+    """Return the CRS to convert from. Raises UsageError if neither file nor options state one."""
     if axes.crs is None:
         raise UsageError(Finding("frame.no-crs"), file=file, field="--to-crs")
     return axes.crs

@@ -92,8 +92,8 @@ class RawLayer:
     ----------
     path : Path
         Path of the file.
-    shapes : (n,) array of shapely geometries or None
-        Geometries in metres, 2D if the file has no heights.
+    shapes : (n,) array of shapely geometries
+        Geometries in metres, 2D if the file has no heights; None if missing.
     feature : (n,) array of int
         Row of each shape in the file.
     columns, crs, fields
@@ -218,7 +218,7 @@ def extract_lines(raw_layer: RawLayer, *, include_rings: bool = True) -> DrawnLa
 
 
 def extract_area(raw_layer: RawLayer) -> tuple[Any, DrawnLayer]:
-    """Return all polygons of a layer as one shapely area without heights, and the layer.
+    """Return all polygons of a layer as one shapely geometry without heights, and the layer.
 
     Raises
     ------
@@ -339,7 +339,7 @@ def _reading_error(
 
 
 def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
-    """Return the only layer that may contain such shapes, or None if no layer qualifies."""
+    """Return the only layer that may contain shapes of these kinds, or None."""
     layers = list_layers(path, lambda: _reading_error(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
     # In GDAL, None means no geometry, and Unknown means any kind.
@@ -370,10 +370,13 @@ def _frame(
 
     Parameters
     ----------
+    path : Path
     crs : str or None
         CRS as reported by GDAL: WGS 84 for GeoJSON without a ``crs``, according to its standard.
     bounds : (2, 2) float
         Minimum and maximum of x and y.
+    options : FrameOptions
+        Frame options of the caller.
     is_only_layer : bool
         Whether the drawing does not belong to a model to whose CRS it would be converted.
     """
@@ -476,7 +479,7 @@ def _parts(
 ) -> tuple[ObjectArray, IntArray, list[Finding]]:
     """Return single parts of the requested kinds, their rows, and findings about others.
 
-    feature_rows : (n,) row of each shape in its file, for the findings
+    `feature_rows` (n,) contains the row of each shape in its file, for the findings.
     """
     import shapely
 

@@ -2,8 +2,7 @@
 
 This is the only module that determines the units, for every format. The horizontal and vertical
 units are those of the CRS (a compound CRS has two); heights without a unit have the unit of the
-horizontal axes; a unit of heights that a file states in addition to the CRS overrides both
-(CONVENTIONS).
+horizontal axes; a unit of heights that a file states in addition to the CRS overrides both.
 """
 
 from __future__ import annotations

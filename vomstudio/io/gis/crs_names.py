@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pyproj.aoi import AreaOfUse
 
 _DEFAULT_DATUM = "WGS 84 /"
-"""Datum that precedes the others, because satellite receivers and drones use it."""
+"""Datum that precedes the others because satellite receivers and drones use it."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class NamedCrs:
 
 @cache
 def projected_systems() -> tuple[NamedCrs, ...]:
-    """Return all valid systems by code, about 5000, which load once within half a second."""
+    """Return all valid systems (about 5000) by code, loaded once within half a second."""
     from pyproj.database import query_crs_info
     from pyproj.enums import PJType
 

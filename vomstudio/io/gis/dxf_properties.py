@@ -97,7 +97,7 @@ def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray)
 
     Returns
     -------
-    keep : (n,) array of bool
+    is_kept : (n,) array of bool
     findings : list of Finding
         Findings about excluded sheets (paper space), hidden layers, dimensions and bodies.
     """

@@ -103,7 +103,7 @@ def _end_condition(tangent: FloatArray | None) -> tuple[int, FloatArray]:
 
 
 def _add_control_points(data: bytes) -> bytes | None:
-    """Return the drawing with control points added, or None if nothing changes."""
+    """Return the drawing with control points added, or None if no spline needs them."""
     parts: list[bytes] = []
     copied_end = 0
     for piece in text_pieces(data):

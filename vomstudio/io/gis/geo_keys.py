@@ -1,6 +1,6 @@
 """CRS of GeoTIFF keys, which are also used in LAS files, decoded by GDAL.
 
-The keys are written into an in-memory picture of one pixel, so that a single reader decodes all of
+The keys are written into an in-memory image of one pixel, so that a single reader decodes all of
 them: codes, systems defined by parameters (code 32767), units of length and vertical systems.
 """
 
@@ -25,7 +25,7 @@ _MAX_KEYS = 1000
 _SYSTEM_KEYS = {"projected": 3072, "geographic": 2048}
 _UNIT_KEY, _UNIT_SIZE_KEY, _VERTICAL_UNIT_KEY = 3076, 3077, 4099
 _UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
-"""EPSG codes of units of length."""
+"""Units of length by EPSG code."""
 _USER_DEFINED = 32767
 
 
@@ -153,7 +153,7 @@ def _decode_with_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> 
 
 
 def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:
-    """Return (key, location of its value, count, value or position) of each key."""
+    """Return (key, tag that stores its value or 0, count, value or position) of each key."""
     if len(directory) < 8:
         return []
     count = struct.unpack_from("<H", directory, 6)[0]

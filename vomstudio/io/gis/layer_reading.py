@@ -56,7 +56,7 @@ _gdal_lock = threading.Lock()
 def readable_layers(
     path: Path, reading_error: Callable[[], InputError], *, has_sheets: bool = False
 ) -> Iterator[Path]:
-    """Yield a path of the file from which pyogrio can read layers inside the block.
+    """Yield a path from which pyogrio can read the layers of a file inside the block.
 
     Parameters
     ----------

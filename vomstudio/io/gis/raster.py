@@ -154,7 +154,7 @@ def open_geotiff(
 
 
 def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
-    """Return the width, height and bands of a GeoTIFF, with "F" for numbers as in Pillow.
+    """Return the width, height and band types of a GeoTIFF, named as in Pillow.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 The files are the geometry (.shp), its index (.shx) and the attributes (.dbf), according to ESRI's
 white paper of 1998 and dBase III.
 
-This module does not use a library because all of those measured were slower and lost digits (two
+This module does not use a library because all that were measured were slower and lost digits (two
 busy cores). Writing 300,000 points with three attributes took 1.4 to 2.5 s, in blocks that can be
 cancelled and need no extra memory; GDAL (pyogrio 0.13) took 3.4 to 6.1 s and pyshp 3.1 took 12 to
 17 s. Both write attributes with 15 decimals: GDAL changes 93 % of uniformly distributed numbers

@@ -34,7 +34,7 @@ PROGRAM_CLASS = "vomstudio"
 """Class of non-line elements in this program's drawings: frames, symbols and labels."""
 _MAX_BYTES = 256 << 20
 _MAX_NUMBERS = 500_000
-"""Maximum for all paths, read in a few seconds; drawings by hand have about a hundredth of it."""
+"""Maximum in all paths, read in a few seconds; hand drawings have about 1 % of it."""
 _LABEL_ATTRIBUTE = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE_ATTRIBUTE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _ABSOLUTE_PATH_ATTRIBUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"

@@ -28,11 +28,11 @@ from vomstudio.io.gis.layer_transport import pack, unpack
 from vomstudio.io.text.file_text import MAX_OBJECTS
 
 _MAX_SMALL_BYTES = 2 << 20
-"""Every driver reads such a file in a fraction of a second."""
+"""Maximum size of a file that every driver reads in a fraction of a second."""
 _ZIP_MARK = b"PK\x03\x04"
 """First bytes of a workbook, which is compressed."""
 _MAX_SMALL_ENTITIES = 50_000
-"""Entities of a DXF, with its blocks inserted, that are read as fast."""
+"""Maximum number of entities of a DXF, with its blocks inserted, that are read as fast."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +49,11 @@ class VectorLayer:
     crs : str or None
         CRS as stated by the file.
     described : str
-        Description, or "" for a layer without one.
+        Description of the layer; empty if it has none.
     shapes : (n,) array of bytes or None
         Geometries as WKB.
-    columns : mapping of str to (n,) array
-        Requested columns by name.
+    columns : mapping of str to (n,) array or None
+        Requested columns by name; None if not read.
     """
 
     name: str
@@ -114,8 +114,8 @@ def read_layers(
     is_flat : bool
         Whether to drop heights.
     has_sheets : bool
-        Whether the file may be a workbook. All cells of its sheets are rows of text, also those of
-        a header.
+        Whether the file may be a workbook. All rows of its sheets, including a header, are read as
+        text.
 
     Raises
     ------

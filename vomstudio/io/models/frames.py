@@ -48,11 +48,11 @@ class FrameWithFindings:
 
     @property
     def placement(self) -> Frame | Registration:
-        """Registration or, without a registration, the frame."""
+        """Registration, or the frame if there is no registration."""
         return self.registration or self.frame
 
     def to_world(self) -> Matrix:
-        """Similarity transformation (4, 4) from the file frame to the World frame."""
+        """Return the similarity transformation (4, 4) from the file frame to the World frame."""
         return self.placement.to_world()
 
 

@@ -158,7 +158,7 @@ def count_photos(model: Path, cameras: Path | None = None) -> tuple[int, int]:
 def _read_cameras(path: Path, model: Path | None = None) -> Cameras | None:
     """Return the cameras with the absolute folder of the photos, or None if unreadable.
 
-    Cameras of other programs are in one of several frames, which is found by the extent of `model`.
+    Cameras of other programs are in one of several frames, selected by the extent of `model`.
     """
     try:
         cameras = read_cameras(path)
@@ -183,7 +183,7 @@ def _read_other_cameras(path: Path, model: Path | None) -> Cameras | None:
     if not files:
         return replace(cameras, photos=path.parent.resolve())
     folder = Path(os.path.commonpath([file.resolve().parent for file in files.values()]))
-    # Names in other files may lack the ending.
+    # Names in other files may have no suffix.
     names = {name: file.resolve().relative_to(folder) for name, file in files.items()}
     views = tuple(
         replace(view, name=names[view.name].as_posix()) if view.name in names else view
@@ -205,7 +205,7 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
 
 
 def _libraries(model: Path) -> list[Path]:
-    """Return the material files to which an OBJ file refers anywhere."""
+    """Return all material files to which an OBJ file refers."""
     names: dict[str, None] = {}
     with open_regular_file(model) as lines:
         for line in lines:

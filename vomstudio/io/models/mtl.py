@@ -190,8 +190,8 @@ def check_image(path: Path) -> str | None:
 def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Finding]]:
     """Read the materials of an MTL file by name, and findings about the file.
 
-    Images are searched in the folder of the MTL file and then in `folder`, the folder of the OBJ
-    file, but never outside `folder`.
+    Images are searched for in the folder of the MTL file and then in `folder`, the folder of the
+    OBJ file, but never outside `folder`.
     """
     findings: list[Finding] = []
     try:

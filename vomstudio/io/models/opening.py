@@ -126,7 +126,7 @@ def _limit_fields(loaded_model: LoadedModel) -> LoadedModel:
 
 
 def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
-    """Compute the SHA-256 of a file in hex, or of a part of it if no longer needed.
+    """Compute the SHA-256 of a file in hex, stopping early if it is no longer needed.
 
     Raises InputError if the file cannot be read.
     """
@@ -143,8 +143,8 @@ def file_hash(path: Path, is_needed: Callable[[], bool] = lambda: True) -> str:
 def resolution(data: Mesh | PointCloud) -> float:
     """Return the effective resolution in file units.
 
-    The resolution is the largest of the mean spacing and the noise (see `geometry.resolution`;
-    duplicate points count once) and of the mean edge length of a mesh; for a subdivided mesh, it is
+    The resolution is the largest of the mean spacing, the noise (see `geometry.resolution`;
+    duplicate points count once) and the mean edge length of a mesh; for a subdivided mesh, it is
     that of the original mesh. Large models are sampled: every k-th face, and all points in windows
     around points distributed over the file. The result is NaN for a single point.
     """
@@ -257,7 +257,7 @@ def _resolution_in_windows(points: FloatArray, spacing: float) -> float:
     """Return the median resolution in windows of 60 spacings around some points."""
     if not np.isfinite(spacing) or spacing <= 0:
         return float("nan")
-    # Some thousand points, of which the inner ones have all their neighbours.
+    # A few thousand points, of which the inner ones have all their neighbours.
     half_width = 30.0 * spacing
     resolutions = []
     for local_points in _windows(points, half_width):
@@ -289,7 +289,7 @@ def _mean_spacing(tree: object, queries: FloatArray) -> float:
 
 
 def _brute_force_distances(local_points: FloatArray) -> FloatArray:
-    """Return the same distances as a tree would, without the slower import of scipy."""
+    """Compute the distances that a k-d tree would return, avoiding the slow import of scipy."""
     x, y, z = (local_points[:, None, j] - local_points[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
@@ -419,7 +419,7 @@ def _scale(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
 def describe(
     path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> dict[str, object]:
-    """Describe a model in the terms of the `info` command, in a form suitable for JSON.
+    """Return the values of the `info` command for a model as plain data for JSON.
 
     `points` is the number of vertices that the surface of a mesh requires (a vertex with two
     texture coordinates counts twice). `bounds` is in metres if the unit of x and y is known (World

@@ -47,7 +47,7 @@ def write_piece(
     packed_mask : array of uint8
         Packed mask with one bit per face or point.
     source, content_hash : Path, str
-        File on which they were selected, and its hash.
+        Source model in which they were selected, and its hash.
     crs : str or None
         CRS of the model file.
     folder : Path

@@ -43,7 +43,7 @@ class LoadedModel:
         Result of `vomstudio.io.models.opening.resolution`, if known.
     height_unit : str or None
         Unit of heights that the file states separately from the CRS, as a key of
-        `vomstudio.geometry.units.METRES`.
+        `vomstudio.geometry.units.METRES_PER_UNIT`.
     units : tuple of str
         Units of x, y and z stated by the file. `read_model` sets them; a reader does so only if its
         format defines them.
@@ -88,8 +88,8 @@ class Reader:
     extensions : tuple of str
         File extensions in lower case, including the dot.
     matches : callable
-        Function that returns from the path and up to `HEAD_BYTES` first bytes whether the *content*
-        is certainly of this format, regardless of the extension.
+        Function of the path and the first bytes (up to `HEAD_BYTES`) that returns whether the
+        *content* is certainly of this format, regardless of the extension.
     read : callable
         Function that reads a file; raises InputError if it is unreadable, and Cancelled through the
         progress.

@@ -73,7 +73,7 @@ def write_model(
     axes: Axes = WORLD_AXES,
     registration: Registration | None = None,
 ) -> list[Finding]:
-    """Write a model in World in the format of the path's suffix, completely or not at all.
+    """Write a World-frame model in the format of the suffix, completely or not at all.
 
     Parameters
     ----------

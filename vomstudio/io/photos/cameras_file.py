@@ -56,7 +56,7 @@ class Cameras:
 
 
 def find_photos(cameras: Cameras, path: Path, other_folders: Sequence[Path] = ()) -> Path | None:
-    """Return the folder that contains the first photos, or None.
+    """Return the folder that contains any of the first three photos, or None.
 
     The folders searched are `other_folders`, the stored folder, and folders next to the cameras
     file `path`.
@@ -187,7 +187,7 @@ def write_cameras_csv(
 
     Parameters
     ----------
-    path : path
+    path : str or Path
     cameras : Cameras
     errors : mapping of str to (float, float), optional
         95 % errors of the centre, in the unit of the frame, and of the rotation, in degrees.

@@ -34,7 +34,7 @@ def is_mask(path: Path, root: Path) -> bool:
 
 
 class MaskFinder:
-    """Search for the masks of photos by file name."""
+    """Finder of the masks of photos by file name."""
 
     def __init__(self, root: Path, masks: Iterable[Path]) -> None:
         self._masks_by_name = {self._key(path): path for path in masks}

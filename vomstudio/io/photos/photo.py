@@ -11,14 +11,24 @@ from pathlib import Path
 class PhotoTags:
     """EXIF tags of a photo, with None for missing tags.
 
-    focal_mm : focal length of the lens; focal_35mm : its equivalent on 36 x 24 mm film
-    orientation : 1 to 8, turns the pixels for viewers
-    digital_zoom : factor, 1 for none
-    altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
-        "ellipsoid"
-    gps_accuracy_m : horizontal accuracy stated by the receiver
-    direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
-        "magnetic", or None if the photo does not state it
+    Attributes
+    ----------
+    focal_mm, focal_35mm : float or None
+        Focal length of the lens, and its equivalent on 36 x 24 mm film.
+    orientation : int
+        EXIF orientation, 1 to 8, by which viewers rotate the pixels.
+    digital_zoom : float or None
+        Enlargement factor; 1 for no zoom.
+    altitude_m : float or None
+        Height above `altitude_reference`, negative below sea level.
+    altitude_reference : str or None
+        "sea level", "below sea level" or "ellipsoid".
+    gps_accuracy_m : float or None
+        Horizontal accuracy stated by the receiver.
+    direction_deg : float or None
+        Azimuth of the view from the compass of the phone.
+    direction_north : str or None
+        North reference of `direction_deg`: "true" or "magnetic".
     """
 
     serial: str | None = None
@@ -44,20 +54,33 @@ class PhotoTags:
 class Photo(PhotoTags):
     """Path, size, camera, position and direction of a photo; None if not stated.
 
-    name : relative to the folder, with forward slashes
-    width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
-    camera : make and model
-    sensor_width_mm : width of the part of the sensor that the photo shows, along its long side
-    focal_px : focal length by the rule that `focal_source` names
-    relative_altitude_m : height of a drone above the place of take-off
-    exif_altitude_m : height in EXIF if its sign contradicts that of XMP, which altitude_m then is
-    yaw_deg, pitch_deg, roll_deg : angle of the optical axis from north and above the horizon, and
-        rotation about it
-    has_zero_angles : these three are exactly 0 as written; has_comment_angles : they are from
-        EXIF `UserComment`
-    down : the direction in which things fall, by the phone's accelerometer, in the frame of the
-        camera (x right, y down, z forward, in the photo as stored), a unit vector
-    mask : picture of the same size; white is used
+    Attributes
+    ----------
+    name : str
+        Path relative to the folder, with forward slashes.
+    width, height : int
+        Size in pixels as stored; `orientation` affects only the display.
+    camera : str or None
+        Make and model.
+    sensor_width_mm : float or None
+        Width of the part of the sensor that the photo shows, along its long side.
+    focal_px : float or None
+        Focal length in pixels, determined as stated by `focal_source`.
+    exif_altitude_m : float or None
+        Height from EXIF if its sign contradicts XMP; `altitude_m` is then the height from XMP.
+    relative_altitude_m : float or None
+        Height of a drone above the take-off position.
+    yaw_deg, pitch_deg, roll_deg : float or None
+        Azimuth of the optical axis, its angle above the horizon, and the rotation about it.
+    has_zero_angles : bool
+        Whether yaw, pitch and roll are exactly 0 as written.
+    has_comment_angles : bool
+        Whether yaw, pitch and roll are from EXIF `UserComment`.
+    down : tuple of float or None
+        Unit vector of gravity from the phone's accelerometer, in the camera frame (x right, y down,
+        z forward, in the photo as stored).
+    mask : Path or None
+        Mask of the same size; white pixels are used.
     """
 
     path: Path

@@ -113,7 +113,7 @@ class PhotoFolder(PrintableResult):
 
 
 class NoPhotosError(InputError):
-    """The folder exists, but none of its photos can be used."""
+    """Error for an existing folder that contains no usable photos."""
 
 
 def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFolder:
@@ -127,7 +127,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     ------
     InputError
         If the folder does not exist.
-    NoPhotos
+    NoPhotosError
         If the folder contains no usable photos.
     """
     root = Path(folder)
@@ -236,7 +236,7 @@ def _is_broken_link(path: Path) -> bool:
 
 
 def _to_printable(name: str) -> str:
-    """Return a file name that can be printed, whatever its bytes."""
+    """Return a printable form of a file name, regardless of its bytes."""
     return name.encode("utf-8", "replace").decode()
 
 

@@ -1,4 +1,4 @@
-"""Meanings of columns that the user states, for tables with unknown names."""
+"""Meanings of columns stated by the user, for tables with unknown column names."""
 
 from __future__ import annotations
 

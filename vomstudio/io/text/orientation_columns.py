@@ -66,7 +66,7 @@ ALIASES: dict[str, set[str]] = {
 LINE_WORDS = ("lineation", "slickenline", "slickenfib", "stria", "fold axis", "hinge", "rodding")
 """Parts of the names of structures that are lines."""
 _LINE_CODE = re.compile(r"l\d*")
-"""Code of a lineation, such as L1, beside S1 of a foliation."""
+"""Code of a lineation, such as L1, as opposed to S1 of a foliation."""
 _GEMS_FIELD = "orientationconfidencedegrees"
 _GEMPY_FIELDS = {"azimuth", "dip", "polarity"}
 _LOOP_FIELDS = {"featurename", "nx", "ny", "nz", "interface"}
@@ -241,7 +241,7 @@ class OrientationColumns:
         return ", ".join(f"'{name}'" if self.table.names else name for name in names)
 
     def azimuths(self, column: int, is_undefined: BoolArray) -> FloatArray:
-        """Return azimuths (n,) in [0, 360), in degrees; 0 where the direction is `is_undefined`."""
+        """Return azimuths (n,) in [0, 360), in degrees; 0 where `is_undefined` is True."""
         values = np.where(is_undefined, 0.0, self._angles(column, parse_azimuth))
         is_outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         is_invalid = np.isinf(values) | (
@@ -267,7 +267,7 @@ class OrientationColumns:
             )
 
     def inclinations(self, column: int, min_value: float) -> FloatArray:
-        """Return dips or plunges (n,) in [lowest, 90], in degrees. Raises InputError."""
+        """Return dips or plunges (n,) in [min_value, 90], in degrees. Raises InputError."""
         values = self._angles(column, parse_angle)
         is_outside = ~np.isnan(values) & ~((values >= min_value) & (values <= 90.0))
         if is_outside.any():

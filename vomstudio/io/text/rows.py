@@ -406,7 +406,10 @@ def _check_widths(
     width: int,
     delimiter: str,
 ) -> list[list[str]] | None:
-    """Return rows split to `width`, or None if all lines have it. Raises for a ragged row."""
+    """Return rows split into `width` cells, or None if all lines have that width.
+
+    Raises InputError for a ragged row.
+    """
     if rows is None:
         if delimiter == " ":
             is_uniform = all(len(line.split()) == width for line in data)

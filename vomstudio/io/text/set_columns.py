@@ -36,7 +36,7 @@ def extract_pieces(table: OrientationTable, positions: FloatArray | None) -> Pie
     Returns
     -------
     Pieces or None
-        Pieces, or None without coordinates.
+        Pieces; None if `positions` is None.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def table_with_sets(
     notes : sequence of str
         Additional comments.
     discontinuity : (k,) sequence of str
-        Discontinuities for an additional column; empty for none.
+        Discontinuities for an additional column; if empty, the column is omitted.
     """
     text_table = table.table
     delimiter = "," if text_table.delimiter == " " else text_table.delimiter

@@ -2,7 +2,7 @@
 
 A fault has a strike (right-hand rule) or dip direction, and a dip. Its slip is given by the trend
 and plunge or the rake (pitch) of the striae, and by a sense in words or letters. In tables of this
-program, it is the directed rake of the movement of the hanging wall.
+program, the slip is the directed rake of the movement of the hanging wall.
 """
 
 from __future__ import annotations
@@ -278,7 +278,7 @@ def _are_numbered(texts: Sequence[str]) -> bool:
 def _is_r_right_lateral(texts: Sequence[str]) -> bool:
     """Return whether R by itself means right-lateral.
 
-    It does so if there is also T (the thrust of FaultKin) or L, and no other letter means dextral.
+    This is the case if T (thrust in FaultKin) or L also occurs, and no other code means dextral.
     """
     codes = {normalise_name(word) for word in texts}
     known_words = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}

@@ -41,4 +41,4 @@ class TableOptions(Options):
 
 
 NO_TABLE_OPTIONS = TableOptions()
-"""The table states the meaning of its columns."""
+"""No options; the table states the meaning of its columns."""

@@ -110,7 +110,7 @@ def is_xml(path: str | Path) -> bool:
 def element_error(
     path: Path, element: Element, cause: Finding, field: str | None = None
 ) -> InputError:
-    """Return an error with the file, line and element, or another field."""
+    """Return an error with the file, the line, and `field` or else the element."""
     return InputError(cause, file=path, line=element.sourceline, field=field or element.tag)
 
 
@@ -167,7 +167,7 @@ class UniqueKeys:
     def add(
         self, key: object, element: Element, code: str, field: str | None = None, **values: str
     ) -> None:
-        """Raise InputError with a code and the value `first_line` if the key already exists."""
+        """Add a key. Raises InputError with the value `first_line` if it already exists."""
         if key in self._lines:
             finding = Finding(code, **values, first_line=self._lines[key])
             raise element_error(self._path, element, finding, field)

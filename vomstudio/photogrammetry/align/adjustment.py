@@ -62,7 +62,7 @@ def adjust(
         adjuster = create_adjuster(reconstruction, freedoms, threads, loss_px=LOSS_SCALE_PX)
         run_cancellable(lambda _token, a=adjuster: a.solve(), progress or SilentProgress())  # type: ignore[misc]
         if includes_covariance and remaining_rounds == 1:
-            # With equal weights, like the RMS by which the covariance is multiplied.
+            # Use equal weights, as does the RMS by which the covariance is multiplied.
             unweighted_problem = create_adjuster(reconstruction, freedoms, threads)
             covariances = estimate_covariances(reconstruction, unweighted_problem, freedoms)
         manager = pycolmap.ObservationManager(reconstruction)
@@ -77,11 +77,11 @@ def cross_validation_error(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> float:
-    """Return the mean error of tie points that are left out of the adjustment, pixels.
+    """Return the mean error of tie points left out of the adjustment, in pixels.
 
     Every fifth tie point is left out when the cameras are adjusted.
 
-    Only points seen in at least three photos are used; without any, the result is NaN.
+    Only points seen in at least three photos are used; if there are none, the result is NaN.
     `reconstruction` is not changed. Raises Cancelled.
     """
     pycolmap = colmap()
@@ -130,7 +130,7 @@ def free_parameter_indices(camera: Any, freedom: Freedom) -> list[int]:
 
 
 def fix_parameters(problem: Any, camera: Any, freedom: Freedom) -> None:
-    """Hold the camera parameters that `freedom` does not free constant in a problem."""
+    """Keep the camera parameters constant that `freedom` does not free."""
     import pyceres
 
     free_indices = free_parameter_indices(camera, freedom)

@@ -285,7 +285,7 @@ def find_features(
 
 
 class _PhotoProgress:
-    """Progress that counts finished photos instead of tasks of an executor."""
+    """Progress that counts finished photos instead of executor tasks."""
 
     def __init__(self, progress: Progress, count: Any) -> None:
         self._progress, self._count = progress, count

@@ -236,7 +236,10 @@ def _fix_undetermined(
     factor: float,
     checks: dict[str, Finding],
 ) -> Freedom:
-    """Fix k2 and the principal point again if they fail their tests, and extend `checks`."""
+    """Fix k2 and the principal point again if they fail their tests.
+
+    The results of the tests are added to `checks`.
+    """
     if not (freedom.second_radial or freedom.centre):
         return freedom
     if covariance is None:

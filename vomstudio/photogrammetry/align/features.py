@@ -68,7 +68,7 @@ class ExtractionTask:
 
     @property
     def key(self) -> str:
-        """Key of the content and the settings, which names the result file."""
+        """Key of the content and the settings, used as the name of the result file."""
         digest = hashlib.sha256(self.photo)
         digest.update(b"mask" if self.mask is None else hashlib.sha256(self.mask).digest())
         digest.update(json.dumps([_VERSION, asdict(self.options)], sort_keys=True).encode())
@@ -188,7 +188,7 @@ def extract_features(task: ExtractionTask) -> Features:
 
 
 def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
-    """Detect keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w).
+    """Detect keypoints (n, 6) and descriptors (n, 128) of a greyscale picture (h, w).
 
     The keypoints are in pixels of the picture.
     """
@@ -244,7 +244,7 @@ def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
 
 
 def grey(pixels: ByteArray) -> ByteArray:
-    """Convert pixels (h, w, 3) to grey (h, w)."""
+    """Convert colour pixels (h, w, 3) to greyscale (h, w)."""
     import cv2
 
     return np.asarray(

@@ -31,7 +31,7 @@ _MIN_PLACED_SHARE = 0.9
 
 
 FreeFocals = Literal["none", "unknown", "all"]
-"""Focal lengths that are free during mapping; "unknown" selects those missing in EXIF."""
+"""Focal lengths that are free during mapping; "unknown" selects those missing from EXIF."""
 
 
 @dataclass(frozen=True)
@@ -311,7 +311,7 @@ def scene_of(
 
 
 def residuals(scene: SparseScene) -> FloatArray:
-    """Return the residuals (m, 2), observed minus projected, pixels; NaN behind a camera."""
+    """Return the residuals (m, 2), observed minus projected, in pixels; NaN behind a camera."""
     misclosures = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
     for row, view in enumerate(scene.views):
@@ -321,13 +321,13 @@ def residuals(scene: SparseScene) -> FloatArray:
 
 
 def point_errors(scene: SparseScene) -> Float32Array:
-    """Return the mean length (n,) of each point's residuals, pixels."""
+    """Return the mean length (n,) of each point's residuals, in pixels."""
     lengths = np.linalg.norm(residuals(scene), axis=1)[:, None]
     return _grouped_means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
 
 
 def mean_error(scene: SparseScene) -> float:
-    """Return the mean error of the points, pixels; 0 if there are no points."""
+    """Return the mean error of the points, in pixels; 0 if there are no points."""
     errors = point_errors(scene)
     return float(np.nanmean(errors)) if len(errors) else 0.0
 

@@ -45,7 +45,7 @@ def open_database(
     keys: Sequence[str],
     lenses: Sequence[int] | None = None,
 ) -> None:
-    """Create the database of the given photos, or keep it if it is valid for exactly these.
+    """Create the database of the given photos, or reuse one that is valid for exactly these.
 
     Photo number i becomes image i + 1. Photos with the same `camera_key`, size and lens number
     share a camera.
@@ -173,7 +173,7 @@ def is_compared(database: Any, pair: Pair) -> bool:
 
 
 def pair_counts(path: Path) -> dict[Pair, int]:
-    """Return the number of verified matches of each pair of photos (rows) that has any.
+    """Return the number of verified matches of each pair of photos (rows) with at least one.
 
     Raises InputError if the database is invalid.
     """

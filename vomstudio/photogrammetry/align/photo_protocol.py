@@ -8,7 +8,7 @@ from typing import Protocol
 
 
 class PhotoLike(Protocol):
-    """Photo with the properties that the alignment uses (see `io.photos.Photo`)."""
+    """Photo with the properties that the alignment uses (see `io.photos.photo.Photo`)."""
 
     @property
     def path(self) -> Path: ...

@@ -2,8 +2,7 @@
 
 Photos with parallel views cannot distinguish a longer lens from rock farther away: the adjustment
 then returns a focal length with an error of 10 or 20 % but a formal error of half a per cent,
-because
-it fits the deviation of the lens from its model. The formal error alone is therefore not
+because it fits the deviation of the lens from its model. The formal error alone is therefore not
 sufficient.
 
 A focal length known from EXIF is freed only under three conditions: the photos of the camera view
@@ -190,7 +189,7 @@ def fixed_focal(
 
 
 def is_far_from_exif(ratio: float, sigma: float) -> bool:
-    """Return whether a freed focal length, given its ratio to EXIF, differs significantly."""
+    """Return whether the ratio of a freed focal length to EXIF differs significantly from 1."""
     return abs(ratio - 1) > max(MIN_EXIF_DIFFERENCE, MIN_SIGMAS * sigma)
 
 

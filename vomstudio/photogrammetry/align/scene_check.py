@@ -126,8 +126,8 @@ def check_scene(
 def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
     """Return the pixel size on the rock (v,) of each photo; NaN if it has no points.
 
-    This is the median depth of a photo's tie points divided by its focal length (eq. 18, in
-    pixels).
+    This is the median depth of a photo's tie points divided by its focal length in
+    pixels (eq. 18).
     """
     sizes = np.full(len(scene.views), np.nan)
     for i, view in enumerate(scene.views):
@@ -140,7 +140,7 @@ def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
 
 
 def mean_views(scene: SparseScene) -> FloatArray:
-    """Return the mean number (v,) of photos that see each photo's tie points; NaN if none."""
+    """Return the mean number (v,) of views of each photo's tie points; NaN if it has none."""
     lengths = scene.track_lengths[scene.track_points].astype(np.float64)
     total = np.bincount(scene.track_views, lengths, len(scene.views))
     count = np.bincount(scene.track_views, minlength=len(scene.views))

@@ -51,7 +51,7 @@ def separate_lenses(
 ) -> MappingResult | None:
     """Map the photos with separate lenses.
 
-    Returns None if the present reconstructions are as good. Raises Cancelled.
+    Returns None if the present reconstructions are at least as good. Raises Cancelled.
 
     database : database of these photos, with matches
     """

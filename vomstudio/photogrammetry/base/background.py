@@ -1,10 +1,10 @@
 """Background of a scene: tie points far behind the rock that the photos were taken for.
 
 A point is background if the photos that show it show the rock several times nearer. The depth of
-the rock in a photo is the median of its tie points, weighted by the angles between their rays:
-photos are spaced for the rock, so rays to a building or hills behind it are nearly parallel. Rock
-that is distant in some photos and near in others is not background, nor is rock that only overview
-photos show, because these show all of it at about one depth.
+the rock in a photo is the median depth of its tie points, weighted by the angles between their
+rays: photos are spaced for the rock, so rays to a building or hills behind it are nearly parallel.
+Rock that is distant in some photos and near in others is not background, nor is rock that only
+overview photos show, because these show all of it at about one depth.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class RockExtent:
 def find_rock(scene: SparseScene) -> RockExtent:
     """Divide the tie points of a scene into rock and background.
 
-    All points are rock if they have no clear main part, or if the others are single points.
+    All points are rock if the division leaves too few of them as rock or as background.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def find_rock(scene: SparseScene) -> RockExtent:
 def propose_region(scene: SparseScene, extent: RockExtent) -> tuple[float, ...] | None:
     """Return a box around the tie points of the rock, x0, y0, z0, x1, y1, z1.
 
-    It is in the frame of the model and excludes outliers. Returns None without points.
+    It is in the frame of the model and excludes outliers. Returns None if there are no rock points.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def _depth_ratios(
 def _remove_background_bodies(
     scene: SparseScene, is_rock: BoolArray, nearest_depths: FloatArray
 ) -> BoolArray:
-    """Return `is_rock` without the rest of bodies that are mostly background."""
+    """Return `is_rock` without the remaining points of mostly background bodies."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -200,7 +200,7 @@ def _remove_background_bodies(
 
 
 def _rock_depths(scene: SparseScene, depths: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighted median depth (v,) of the points of each photo; NaN if none count."""
+    """Return the weighted median depth (v,) of the points of each photo; NaN if undefined."""
     weight = np.where(depths > 0, weights[scene.track_points], 0.0)
     return _weighted_quantiles(depths, weight, scene.track_views, len(scene.views), 0.5)
 
@@ -208,7 +208,7 @@ def _rock_depths(scene: SparseScene, depths: FloatArray, weights: FloatArray) ->
 def _weighted_quantiles(
     values: FloatArray, weights: FloatArray, groups: IntArray | Int32Array, count: int, share: float
 ) -> FloatArray:
-    """Return a quantile (count,) of the values of each group; NaN for groups without weight."""
+    """Return a quantile (count,) of the values of each group; NaN if the weights are zero."""
     order = np.lexsort((values, groups))
     total = np.bincount(groups, weights, count)
     result = np.full(count, np.nan)
@@ -225,7 +225,7 @@ def _weighted_quantiles(
 
 
 def _depth_ratio_limit(ratios: FloatArray) -> float:
-    """Return the depth ratio at the middle of the widest gap; _MAX_FACTOR if there is none."""
+    """Return the depth ratio in the middle of the widest gap; _MAX_FACTOR if all are small."""
     low, high = math.log(_MIN_FACTOR), math.log(_MAX_FACTOR)
     values = np.log(ratios)
     ends = np.sort(np.concatenate([[low], values[(values > low) & (values < high)], [high]]))

@@ -68,7 +68,7 @@ class StageFolder:
 
     @property
     def seconds(self) -> float:
-        """Total time spent on the stage in all runs, s."""
+        """Total time spent on the stage in all runs, in seconds."""
         return (
             self._previous_seconds
             if self.is_done
@@ -126,7 +126,7 @@ class Checkpoints:
     def stage(self, name: str, *parts: object) -> StageFolder:
         """Return the stage for these inputs and settings.
 
-        Later stages include its key in their own.
+        Later stages include its key in their own keys.
         """
         stage = StageFolder(self.root, name, make_key(name, *parts))
         self.stages.append(stage)

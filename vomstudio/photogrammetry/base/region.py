@@ -28,7 +28,10 @@ class Region:
 
     @classmethod
     def of(cls, numbers: Sequence[float] | None) -> Region | None:
-        """Return the region x0, y0, z0, x1, y1, z1, or None. Raises UsageError if invalid."""
+        """Create a region from x0, y0, z0, x1, y1, z1, or return None for None.
+
+        Raises UsageError if the region is invalid.
+        """
         if numbers is None:
             return None
         values = [float(v) for v in numbers]

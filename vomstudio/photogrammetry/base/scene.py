@@ -100,7 +100,7 @@ class SparseScene:
         return np.asarray(self.track_points[self.track_views == view])
 
     def select_points(self, is_selected: BoolArray) -> SparseScene:
-        """Return the scene with only some of its tie points (n,), and all photos."""
+        """Return the scene with only the selected tie points (n,), and all photos."""
         observations = is_selected[self.track_points]
         return replace(
             self,

@@ -67,7 +67,7 @@ class PipelineSettings(Result):
         Minimum and maximum coordinates of the region to reconstruct, in the frame of the model. If
         None, everything is reconstructed.
     keep_background : bool
-        Whether to reconstruct what is far behind the rock. A region replaces this choice.
+        Whether to reconstruct the background far behind the rock. Ignored if `region` is given.
     """
 
     quality: str = "medium"

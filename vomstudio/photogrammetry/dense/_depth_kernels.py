@@ -109,13 +109,13 @@ def merge_depths(  # type: ignore[no-untyped-def]
 ):
     """Merge the inverse depths on which most sources agree.
 
-    inverse_depths : (n, h, w), 0 = none
+    inverse_depths : (n, h, w), 0 if unknown
     steps : (n,) change of inverse depth per pixel of disparity
     tolerance : maximum difference of agreeing sources, pixels
     min_inverse, max_inverse : range of inverse depths
     min_count : minimum number of agreeing sources
-    merged_inverse_depths : (h, w) mean of the agreeing sources, weighted by accuracy; 0 = none
-    agreeing : (h, w) number of agreeing sources
+    merged_inverse_depths : (h, w) mean of the agreeing sources, weighted by accuracy; 0 if unknown
+    agreement_counts : (h, w) number of agreeing sources
     """
     n, h, w = inverse_depths.shape
     for j in range(h):
@@ -149,7 +149,7 @@ def fit_plane_normals(  # type: ignore[no-untyped-def]
 ):
     """Fit planes, affine in inverse depth, and return unit normals towards the camera.
 
-    inverse_depths : (h, w), 0 = none
+    inverse_depths : (h, w), 0 if unknown
     max_steepness : relative difference in inverse depth, per pixel of distance, that separates
         surfaces
     radius, stride : window radius and spacing of the neighbours, pixels

@@ -47,10 +47,10 @@ def compare(  # type: ignore[no-untyped-def]
 
     depth, normals, lens : map of this photo: (h, w), (h, w, 3), (fx, fy, cx, cy)
     other_depths, other_normals, other_confidence, other_lens : map of the other photo
-    move : (3, 4) transformation from this camera's frame to the other's
+    transform : (3, 4) transformation from this camera's frame to the other's
     is_later : whether the other photo comes later, which decides between equal footprints
     limits : pixels, relative depth, cosine between normals, ratio of equal footprints
-    sums : (h, w, 6) weight, weight x offset along the normal, doubt, normal; this view is added
+    sums : (h, w, 6) weight, weight x offset along the normal, 1 - confidence, normal
     votes : (h, w, 3) agreeing views, views that see through the point, 1 if another view keeps it
     """
     h, w = depth.shape

@@ -323,7 +323,7 @@ def sweep_planes(  # type: ignore[no-untyped-def]
                 if total < best_cost:
                     best_cost, z = total, d
                     nx, ny, nz = ax, ay, az
-                    # The next sweep, or `measure`, updates the costs in the other sources.
+                    # The next sweep, or `measure_costs`, updates the costs in the other sources.
             depth[y, x] = z
             normal[y, x, 0], normal[y, x, 1], normal[y, x, 2] = nx, ny, nz
 

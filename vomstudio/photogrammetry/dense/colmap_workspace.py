@@ -1,7 +1,7 @@
 """COLMAP dense workspace, for COLMAP's PatchMatch on CUDA.
 
-It follows COLMAP's documentation of its output format. Only this module and the alignment depend on
-COLMAP.
+The workspace follows COLMAP's documentation of its output format. No other module of this package
+depends on COLMAP.
 """
 
 from __future__ import annotations

@@ -79,11 +79,11 @@ class DepthMap:
     view : View
         Pinhole view of the map.
     depth : (h, w) float32 array
-        Depth along the optical axis at the centre of each pixel, 0 = none.
+        Depth along the optical axis at the centre of each pixel; 0 if unknown.
     normals : (h, w, 3) float32 array
-        Unit normals towards the camera, in the camera frame; 0 = none.
+        Unit normals towards the camera, in the camera frame; 0 if unknown.
     confidence : (h, w) uint8 array
-        Confidence; each agreeing source halves the difference from 255.
+        Confidence, 0 to 255; each agreeing source halves the difference from 255.
     """
 
     name: str
@@ -137,7 +137,7 @@ def make_task(
     photo: Callable[[int], UndistortedPhoto],
     options: DepthOptions | None = None,
 ) -> DepthTask:
-    """Return the task of a plan; `photo` returns the undistorted photo for the row of a view."""
+    """Return the task of a plan; `photo` maps the row of a view to its undistorted photo."""
     return DepthTask(
         photo(plan.view),
         tuple(photo(source.view) for source in plan.sources),
@@ -297,8 +297,8 @@ def _finish_depth_map(
 ) -> DepthMap:
     """Remove depths that no other photo confirms.
 
-    Sky and featureless surfaces also have a smoothest disparity, and a pair with an error is
-    consistent with itself.
+    Matching assigns smooth disparities even to sky and featureless surfaces, and a wrong pair may
+    still be consistent with itself.
     """
     from vomstudio.photogrammetry.dense.patchmatch import count_similar_sources
 

@@ -1,7 +1,7 @@
 """Fusion of all depth maps into one point cloud.
 
-A pixel becomes a point if enough other maps agree with its position and normal, and no more maps
-than these see through it. Among agreeing pixels, the one with the finest footprint is used and
+A pixel becomes a point if enough other maps agree with its position and normal, and if no more maps
+see through it than agree. Among agreeing pixels, the one with the finest footprint is used and
 moved along its normal to their weighted mean. The cloud is therefore regular, without layers, and
 everywhere as dense as the sharpest photo. The points of a photo depend only on the maps of its
 neighbours, so memory is bounded and the order does not matter.
@@ -75,8 +75,8 @@ def fuse_depth_maps(
     Parameters
     ----------
     names : sequence of str
-        Names of the photos. `depth_maps` and `photos` have the same order and may be read on
-        access.
+        Names of the photos. `depth_maps` and `photos` have the same order and may be lazy
+        sequences.
     depth_maps : sequence of DepthMap
     photos : sequence of UndistortedPhoto or None
         Photos from which the points are coloured.
@@ -136,10 +136,10 @@ def fuse_depth_maps(
 def peak_memory_bytes(pixels: int, max_pixels: int) -> int:
     """Estimate the peak memory of `fuse_depth_maps`, in bytes.
 
-    MeasuredValue: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
+    Measured: 0.1 to 0.25 points per pixel for photos with an overlap of at least 60 %.
 
     pixels : number of pixels of all maps
-    largest : number of pixels of the largest map
+    max_pixels : number of pixels of the largest map
     """
     return int(0.25 * pixels * 70) + 70 * max_pixels + FusionOptions.cache_bytes
 

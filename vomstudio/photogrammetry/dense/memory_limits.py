@@ -9,7 +9,7 @@ from vomstudio.photogrammetry.dense import depthmaps, fusion
 
 
 def peak_memory(page_side: int, sizes: Sequence[tuple[int, int]]) -> int:
-    """Return the peak memory of one depth map at a time or of their cloud, in bytes.
+    """Return the larger of the peak memories of a single depth map and the fusion, in bytes.
 
     page_side : long side of the reduced photos
     sizes : width and height of each original photo

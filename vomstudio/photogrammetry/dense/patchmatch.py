@@ -39,7 +39,7 @@ _N_SOURCES = 3
 class PatchMatchResult:
     """Result of `match_patches`.
 
-    inverse_depths : (h, w) inverse depths, 0 = none
+    inverse_depths : (h, w) inverse depths, 0 if unknown
     agreement_counts : (h, w) number of sources with a similar patch
     """
 
@@ -65,11 +65,11 @@ def match_patches(
     Parameters
     ----------
     view, gray : View, (h, w) array
-        Pinhole view and grey picture of the photo.
+        Pinhole view and greyscale picture of the photo.
     is_active : (h, w) array of bool
         Pixels to compute.
     known_inverse_depths : (h, w) array
-        Known inverse depths, 0 = none; their planes are propagated.
+        Inverse depths, 0 if unknown; their planes are propagated.
     sources : sequence of (View, array, array of bool)
         View, picture and mask of each source.
     points : (n, 3) array
@@ -163,7 +163,7 @@ def count_similar_sources(
     It is computed on pictures of half the size, which reduces noise and takes a quarter of the
     time. A patch without texture is never similar.
 
-    depth, normals : (h, w), (h, w, 3) depth map of the photo, 0 = none
+    depth, normals : (h, w), (h, w, 3) depth map of the photo, 0 if unknown
     """
     step = 2 if min(depth.shape) >= 2 * _MIN_SIDE_PX else 1
     h, w = depth.shape

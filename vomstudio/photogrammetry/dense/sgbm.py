@@ -147,7 +147,7 @@ def pair_inverse_depth(
 
     Pixels without a depth are 0. Returns None if the pair cannot be rectified.
 
-    first, second : pinhole view, grey picture and mask
+    first, second : pinhole view, greyscale picture and mask of each photo
     """
     import cv2
 

@@ -75,7 +75,7 @@ class UndistortedPhoto:
         return decode_photo(self.photo, self.view.name)
 
     def gray(self) -> ByteArray:
-        """Return the grey picture (h, w)."""
+        """Return the greyscale picture (h, w)."""
         import cv2
 
         return np.asarray(cv2.cvtColor(self.pixels(), cv2.COLOR_RGB2GRAY))
@@ -85,7 +85,8 @@ def undistort(task: UndistortTask) -> UndistortedPhoto:
     """Remove the distortion of the lens from a photo.
 
     The focal length is that of the photo's centre (times the reduction), so that the centre remains
-    sharp. Corners with barrel distortion are included, and pixels outside the photo are masked.
+    sharp. The corners of a photo with barrel distortion are included, and pixels outside the photo
+    are masked.
 
     Raises
     ------

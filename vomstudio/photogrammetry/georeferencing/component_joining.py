@@ -42,7 +42,7 @@ _WARNING_ROTATION_DEG = 1.0
 class MarkerFit:
     """Fit of a marker that two parts have in common.
 
-    miss_px : distance between its two positions after the similarity, in pixels of the photos there
+    miss_px : distance between its two positions after the similarity, in pixels of its photos
     used : False if the marker is an outlier
     """
 
@@ -293,7 +293,7 @@ def _pixel_size(
     first_positions: FloatArray,
     second_positions: FloatArray,
 ) -> float:
-    """Return the larger of two parts' pixel sizes at the markers, in units of the first."""
+    """Return the larger of two parts' pixel sizes at the markers, in units of the first part."""
     scale = fit_similarity(second_positions, first_positions).scale
     return max(
         first.median_pixel_size(first_positions), second.median_pixel_size(second_positions) * scale

@@ -97,9 +97,9 @@ class ControlReport(Placement):
     points : tuple of PointFit
         All points of the table, in its order.
     control_rms_m, check_rms_m : float or None
-        RMS length of the residuals of the control and check points; None without such points.
+        RMS length of the residuals of the control and check points; None if there are none.
     mark_scatter_px : float
-        Error of a mark in one direction; the stated errors include it.
+        Error of a mark in one direction, in pixels; included in the stated errors.
     drift : float
         Correlation between the errors of neighbouring points in the table; 0 if they are
         independent.
@@ -142,7 +142,8 @@ def place_by_control(
     Raises
     ------
     GeometryError
-        If the points marked in at least two placed photos are fewer than three or collinear.
+        If fewer than three points are marked in at least two placed photos, or if these are
+        collinear.
     """
     ground_points, findings = _marked_points(scene, control, marks)
     control_fit = ground_points.fit_scene(scene)

@@ -56,7 +56,7 @@ class ControlFit:
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of a horizontal coordinate, m."""
+        """Standard deviation of a horizontal coordinate, in metres."""
         return self.scatter.horizontal_sigma
 
 
@@ -81,7 +81,7 @@ class GroundPoints:
     min_sigma : float
         Minimum sigma, m; points with smaller residuals are not treated as outliers.
     mark_px : float
-        Error of a mark in one direction.
+        Error of a mark in one direction, in pixels.
     """
 
     control: Sequence[ControlPoint]
@@ -143,7 +143,7 @@ class GroundPoints:
         return np.array(errors)
 
     def rms_residual_m(self, scene: SparseScene, rows: Sequence[int]) -> float:
-        """Return the RMS residual of points in a placed scene, m."""
+        """Return the RMS residual of points in a placed scene, in metres."""
         squared_distances = ((self.locate_points(scene, rows) - self.local[list(rows)]) ** 2).sum(
             axis=1
         )
@@ -270,8 +270,8 @@ def _cross_validation_residuals(
 ) -> tuple[float, float] | None:
     """Return the cross-validation residuals of control points, leaving out a third in turn.
 
-    These are the RMS distances in metres of the points that are left out from the scene adjusted to
-    the remaining points, and from the scene placed by them. Returns None if there are too few
+    These are the RMS residuals, in metres, of the points left out: first in the scene adjusted to
+    the remaining points, then in the scene only placed by them. Returns None if there are too few
     points.
     """
     if len(fit.used) < _MIN_POINTS_TO_COMPARE:

@@ -215,7 +215,7 @@ def _estimate_scatter(
 
     Raises GeometryError if the positions do not determine the registration.
 
-    centres, local : (n, 3) camera centres and GPS positions
+    centres, local_points : (n, 3) camera centres and GPS positions
     """
     position_sigmas = (
         None

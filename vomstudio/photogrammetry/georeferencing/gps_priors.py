@@ -68,7 +68,7 @@ def adjust_to_positions(
     threads: int = -1,
     progress: Progress | None = None,
 ) -> tuple[SparseScene, GpsAdjustment]:
-    """Adjust a scene that GPS positions have placed with these positions if useful.
+    """Adjust a scene placed by GPS positions together with these positions, if useful.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class KnownPoint:
     pixels : (k, 2) array
         Marks in these views.
     mark_px : float
-        Error of a mark in one direction.
+        Error of a mark in one direction, in pixels.
     """
 
     position: FloatArray | None
@@ -130,7 +130,7 @@ def focal_length_sigmas(
 
 
 def noise_px(scene: SparseScene) -> float:
-    """Return the error of a correlated tie point observation in one direction, pixels."""
+    """Return the error of a correlated tie point observation in one direction, in pixels."""
     misclosures = residuals(scene)
     is_finite = np.isfinite(misclosures).all(axis=1)
     if not is_finite.any():
@@ -145,9 +145,14 @@ class _Problem:
 
     All other residuals are in units of `noise`.
 
-    adjuster : bundle adjuster of `reconstruction`
-    numbers : camera number of each lens
-    freedoms : free parameters of each camera
+    Attributes
+    ----------
+    adjuster
+        Bundle adjuster of `reconstruction`.
+    numbers : dict
+        Camera number of each lens.
+    freedoms : dict
+        Free parameters of each camera, by camera number.
     """
 
     def __init__(

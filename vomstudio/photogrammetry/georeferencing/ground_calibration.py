@@ -5,10 +5,9 @@ when the photos alone cannot. Their information on a focal length is the total i
 information of the tie points. If the tie points determine the focal length with error a, and both
 together with error b, ground control alone determines it with error 1 / sqrt(1 / b² - 1 / a²),
 times the ratio of its residuals to their errors. If this error is `MAX_RELATIVE_SIGMA` or less,
-well below
-the errors of focal lengths from EXIF (2 to 5 %), the focal length is estimated. Otherwise it
-remains unchanged, because a compromise between a guess and the misfit of the lens model would be no
-better.
+well below the errors of focal lengths from EXIF (2 to 5 %), the focal length is estimated.
+Otherwise it remains unchanged, because a compromise between a guess and the misfit of the lens
+model would be no better.
 """
 
 from __future__ import annotations
@@ -148,10 +147,10 @@ def _estimate_ground_sigmas(
     lenses: Sequence[Intrinsics],
     threads: int,
 ) -> tuple[dict[Intrinsics, float], dict[Intrinsics, float]]:
-    """Return the relative errors of focal lengths from ground control, without and with ties.
+    """Return the relative errors of focal lengths from ground control.
 
-    Returns two dictionaries, for ground control alone and together with the tie points. Errors are
-    infinite if undetermined.
+    Returns two dictionaries: for ground control alone, and for ground control together with the tie
+    points. Errors are infinite if undetermined.
     """
     joint_sigmas = focal_length_sigmas(scene, points, centres, free_lenses=lenses, threads=threads)
     ties = focal_length_sigmas(scene, (), (), free_lenses=lenses, threads=threads)

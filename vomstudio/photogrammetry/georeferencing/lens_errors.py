@@ -81,7 +81,7 @@ def lens_effect(
 ) -> LensEffect | None:
     """Compute the effect of lens errors on a registered scene.
 
-    Returns None without cameras, or if the effect cannot be computed.
+    Returns None if there are no cameras, or if the effect cannot be computed.
 
     Parameters
     ----------

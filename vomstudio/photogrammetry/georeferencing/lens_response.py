@@ -47,7 +47,7 @@ class LensResponse:
 
     @property
     def starts(self) -> IntArray:
-        """Index of the first unknown of each lens, an array of shape (lenses,)."""
+        """Index (n,) of the first unknown of each of the n lenses."""
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 
@@ -171,7 +171,7 @@ def compute_response(
 class _Observations:
     """Observations of points in photos.
 
-    views, points : (m,) rows
+    views, points : (m,) rows of the view and point of each observation
     weight : (m,) inverse pixel errors
     prior : (n,) inverse variance of a coordinate of each point
     """
@@ -273,9 +273,9 @@ def _eliminate_points(
 ) -> None:
     """Eliminate the points from the normal equations, in place.
 
-    which : (m,) point of each observation
+    residual_rows : (m,) point of each observation
     unknown_indices : (m, k) indices of the unknowns of each observation
-    pull : (m, 3, k)
+    pull : (m, 3, k) terms of the normal matrix between the point and these unknowns
     """
     order = np.argsort(residual_rows, kind="stable")
     ends = np.concatenate([np.flatnonzero(np.diff(residual_rows[order])) + 1, [len(order)]])

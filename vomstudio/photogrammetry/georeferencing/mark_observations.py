@@ -61,7 +61,7 @@ def marks_by_point(
 ) -> tuple[dict[str, PointMarks], set[str]]:
     """Group marks by the labels of their points.
 
-    Photos are matched as in `io.photo_names.photo_finder`.
+    Photos are matched as in `io.photos.photo_names.photo_finder`.
 
     Returns
     -------

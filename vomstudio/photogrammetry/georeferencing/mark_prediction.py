@@ -148,7 +148,7 @@ class ControlMarks:
     ) -> tuple[ControlMarks, list[str]]:
         """Add marks, replacing existing ones of the same point and photo.
 
-        Returns the new marking, and the names of unknown photos; their marks are added as well.
+        Returns a copy with the marks, and the names of unknown photos, whose marks are also added.
         """
         find_mark, marking, unknown_photos = photo_finder(photos), self, []
         for mark in marks:
@@ -274,7 +274,7 @@ class PlacedPhotos:
         return MarkPrediction(expected_pixels, residuals, sizes, suspect_mark)
 
     def epipolar_line(self, marking: ControlMarks, label: str, photo: str) -> FloatArray:
-        """Return the epipolar line, pixels (k, 2), of a point that is marked in one other photo.
+        """Return the epipolar line (k, 2), in pixels, of a point marked in one other photo.
 
         The result is empty if two marks determine the position.
         """

@@ -130,7 +130,8 @@ def placement_errors(
     lenses : sequence of LensVerdict or None
         Treatment of the lenses in the adjustment to `points` and `centres`; None if the scene was
         not adjusted.
-    points, centres : sequence of KnownPoint, optional
+    points : sequence of KnownPoint, optional
+    centres : sequence of KnownCentre, optional
         Control points and camera positions of the adjustment.
     """
 

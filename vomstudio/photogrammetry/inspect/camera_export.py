@@ -39,10 +39,10 @@ from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
 _COLMAP_FILES = ("cameras.txt", "images.txt", "points3D.txt", "rigs.txt", "frames.txt")
 _AXES = np.diag([1.0, -1.0, -1.0])
-"""From a camera with y down and z forward to one with y up and z backward."""
+"""Transforms camera axes with y down and z forward to axes with y up and z backward."""
 _TIE_POINTS = "sparse.ply"
 _SUPPORTED_PARAMETERS = ("k1", "k2", "k3", "p1", "p2")
-"""Distortion that transforms.json stores for a lens that is not a fisheye."""
+"""Distortion parameters that transforms.json can store for a lens other than a fisheye."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _read_cameras(source: Path) -> tuple[Cameras, tuple[Finding, ...]]:
 
 
 def _scene_in_world(scene: SparseScene, source: Path) -> SparseScene:
-    """Return a scene in World coordinates. Raises UsageError if its place is unknown."""
+    """Return a scene in World coordinates. Raises UsageError if its position is unknown."""
     folder = source if source.is_dir() else source.parent
     origin = np.array(scene.origin, np.float64)
     scale, rotation, shift, crs = 1.0, np.eye(3), origin, scene.crs
@@ -202,7 +202,7 @@ def _write_colmap(folder: Path, scene: SparseScene, *, force: bool) -> tuple[Pat
 
 
 def _colmap_model(scene: SparseScene) -> Any:
-    """Return the scene as a reconstruction of COLMAP."""
+    """Convert the scene to a COLMAP reconstruction."""
     pycolmap = colmap()
     model = pycolmap.Reconstruction()
     numbers: dict[Intrinsics, int] = {}

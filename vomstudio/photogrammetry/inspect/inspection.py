@@ -59,8 +59,8 @@ def _aligned_photos(folder: Path) -> list[tuple[str, int, int]]:
 def overview(out: Path) -> dict[str, Any]:
     """Return the overview of an alignment as JSON values.
 
-    `photos` in the order of the alignment, `pairs` of their rows with the numbers of matches and of
-    verified ones, `cameras`, and the registration.
+    It contains the `photos` in the order of the alignment, the `pairs` of their rows with the
+    numbers of matches and of verified matches, the `cameras`, and the registration.
     """
     folder = _stage(out, "alignment", _ALIGNMENT)
     alignment = Alignment.load(folder)
@@ -157,7 +157,7 @@ class PhotoPair:
     Attributes
     ----------
     left, right : (n, 2) ndarray
-        Positions of all features of each photo, pixels.
+        Positions of all features of each photo, in pixels.
     matches : (m, 2) ndarray
         Verified matches, as rows of `left` and `right`.
     refused : (k, 2) ndarray
@@ -190,7 +190,7 @@ def pair(out: Path, a: str, b: str) -> PhotoPair:
 def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
     """Return pixels (n, 2) of tie points in a photo, and their residuals (n, 2).
 
-    Observed minus projected.
+    Residuals are observed minus projected positions.
     """
     scene = SparseScene.load(_stage(out, "frame", _POSES))
     row = next((k for k, view in enumerate(scene.views) if view.name == name), None)
@@ -213,7 +213,7 @@ class DepthPictures:
     photo : (h, w, 3) array
         Undistorted photo.
     depth : float32 array
-        Depths; 0 = none.
+        Depths; 0 if unknown.
     low, high : float
         Depths of the first and last colour.
     colors, confidence, normals : (h, w, 3) uint8 array
@@ -309,7 +309,7 @@ def color_table() -> ByteArray:
 
 
 def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray) -> ByteArray:
-    """Return colours (h, w, 3) of depths; pixels without a depth are NO_DEPTH."""
+    """Return colours (h, w, 3) of depths; pixels without a depth are NO_DEPTH_COLOR."""
     color_rows = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(
         np.intp
     )
@@ -321,14 +321,14 @@ def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray)
 def normal_colors(normals: FloatingArray) -> ByteArray:
     """Return colours (..., 3) of unit normals (..., 3) in the model's frame.
 
-    The hue is the direction of dip (0 to the north, clockwise), paler for gentle dips, darker for
-    overhangs.
+    The hue is the dip direction (0 for north, clockwise). Colours are paler for gentle dips and
+    darker for overhangs.
     """
     x, y, z = np.moveaxis(np.asarray(normals, np.float32), -1, 0)
     hue = (np.degrees(np.arctan2(x, y)) % 360.0) / 60.0
     saturation = np.clip(np.hypot(x, y), 0, 1)
     value = np.where(z < 0, 1.0 + 0.55 * np.clip(z, -1, 0), 1.0)
-    # Of hue, saturation and value (Smith 1978).
+    # Convert hue, saturation and value to RGB (Smith 1978).
     parts = [
         value * (1 - saturation * np.clip(np.minimum(k, 4 - k), 0, 1))
         for k in ((5 + hue) % 6, (3 + hue) % 6, (1 + hue) % 6)

@@ -1,4 +1,4 @@
-"""Photos of a model and its surface: photos that show a point, points under pixels.
+"""Photos and surface of a model: photos that show a point, and points under pixels.
 
 Lines of sight include the distortion of the lens (the collinearity equations), and end at the first
 surface.
@@ -58,7 +58,7 @@ class Sighting:
     def effective_gsd_m(self) -> float:
         """Size of a pixel along its foreshortened direction on the surface.
 
-        At most ten times `gsd_m`.
+        It is limited to ten times `gsd_m`.
         """
         if self.obliquity_deg is None:
             return self.gsd_m
@@ -110,7 +110,7 @@ class PhotoViews:
         self.to_world: FloatArray = matrix
         self._to_file = matrix[:3, :3]
         self._from_file = np.linalg.inv(self._to_file)
-        # World of the cameras' origin.
+        # Origin of the cameras in the World frame.
         self._world_origin = self._to_file @ self._origin + matrix[:3, 3]
         self.resolution = max(resolution_m, tree.max_distance)
         self._centres = np.array([view.centre for view in self.views]).reshape(-1, 3)
@@ -145,7 +145,7 @@ class PhotoViews:
         return self.views[view].project(self.local(world))
 
     def shows(self, view: int, world: npt.ArrayLike, slack_m: float | None = None) -> BoolArray:
-        """Return a mask (n,) of World points on the photo that are not hidden.
+        """Return a mask (n,) of the World points that a photo shows and that are not hidden.
 
         slack_m : maximum distance behind the first surface, in the model's unit; default: twice the
         model's resolution
@@ -168,7 +168,7 @@ class PhotoViews:
         ways = local_points - centre
         distances = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
-        # Of a cloud every point within reach of the line of sight counts.
+        # A line of sight hits every cloud point that is closer to it than `tree.max_distance`.
         slack = np.minimum(slack + self.tree.max_distance, 0.5 * distances) + 1e-9 * distances
         max_fractions = 1.0 - slack / np.maximum(distances, 1e-300)
         hits = self.tree.cast(centre + self._origin, ways, max_fractions)
@@ -227,9 +227,10 @@ class PhotoViews:
     ) -> tuple[FloatArray, BoolArray]:
         """Return pixels (k, 2) along a World polyline (n, 3), and which of them are visible.
 
-        As `shows`; between its corners a line may be below the surface by a part of its length.
+        Visibility is tested as in `shows`, except that a line may sag below the surface between its
+        corners by a fraction of its length.
 
-        step_px : approximate distance of the pixels
+        step_px : approximate spacing of the pixels
         """
         local_points = self.local(line)
         if len(local_points) < 2:
@@ -268,7 +269,7 @@ class PhotoViews:
     def intersect_model(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
         """Return the World points (n, 3) where lines of sight first hit the model, or NaN.
 
-        For a cloud, this is the point on the line at the distance of the point that was hit.
+        For a cloud, this is the point on the line of sight at the distance of the cloud point.
 
         pixels : (n, 2) pixels of the photo
         """
@@ -290,7 +291,7 @@ class PhotoViews:
         return places
 
     def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> PickedSurface | None:
-        """Return the surface at a pixel of a photo, or None outside the model or the photo."""
+        """Return the surface at a pixel of a photo, or None if it is outside the model or photo."""
         photo = self.views[view]
         if not photo.contains(pixel)[0]:
             return None

@@ -48,8 +48,8 @@ def compute_gpu_depths(
 ) -> bool:
     """Compute the map of each plan on the GPU and pass it to `put`.
 
-    Returns False, with a note, if the GPU failed and the device is "auto". Raises GeometryError if
-    the GPU failed and was requested, and Cancelled.
+    Logs a note and returns False if the GPU failed and the device is "auto". Raises GeometryError
+    if the GPU failed and was requested, and Cancelled.
     """
     log.stage(tr("Computing depth maps on the GPU"), len(pairs.plans))
     try:

@@ -126,7 +126,7 @@ def lock_folder(outputs: Outputs) -> Iterator[None]:
 
 @contextlib.contextmanager
 def report_disk_errors(folder: Path) -> Iterator[None]:
-    """Report disk errors that libraries hide or on which they fail."""
+    """Raise TargetError for disk errors that libraries hide or report differently."""
     try:
         yield
     except (VomError, MemoryError):

@@ -66,9 +66,9 @@ def usable_photos(
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
 ) -> PhotoFolder:
-    """Return the usable photos, and refuse input that would fail after hours.
+    """Return the usable photos, and reject input that would only fail hours later.
 
-    masks : by photo, instead of those beside the photos; None to use those
+    masks : mask of each photo, by name; None to use the masks beside the photos
 
     Raises InputError.
     """

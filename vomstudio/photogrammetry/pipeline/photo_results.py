@@ -129,7 +129,7 @@ def load_cloud(path: Path) -> PointCloud:
 
 
 def save_mesh(path: Path, mesh: Mesh) -> None:
-    """Write a mesh with the names of its materials, see `load_mesh` for their pictures."""
+    """Write a mesh with the names of its materials; see `load_mesh` for their pictures."""
     arrays: dict[str, Any] = {
         "vertices": mesh.vertices,
         "faces": mesh.faces,

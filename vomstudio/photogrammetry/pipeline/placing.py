@@ -70,10 +70,7 @@ def place_scene(
 def registration_findings(
     settings: PipelineSettings, registration: Mapping[str, Any]
 ) -> Iterator[Finding]:
-    """Yield findings on requested control or CRS that could not be used, and bad marks.
-
-    Bad marks are those that scatter.
-    """
+    """Yield findings about scattered marks, and about control or a CRS that was not used."""
     if refusal := registration.get("refused"):
         reason = {
             "value": None,

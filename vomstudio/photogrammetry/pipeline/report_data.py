@@ -107,7 +107,9 @@ def add_pose_errors(
 def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, float | None]:
     """Return the median pixel size of depth maps on the rock.
 
-    In metres, and in the unit of a scene without scale. dense_px : long side of the depth maps
+    It is given in metres, or in the unit of a scene without scale.
+
+    dense_px : long side of the depth maps
     """
     return {f"dense_{name}": _dense_resolution(rows, name, dense_px) for name in ("gsd_m", "gsd")}
 
@@ -183,7 +185,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
 
 def _placement_values(report: Placement) -> dict[str, Any]:
     east_deg, north_deg, up_deg = report.rotation_error_deg
-    # Those of bowing concern the finished model.
+    # The findings about bowing refer to the finished model.
     bowing = report.bowing_findings
     return {
         "sigma_m": report.sigma_m,
@@ -206,7 +208,7 @@ def _placement_values(report: Placement) -> dict[str, Any]:
 
 
 def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
-    """Return the bowing by the residuals as plain values, with its effect on dips."""
+    """Return the bowing estimated from residuals as plain values, with its effect on dips."""
     if bowing is None:
         return None
     figures = asdict(bowing)
@@ -221,7 +223,7 @@ def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
 
 
 def lens_bowing(bend: LensDeformation | None) -> dict[str, Any] | None:
-    """Return the bowing by the 95 % errors of the lenses, with degrees of dip."""
+    """Return the bowing due to the 95 % lens errors, with its effect on dips in degrees."""
     if bend is None:
         return None
     return {
@@ -240,8 +242,9 @@ def add_edge_bowing(
 ) -> dict[str, Any]:
     """Return a registration with the bowing at the edge of the finished model.
 
-    Tie points, by which it was estimated, do not extend to the edge. note : called with each
-    finding
+    The tie points from which it was estimated do not extend to the edge.
+
+    add_finding : called with each finding
     """
     from vomstudio.geology.bowing import LensDeformation, model_shape
     from vomstudio.io.models.reconstruction_file import result_registration
@@ -287,12 +290,12 @@ def cameras_after_placement(
 
 
 def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list[dict[str, Any]]:
-    """Return the parameters of each camera with their errors, and the fixed ones."""
+    """Return the free parameters of each camera with their errors, and the fixed parameters."""
     photo_by_name = {photo.name: photo for photo in photos}
     rows = []
     for camera in cameras:
         first_photo = photo_by_name[camera.photos[0]]
-        # Parameters freed by the ground have an error, but no correlations with others.
+        # Parameters freed by ground control have an error, but no correlations with others.
         is_uncorrelated = np.isfinite(camera.sigma) & np.isnan(np.diag(camera.correlation))
         free_indices = [
             i for i, value in enumerate(camera.sigma) if value != 0 and not is_uncorrelated[i]
@@ -333,7 +336,7 @@ def model(cloud: PointCloud, mesh: Mesh, texture: Mapping[str, Any]) -> dict[str
 
 
 def rotation95_deg(registration: Mapping[str, Any]) -> float:
-    """Return the 95 % rotation error of normals by the registration, about its weakest axis.
+    """Return the 95 % rotation error of the registration about its weakest axis, in degrees.
 
     It is 0 for a model without registration, whose directions are arbitrary.
     """
@@ -373,7 +376,7 @@ def sizes(scene: SparseScene, texture: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def drawing(scene: SparseScene, rock: RockExtent) -> dict[str, Any]:
-    """Return some tie points, the cameras and their directions, minus the origin."""
+    """Return some tie points and the cameras relative to the origin, and view directions."""
     step = max(1, len(scene.points) // _MAX_DRAWN_POINTS)
     is_rock = rock.is_rock[::step]
     return {

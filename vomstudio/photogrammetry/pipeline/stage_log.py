@@ -25,7 +25,7 @@ class StageLog:
             self.log(str(message))
 
     def log(self, text: str) -> None:
-        """Add a line with the time to the log file; a full disk is not reported here."""
+        """Append a line with the time to the log file, ignoring disk errors."""
         line = f"{datetime.now().isoformat(timespec='seconds')}  {text}\n"
         try:
             with self._path.open("a", encoding="utf-8") as stream:
@@ -35,14 +35,14 @@ class StageLog:
             pass
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """See `Progress`."""
+        """Log the start of a stage, and forward it to the progress."""
         self.end_stage()
         self._stage, self._start_time = name, time.monotonic()
         self.log(name if total is None else f"{name} ({total})")
         self._progress.stage(name, total)
 
     def step(self, done_count: int) -> None:
-        """See `Progress`."""
+        """Forward a step of the current stage to the progress."""
         self._progress.step(done_count)
 
     def end_stage(self) -> None:

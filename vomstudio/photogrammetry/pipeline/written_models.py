@@ -34,7 +34,7 @@ def write_camera_files(
     rock: RockExtent | None = None,
     pose_errors: PoseErrors | None = None,
 ) -> None:
-    """Write cameras and tie points, before the hours of dense work."""
+    """Write cameras and tie points before the long computation of the depth maps."""
     from vomstudio.io.models.writing import write_model
     from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 
@@ -46,7 +46,7 @@ def write_camera_files(
     write_model(
         tie_points(scene, rock), scene.crs, outputs.sparse_cloud, force=True, axes=scene.axes
     )
-    # Of an earlier run, before markers joined them.
+    # Remove the parts of an earlier run, which markers may have joined since.
     for folder in outputs.folder.glob("part[0-9]*"):
         require_inside(folder, outputs.folder)
         for name in (outputs.poses.name, outputs.sparse_cloud.name):
@@ -66,7 +66,7 @@ def write_camera_files(
 def write_models(
     outputs: Outputs, scene: SparseScene, cloud: PointCloud, textured_mesh: Mesh, progress: Progress
 ) -> None:
-    """Write the cloud and the textured mesh, in World."""
+    """Write the cloud and the textured mesh in the World frame."""
     from vomstudio.io.models.writing import write_model
 
     progress.stage(tr("Writing the model"), 2 + len(outputs.other_models))
@@ -104,7 +104,7 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write a result; arrays become lists, findings objects."""
+    """Write a result as JSON, with arrays as lists and findings as objects."""
     path.write_text(json.dumps(value, indent=1, default=_to_plain_value), encoding="utf-8")
 
 

@@ -24,8 +24,8 @@ def assign_labels(  # type: ignore[no-untyped-def]
     The labels are optimised by iterated conditional modes.
 
     smoothed_normals, exact_normals : normals (m, 3), averaged over a neighbourhood and exact
-    least : minimum cosine between a face and its direction
-    equal_label_gain : gain of an equal label across an edge
+    min_cosine : minimum cosine between a face and its direction
+    equal_label_gain : gain if both faces of an edge have the same label
     """
     direction_count = len(directions)
     for _ in range(max_sweeps):
@@ -59,9 +59,10 @@ def assign_labels(  # type: ignore[no-untyped-def]
 
 @kernel("void(f8[:,:,::1], i4[::1], i4[:,::1], b1[::1])")
 def find_overlap(corners, members, grid, is_overlapping):  # type: ignore[no-untyped-def]
-    """Draw faces into a grid of texels (-1 = free), and mark those that overlap another.
+    """Draw faces into a grid of texels (-1 if free), and mark faces that overlap others.
 
-    corners : (m, 3, 2) of all faces, x right and y down in texels; members : the faces to draw
+    corners : (m, 3, 2) corners of all faces in texels, x right and y down
+    members : rows of the faces to draw
     """
     h, w = grid.shape
     for k in range(len(members)):
@@ -90,9 +91,9 @@ def find_overlap(corners, members, grid, is_overlapping):  # type: ignore[no-unt
 
 @kernel("void(f8[:,:,::1], i4[::1], f8, f8, f8, b1[:,::1])")
 def mark_covered_cells(corners, members, shift, gutter, cell_size, cells):  # type: ignore[no-untyped-def]
-    """Mark the cells, `cell_size` texels wide, that faces and their gutter touch.
+    """Mark the cells, `cell_size` texels wide, that faces and their gutters touch.
 
-    shift : added to the corners, texels
+    shift : offset added to the corners, in texels
     """
     h, w = cells.shape
     for index in range(len(members)):
@@ -112,7 +113,7 @@ def mark_covered_cells(corners, members, shift, gutter, cell_size, cells):  # ty
                 if cells[j, i]:
                     continue
                 mx, my = (i + 0.5) * cell_size, (j + 0.5) * cell_size
-                # Outside, where the whole square lies beyond one edge.
+                # The square is outside if all of it is beyond one edge.
                 is_outside = False
                 for k in range(3):
                     if k == 0:
@@ -132,7 +133,7 @@ def mark_covered_cells(corners, members, shift, gutter, cell_size, cells):  # ty
 
 @kernel("i8(b1[:,::1], b1[:,::1], i8, i8)")
 def find_chart_position(page, chart, first_row, last_row):  # type: ignore[no-untyped-def]
-    """Return the first free place of a chart on a page: row * width + column, or -1."""
+    """Return the first free position of a chart on a page: row * width + column, or -1."""
     h, w = chart.shape
     column_count = page.shape[1]
     for j in range(first_row, min(last_row, page.shape[0] - h) + 1):

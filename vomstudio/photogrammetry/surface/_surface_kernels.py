@@ -8,19 +8,20 @@ from vomstudio.geometry.kernels.jit import kernel
 
 N_ROUNDS = 3
 NORMAL_WIDTH = 0.5
-"""Difference of normals (about 30 degrees) from which neighbours belong to another facet."""
+"""Difference of normals (about 30 degrees) above which neighbours are on another facet."""
 
 
 @kernel("void(f8[:,::1], f8[:,::1], i8[:,::1], f8[:,::1], f4[:,::1], f8, f8)")
 def move_onto_points(vertices, normals, neighbour_rows, points, point_normals, width, max_distance):  # type: ignore[no-untyped-def]
     """Move each vertex along the normal of its facet onto the points near it.
 
-    An implicit moving least squares surface whose weights decrease with the distance, the residual
-    and the difference of the normals, so that edges between facets remain sharp (Oztireli,
-    Guennebaud and Gross 2009, Feature preserving point set surfaces).
+    The points define an implicit moving least squares surface. Its weights decrease with the
+    distance, the residual and the difference of the normals, so that edges between facets remain
+    sharp (Oztireli, Guennebaud and Gross 2009, Feature preserving point set surfaces).
 
-    neighbour_rows : rows of `points`, by distance; width : width of the weights; farthest : maximum
-    shift, vertices beyond it are unchanged
+    neighbour_rows : rows of the nearest `points` of each vertex, sorted by distance
+    width : width of the weights
+    max_distance : maximum shift; vertices that would move farther are unchanged
     """
     k = neighbour_rows.shape[1]
     spread = 0.5 * width

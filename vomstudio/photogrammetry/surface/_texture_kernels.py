@@ -67,9 +67,9 @@ def choose_views(starts, views, quality, neighbour_faces, equal_view_gain, max_s
 
 @kernel("void(i4[::1], i4[::1], i4[::1], b1[::1], f4[:,::1], f4[:,::1], i8)")
 def diffuse(starts, links, vertices, is_counted, values, scratch, rounds):  # type: ignore[no-untyped-def]
-    """Average the values of `vertices` vertices over themselves and linked ones that count.
+    """Average the values of the given vertices with those of their counted neighbours.
 
-    The others are unchanged; `scratch` (len(some), c).
+    Other vertices are unchanged. `scratch` (len(vertices), c) is working space.
     """
     channels = values.shape[1]
     for _ in range(rounds):
@@ -93,7 +93,10 @@ def diffuse(starts, links, vertices, is_counted, values, scratch, rounds):  # ty
 
 @kernel("void(i4[::1], i4[::1], b1[::1], f4[:,::1], i4[::1])")
 def fill_outward(starts, links, is_known, values, queue):  # type: ignore[no-untyped-def]
-    """Assign unknown vertices the mean of known neighbours, ring by ring (`queue` of n)."""
+    """Assign unknown vertices the mean of their known neighbours, ring by ring.
+
+    `queue` (n,) is working space.
+    """
     n = len(is_known)
     count = 0
     for v in range(n):
@@ -128,7 +131,7 @@ def fill_outward(starts, links, is_known, values, queue):  # type: ignore[no-unt
 def _sort_values(values, count):  # type: ignore[no-untyped-def]
     """Sort the first `count` values by Shell's method (Knuth, 1998, vol. 3, sec. 5.2.1).
 
-    The method of NumPy would allocate memory, which requires numba's runtime.
+    NumPy's method would allocate memory, which requires Numba's runtime.
     """
     gap = 1
     while 3 * gap + 1 < count:
@@ -145,10 +148,10 @@ def _sort_values(values, count):  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[::1], f4[:,::1], f4[::1], f4[::1], f4[::1])")
 def median_distances(starts, colors, distance, deviation, values):  # type: ignore[no-untyped-def]
-    """Compute distances of colours from the median of their vertex.
+    """Compute the distances of colours from the median colour of their vertex.
 
-    Also the spread of the nearer half. Each in the worst channel; 0 with fewer than three entries.
-    `values` is working space for the entries of one vertex.
+    The deviation is the median of these distances. Both are those of the worst channel, and 0 for
+    vertices with fewer than three entries. `values` is working space for the entries of a vertex.
     """
     for v in range(len(starts) - 1):
         start, stop = starts[v], starts[v + 1]
@@ -175,7 +178,7 @@ def median_distances(starts, colors, distance, deviation, values):  # type: igno
 
 @kernel("void(f8[:,:,::1], f8, f8, i4[:,::1])")
 def draw_faces(corners, left, top, texel_faces):  # type: ignore[no-untyped-def]
-    """Draw the face number at each texel's centre; `texel_faces` is initialised with -1."""
+    """Set the face at each texel's centre; `texel_faces` must be initialised with -1."""
     h, w = texel_faces.shape
     for f in range(len(corners)):
         ax, ay = corners[f, 0, 0] - left, corners[f, 0, 1] - top
@@ -246,10 +249,12 @@ def add_view(  # type: ignore[no-untyped-def]
 ):
     """Add one view's colours to the texels whose faces are drawn from it.
 
-    texel_faces : (h, w) face of each texel; corners : (m, 3, 2) on the page
-    entry_rows : (m,) row of the face in the arrays below, -1 if this view does not draw it
-    pixels (e, 3, 2), depths, weights (e, 3), offsets (e, 3, 3) : at the corners
-    level : (e,) of the pyramid; only those equal to `drawn_level` are drawn, from `picture` (BGR)
+    texel_faces : (h, w) face of each texel
+    corners : (m, 3, 2) corners of the faces on the page
+    entry_rows : (m,) row of the face in the arrays below, -1 if it is not drawn from this view
+    pixels, depths, weights, offsets : (e, 3, 2), (e, 3), (e, 3), (e, 3, 3) values at the corners
+    level : (e,) pyramid level of each face; only faces of `drawn_level` are drawn
+    picture : BGR picture at `drawn_level`
     total : (h, w, 4) sums of RGB and of weights
     """
     h, w = texel_faces.shape
@@ -308,9 +313,9 @@ def add_view(  # type: ignore[no-untyped-def]
 
 @kernel("void(i4[:,::1], f8[:,:,::1], f8, f8, f4[:,:,::1], f4[:,:,::1], u1[:,:,::1])")
 def compute_colors(texel_faces, corners, left, top, fallback, total, rgb):  # type: ignore[no-untyped-def]
-    """Compute the colours of texels: from the views, or interpolated without a view.
+    """Compute the colours of texels from the views or, if no view was added, by interpolation.
 
-    fallback : (m, 3, 3) colours of the corners
+    fallback : (m, 3, 3) colours of the corners for the interpolation
     """
     h, w = texel_faces.shape
     for j in range(h):

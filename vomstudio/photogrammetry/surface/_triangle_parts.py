@@ -11,8 +11,8 @@ from vomstudio.geometry.kernels.jit import part
 def triangle_frame(ax, ay, bx, by, cx, cy, w, h):  # type: ignore[no-untyped-def]
     """Return the frame of a triangle.
 
-    Edges (ex, ey) and (fx, fy) from the first corner, the inverse of their determinant (0 for a
-    degenerate triangle), and the range of pixels (i0 to i1, j0 to j1).
+    The frame consists of the edges (ex, ey) and (fx, fy) from the first corner, the inverse of
+    their determinant (0 for a degenerate triangle), and the range of pixels (i0 to i1, j0 to j1).
     """
     ex, ey, fx, fy = bx - ax, by - ay, cx - ax, cy - ay
     det = ex * fy - ey * fx

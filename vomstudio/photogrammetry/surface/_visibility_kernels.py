@@ -10,10 +10,10 @@ from vomstudio.photogrammetry.surface._triangle_parts import barycentric_weights
 
 @kernel("void(f8[:,::1], f8[::1], i4[:,::1], i4[::1], f4[:,::1])")
 def draw_depths(pixels, depths, faces, selection, depth_buffer):  # type: ignore[no-untyped-def]
-    """Draw the nearest depth of each pixel; `depth_buffer` (h, w) starts with infinity.
+    """Draw the nearest depth of each pixel into `depth_buffer` (h, w), initially infinity.
 
-    pixels (n, 2) : x right, y down, the first pixel's centre at 0.5
-    depths (n,) : along the axis; their inverse is linear in a triangle's picture
+    pixels : (n, 2) vertices in the picture, x right and y down; the first pixel's centre is at 0.5
+    depths : (n,) depths along the axis; inverse depths are interpolated linearly
     selection : rows of the faces to draw
     """
     h, w = depth_buffer.shape
@@ -57,10 +57,12 @@ def measure_visible_shares(  # type: ignore[no-untyped-def]
 ):
     """Compute the visible share of each selected face's pixels, with and without a margin.
 
-    depth_buffer : of `draw_depths`; nearest : its minimum within `radius_px` pixels
-    usable_mask : 0 for masked pixels; pixel : size of a pixel at depth 1
-    slack : pixels by which a surface may be behind the nearest one
-    visible_shares, clear_shares : results
+    depth_buffer : result of `draw_depths`
+    nearest_depths : minimum of `depth_buffer` within `radius_px` pixels
+    usable_mask : 0 for masked pixels
+    pixel_size : size of a pixel at depth 1
+    depth_tolerance_px : pixels by which a surface may be behind the nearest one
+    visible_shares, clear_shares : results without and with the margin
     """
     h, w = depth_buffer.shape
     for row in range(len(selection)):
@@ -115,7 +117,10 @@ def measure_visible_shares(  # type: ignore[no-untyped-def]
 
 @kernel("void(u1[:,:,::1], f8[:,::1], f4[:,::1])")
 def interpolate_picture(picture, positions, values):  # type: ignore[no-untyped-def]
-    """Interpolate a picture (h, w, c) at pixels (n, 2), with the first centre at 0.5; clamped."""
+    """Interpolate a picture (h, w, c) at pixels (n, 2), clamped to its border.
+
+    The centre of the first pixel is at 0.5.
+    """
     h, w, channels = picture.shape
     for k in range(len(positions)):
         x = min(max(positions[k, 0] - 0.5, 0.0), w - 1.0)

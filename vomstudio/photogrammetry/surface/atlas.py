@@ -116,8 +116,8 @@ def make_atlas(
     options : AtlasOptions, optional
     progress : Progress, optional
     factors : (m,) array, optional
-        Factor of few different values by which the texels of each face are enlarged. A chart has
-        one factor.
+        Factor by which the texels of each face are enlarged. It should take few different values,
+        because a chart has one factor.
 
     Raises
     ------
@@ -323,7 +323,7 @@ def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
-    """Return the number (m,) of the connected piece of equally labelled faces of each face."""
+    """Return the piece (m,) of connected faces with equal labels that contains each face."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -390,7 +390,7 @@ def _smallest_box_angle(points: FloatArray) -> float:
 def _cut_chart(
     chart_coordinates: FloatArray, rows: IntArray, max_side: float, texel: float
 ) -> list[IntArray]:
-    """Divide a chart, by its face centres, into parts that fit a page and fill their boxes."""
+    """Divide a chart, by its face centres, into parts that fit on a page and fill their boxes."""
     if not len(rows):
         return []
     lower_corner = chart_coordinates[rows].reshape(-1, 2).min(axis=0)
@@ -494,7 +494,7 @@ def _place_charts(
     options: AtlasOptions,
     progress: Progress,
 ) -> tuple[list[BoolArray], IntArray] | None:
-    """Return the pages, and the page, column and row of each chart; None if too many."""
+    """Return the pages, and the page, column and row of each chart; None if they do not fit."""
     from vomstudio.photogrammetry.surface._atlas_kernels import find_chart_position
 
     count = len(cell_masks)
@@ -514,7 +514,7 @@ def _place_charts(
                     return None
                 pages.append(np.zeros((page_side, page_side), bool))
                 starts.append({})
-            # Where a chart of this size found room, rows above are full for the next as well.
+            # Rows above the last chart of this size have no space for the next one either.
             first_row = starts[page_number].get(size_class, 0)
             position = int(find_chart_position(pages[page_number], cells, first_row, page_side))
             if position < 0:

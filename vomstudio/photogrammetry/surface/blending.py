@@ -52,9 +52,9 @@ class Blend:
         Photo from which each face is drawn; -1 if it is not drawn from a photo.
     view_counts : (m,) array
         Number of photos with a good view of each face.
-    draw_face, draw_view, draw_weights, draw_offsets
-        One row for each photo of a face: face, view (e,), and at the face's corners weights (e, 3)
-        and offsets (e, 3, 3), RGB to add after the gain.
+    entry_faces, entry_views, entry_weights, entry_offsets
+        One row for each photo of a face: the face and the view (e,), and for the corners of the
+        face the weights (e, 3) and the RGB offsets (e, 3, 3) that are added after the gain.
     colors : (n, 3) array
         Colours of the vertices, 0..255.
     is_known : (n,) array
@@ -91,7 +91,7 @@ class _Entries:
 
     @cached_property
     def rows_by_view(self) -> list[IndexArray]:
-        """Rows of each view up to the last one that has any."""
+        """Rows of each view, up to the last view with entries."""
         order = np.argsort(self.views, kind="stable")
         return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
 
@@ -126,7 +126,7 @@ def blend(
 ) -> Blend:
     """Compute the contribution of each photo.
 
-    `texel` is its edge in the unit of the vertices.
+    `texel` is the edge of a texel in the unit of the vertices.
     """
     from vomstudio.photogrammetry.surface._texture_kernels import choose_views, smooth_quality
 
@@ -242,7 +242,7 @@ class _Links:
     def smooth_values(
         self, vertex_rows: Int32Array, is_counted: BoolArray, values: Float32Array, rounds: int
     ) -> None:
-        """Average the values (n, c) of `vertex_rows` vertices over linked ones that count."""
+        """Average the values (n, c) of the vertices `vertex_rows` with their counted neighbours."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
 
         scratch = np.empty((len(vertex_rows), values.shape[1]), np.float32)
@@ -258,7 +258,8 @@ def _photo_biases(
 ) -> FloatArray:
     """Return the excess (count, c) of each photo's values over others at the same vertices.
 
-    Least squares over the medians of all pairs, with a mean of about 0 in each connected group.
+    The biases are fitted by least squares to the median differences of all pairs of photos, with a
+    mean of about 0 in each connected group.
     """
     step = max(1, n // _MAX_SAMPLED_VERTICES)
     is_sampled = entries.owner % step == 0
@@ -289,7 +290,7 @@ def _photo_biases(
 def _find_occluded(
     entries: _Entries, colors: Float32Array, links: _Links, count: int, progress: Progress
 ) -> BoolArray:
-    """Return which entries (e,) differ from the consensus of other photos of their vertex."""
+    """Return which entries (e,) differ from the consensus of the photos of their vertex."""
     from vomstudio.photogrammetry.surface._texture_kernels import median_distances
 
     n = len(entries.starts) - 1
@@ -434,7 +435,7 @@ def _photos_of_faces(
     offsets: Float32Array,
     count: int,
 ) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
-    """Return the photos of faces: both along a seam, each fading over its adjacent faces."""
+    """Return the photos of faces: both photos along a seam, each fading over adjacent faces."""
     known_faces = np.flatnonzero(views >= 0)
     keys = (faces[known_faces].astype(np.int64) * count + views[known_faces, None]).ravel()
     pairs, corner_counts = np.unique(keys, return_counts=True)
@@ -478,8 +479,8 @@ def _vertex_colors(
 ) -> tuple[Float32Array, BoolArray]:
     """Return the vertex colours (n, 3), and whether they are known.
 
-    From the photos of adjacent faces, else from well visible neighbours: at the border of the
-    visible surface, colours are mixed with the foreground.
+    Colours are taken from the photos of adjacent faces, or otherwise from clearly visible
+    neighbours, since colours at the border of the visible surface are mixed with the foreground.
     """
     from vomstudio.photogrammetry.surface._texture_kernels import fill_outward
 

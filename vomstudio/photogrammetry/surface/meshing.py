@@ -103,8 +103,8 @@ class MeshingOptions:
 class MeshedSurface:
     """Surface with figures for the report.
 
-    facts : spacing_m, depth, faces_poisson, faces, cut_share, holes_closed, islands_left_out,
-    area_m2, and others
+    facts : values of spacing_m, depth, faces_poisson, faces, cut_share, holes_closed,
+    islands_left_out, area_m2 and others, by name
     """
 
     mesh: Mesh
@@ -125,9 +125,9 @@ def build_surface(
 ) -> MeshedSurface:
     """Build the surface of a cloud whose normals point out of the rock.
 
-    Screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed away from points; small holes
-    keep the Poisson surface. Coordinates are those of the cloud. Poisson's method and the
-    simplification cannot be interrupted; Cancelled is raised after them.
+    The surface is a screened Poisson reconstruction (Kazhdan and Hoppe 2013), trimmed far from the
+    points; small holes keep the Poisson surface. Coordinates are those of the cloud. Poisson's
+    method and the simplification cannot be interrupted; Cancelled is raised after them.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def build_surface(
     progress.stage(tr("Measuring the point spacing"))
     tree, spacing = _typical_spacing(points)
     depth = options.depth or _octree_depth(points, spacing, options.faces)
-    # An open cell of the octree is what Poisson's method resolves; the cut must not fall below it.
+    # Poisson's method resolves one cell of the octree, so the trimming distance must exceed it.
     cell_size = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
     facts: dict[str, Any] = {"points": len(points), "spacing_m": spacing, "depth": depth}
     progress.stage(tr("Computing the Poisson surface (cannot be cancelled)"))
@@ -230,7 +230,7 @@ def _typical_spacing(points: FloatArray) -> tuple[Any, float]:
     distances = distances[distances > 0]
     if not len(distances):
         raise GeometryError(Finding("surface.coincident-points"))
-    # Along a surface, points at random have neighbours at half the step of a regular grid.
+    # The nearest neighbours of random surface points are at half the step of a regular grid.
     return tree, float(np.median(distances))
 
 
@@ -273,8 +273,8 @@ def _trim(
 ) -> tuple[BoolArray, int]:
     """Return which faces remain, and the number of holes closed by the Poisson surface.
 
-    Within `max_distance` of the points the surface remains if it continues behind; at its rim it
-    ends sooner.
+    Inside the surface, faces within `max_distance` of the points remain. At the rim, the limit is
+    lower.
     """
     face_distances = distances[faces].max(axis=1)
     is_kept = face_distances <= _RIM_DISTANCE_SHARE * max_distance
@@ -313,10 +313,10 @@ def _find_cracks(
     is_air: BoolArray,
     max_distance: float,
 ) -> BoolArray:
-    """Return the band faces farther from the air, along the surface, than the width of a rim.
+    """Return the band faces that are too far, along the surface, from the air to be a rim.
 
-    These are narrow strips that no photo shows, such as treads of joint steps, connected to the rim
-    only.
+    These are narrow strips that no photo shows and that are only connected to the rim, such as the
+    treads of joint steps.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import dijkstra
@@ -396,7 +396,7 @@ def _decimate(
     """Simplify by quadric error metrics. Libraries may fail silently, hence the count."""
     import open3d
 
-    # Its stubs lack its arguments.
+    # The stubs of Open3D lack these arguments.
     o3d: Any = open3d
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
     reduction = 1 - target / len(faces)

@@ -44,8 +44,8 @@ _CHART_STRETCH = 1.15
 class TextureOptions:
     """Options of textures.
 
-    texel_m : edge of a texel in the unit of the mesh; None for the resolution of the photos
-    texels_per_pixel : for None above, texels along the side of a photo's pixel on the rock
+    texel_m : edge of a texel in the unit of the mesh; if None, the resolution of the photos is used
+    texels_per_pixel : texels along the side of a photo's pixel on the rock, if `texel_m` is None
     """
 
     texel_m: float | None = None
@@ -67,8 +67,8 @@ class TextureReport:
     texel_m, pages, charts
         Properties of the atlas; pages are (width, height).
     texel_ratio : float
-        Edge of a texel on the surface relative to a pixel of the best photo, which 90 % of the
-        visible area does not exceed.
+        Edge of a texel on the surface relative to a pixel of the best photo; 90 % quantile of the
+        visible area.
     gains : dict
         RGB gain of each photo.
     sharpness : dict
@@ -305,7 +305,7 @@ def _compute_visibilities(
 def _best_pixel_sizes(visibilities: Sequence[PhotoVisibility], face_count: int) -> FloatArray:
     """Return the size (m,) of a pixel of the best photo on each face; infinity if not visible.
 
-    Slanting views and borders of photos, which the blending avoids, do not enlarge it.
+    Oblique views and borders of photos, which the blending avoids, do not enlarge it.
     """
     best_resolution = np.zeros(face_count)
     for visibility in visibilities:
@@ -317,10 +317,10 @@ def _best_pixel_sizes(visibilities: Sequence[PhotoVisibility], face_count: int) 
 def _choose_texel(
     pixel_sizes: FloatArray, areas: FloatArray, faces: Int32Array
 ) -> tuple[float, FloatArray | None]:
-    """Return the texel for pixels (m,) of the best photos, and factors (m,) that enlarge it.
+    """Return the texel size for the best pixel sizes (m,), and factors (m,) that enlarge it.
 
-    The texel is the median pixel, or less if pixels vary. If close-up photos show a part in much
-    more detail, the other parts have factors; otherwise None.
+    The texel size is the median pixel size, or less if pixel sizes vary. The factors are None
+    unless close-up photos show a part in much more detail; they then enlarge the other texels.
     """
     fine_size, median_size, coarse_size = _quantiles(
         pixel_sizes, areas, [1 - _FINE_SHARE, 0.5, 0.95]
@@ -328,7 +328,7 @@ def _choose_texel(
     texel = min(median_size, _MAX_TEXEL_RATIO / _CHART_STRETCH * fine_size)
     if coarse_size < _MIN_PIXEL_SPREAD * fine_size:
         return texel, None
-    # Smoothed, so that charts do not break up where the best photo changes.
+    # Smooth the levels, so that charts do not break up where the best photo changes.
     levels = np.log2(np.where(np.isfinite(pixel_sizes), pixel_sizes, median_size) / fine_size)
     neighbour_faces = neighbours(faces)
     has_neighbour = neighbour_faces >= 0
@@ -386,7 +386,7 @@ def _quantiles(values: FloatArray, areas: FloatArray, shares: Sequence[float]) -
 
 
 def _fill_unknown_colors(blend_result: Blend, mesh: Mesh) -> Float32Array:
-    """Complete vertex colours by those of the cloud, or by the mean."""
+    """Fill unknown vertex colours with those of the cloud, or with the mean colour."""
     colors = blend_result.colors.copy()
     is_unknown = ~blend_result.is_known
     if is_unknown.any():
@@ -427,7 +427,7 @@ def _report(
     ]
     texel_ratio = _texel_ratio(vertices, faces, atlas, pixel_sizes)
     if texel_ratio > _MAX_TEXEL_RATIO:
-        # Without a length: the model may have no scale.
+        # Do not state a length, since the model may have no scale.
         is_full = atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]
         code = "texture.pages-full" if is_full else "texture.coarse"
         warnings.append(

@@ -34,8 +34,9 @@ _MAX_LEVEL = 6
 class TilePhoto:
     """Part of one photo in a tile.
 
-    face (e,) : rows of the tile's faces; pixels (e, 3, 2), depths and weights (e, 3), offsets (e,
-    3, 3) : at their corners; gain : RGB
+    gain : RGB gain of the photo
+    face : (e,) rows of the tile's faces
+    pixels, depths, weights, offsets : (e, 3, 2), (e, 3), (e, 3), (e, 3, 3) values at their corners
     """
 
     photo: bytes
@@ -53,8 +54,8 @@ class TileTask:
     """Rectangle of a page.
 
     left, top, width, height : texels of the page
-    corners (m, 3, 2) : corners of the faces on the page
-    fallback (m, 3, 3) : colours at the corners
+    corners : (m, 3, 2) corners of the faces on the page
+    fallback : (m, 3, 3) colours at the corners
     """
 
     left: int
@@ -130,7 +131,7 @@ def draw_tile(task: TileTask) -> TextureTile:
 
 
 def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
-    """Return the level of the pyramid at which a pixel is about a texel."""
+    """Return the pyramid level at which a pixel is about the size of a texel."""
 
     def area(p: Any) -> FloatArray:
         a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
@@ -154,7 +155,7 @@ def draw_pages(
 ) -> list[ByteArray]:
     """Draw RGB pages (h, w, 3) of the atlas.
 
-    colors : (n, 3) of vertices, for faces without a photo
+    colors : (n, 3) colours of the vertices, for faces without a photo
     """
     positions = [
         (page, left, top)
@@ -281,7 +282,9 @@ def fill_gaps(page: ByteArray, is_filled: BoolArray) -> None:
 def _halve_size(color: Any, weight: Any, full_weight: float) -> tuple[Any, Any]:
     """Return weighted means of pixel pairs, and their weights.
 
-    full_weight : weight of a complete texel. Colours are multiplied by their weights.
+    Colours are multiplied by their weights.
+
+    full_weight : weight of a complete texel
     """
     import cv2
 

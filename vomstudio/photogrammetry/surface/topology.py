@@ -28,7 +28,7 @@ def neighbours(faces: Int32Array) -> Int32Array:
 
 
 def components(faces: Int32Array, is_included: BoolArray | None = None) -> Int32Array:
-    """Return the piece (m,) of each face, connected by edges; -1 for faces not `is_included`."""
+    """Return the piece (m,) of each face, connected by edges; -1 for excluded faces."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

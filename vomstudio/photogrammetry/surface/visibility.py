@@ -234,7 +234,10 @@ def _mean_edge_lengths_px(pixels: FloatArray, corners: Int32Array, n: int) -> Fl
 
 
 def pyramid(picture: Any, levels: int) -> list[Any]:
-    """Return the picture and its halves; pixel p of one is ((p - 0.5) / 2 + 0.5) of the next."""
+    """Return the picture and successive reductions to half its size.
+
+    Pixel p of a level is pixel (p - 0.5) / 2 + 0.5 of the next level.
+    """
     import cv2
 
     pictures = [picture]
@@ -268,10 +271,10 @@ def _sample_colors(picture: Any, pixels: FloatArray, edge_lengths_px: FloatArray
 
 
 def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
-    """Return the contrast of about two pixels over that of about eight.
+    """Return the ratio of the contrast over about two pixels to that over about eight.
 
-    Lower for blurred photos, whatever they show. The finest scale, which contains noise, is
-    excluded.
+    It is lower for blurred photos, regardless of their content. The finest scale, which contains
+    noise, is excluded.
     """
     import cv2
 
@@ -288,7 +291,7 @@ def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
         )
         energies.append(cv2.GaussianBlur(reduced_band, (0, 0), 3))
     ratio = np.log((energies[0] + 0.05) / (energies[1] + 0.05))
-    # As bytes, for the one compiled look-up: steps of 0.02.
+    # Use bytes in steps of 0.02, the type for which the kernel is compiled.
     quantized_ratio = np.clip(np.rint(ratio * 50 + 200), 0, 255).astype(np.uint8)[..., None]
     values = np.zeros((len(pixels), 1), np.float32)
     scale = np.array(

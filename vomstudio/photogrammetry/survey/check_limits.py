@@ -45,7 +45,7 @@ class Limits:
     min_width_ratio : float
         Ratio of width to length below which camera positions count as collinear.
     resampling_strength, enlarged_blur_px : float
-        Limit of photo_quality.interpolation_period, and the blur that confirms it.
+        Limit of `photo_quality.measure_resampling`, and the blur that confirms it.
     """
 
     views: float = 4.0

@@ -167,8 +167,8 @@ def assess(
 ) -> tuple[Finding, ...]:
     """Assess the suitability of the photos in two or three findings for a geologist.
 
-    metric : whether sizes are in metres, not in units of the model
-    gsd_m : median pixel size on the rock; if None, `hint` follows
+    is_metric : whether sizes are in metres instead of units of the model
+    gsd_m : median pixel size on the rock; if None, `hint` is appended
     planes : plane sizes for the resolution of the model; if None, the photos' pixel size is used
     """
     errors = [f for f in findings if f.severity == "error"]

@@ -59,7 +59,7 @@ class NormalizedFeatures:
 
     @property
     def calibration_matrix(self) -> FloatArray | None:
-        """Calibration matrix (3, 3) in these units; None if the focal is unknown."""
+        """Calibration matrix (3, 3) in these units; None if the focal length is unknown."""
         if self.focal is None:
             return None
         return np.array(

@@ -64,7 +64,7 @@ def expected_planes(
     ----------
     planes : PlaneSizes
     is_metric : bool
-        Sizes are in metres, not in units of the model.
+        Whether sizes are in metres instead of units of the model.
     source : {"photos", "model"}
         Source of the resolution.
     """

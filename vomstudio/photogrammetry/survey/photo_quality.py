@@ -88,9 +88,9 @@ def linear_light(values: ByteArray) -> Float32Array:
 def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
     """Return the median sigma of strong edges in pixels, or None if there are too few.
 
-    The larger value of the directions across and along the picture is returned.
+    The larger of the values across and along the picture is returned.
 
-    pixels : (h, w) grey values
+    pixels : (h, w) greyscale values
     mask : (h, w), True for used pixels
     """
     tiles = [tile.astype(np.float32) for tile in _select_tiles(pixels, mask)]

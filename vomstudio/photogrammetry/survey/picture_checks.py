@@ -56,7 +56,7 @@ def _enlargement_findings(measurements: SurveyMeasurements, limits: Limits) -> l
     for group in photos_by_lens.values():
         min_focal = min(p.focal_35mm or math.inf for p in group)
         for photo in group:
-            # The same lens setting with a narrower picture: cropped and enlarged.
+            # A narrower picture with the same lens setting was cropped and enlarged.
             if (photo.focal_35mm or 0) > 1.15 * min_focal and photo.long_side >= max(
                 p.long_side for p in group if p.focal_35mm == min_focal
             ):

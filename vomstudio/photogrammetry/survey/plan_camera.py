@@ -17,8 +17,8 @@ from vomstudio.io.text.rows import shorten
 class PlanCamera:
     """Camera with sensor and picture in landscape format.
 
-    focal_mm : focal length of the lens, not its 35 mm equivalent; f_number : f-number of a fixed
-    aperture, else None
+    focal_mm : focal length of the lens, not its 35 mm equivalent
+    f_number : f-number of a fixed aperture; None if it is adjustable
     """
 
     name: str
@@ -41,8 +41,9 @@ def parse_camera(text: str, focal_mm: float | None = None) -> PlanCamera:
     Numbers are sensor size in mm, focal length in mm and size in pixels, such as
     `23.5x15.6,35,6000x4000` or `sensor=23.5 focal=35 pixels=6000`.
 
-    focal_mm : focal length that replaces any other value. Raises UsageError, and InputError for a
-    photo.
+    Raises UsageError, and InputError for a photo.
+
+    focal_mm : focal length that replaces any other value
     """
     text = text.strip()
     if _is_file(text):
@@ -79,7 +80,7 @@ def _is_file(text: str) -> bool:
     try:
         return Path(text).is_file()
     except (OSError, ValueError):
-        # Too long for a name, or with signs that none can have.
+        # The text is too long for a file name, or has characters that are not allowed.
         return False
 
 
@@ -91,7 +92,7 @@ def _camera_from_photo(path: str, focal_mm: float | None) -> PlanCamera:
     long_side, short_side = photo.long_side, min(photo.width, photo.height)
     sensor, focal = photo.sensor_width_mm, focal_mm or photo.focal_mm
     if (sensor is None or focal is None) and photo.focal_px is not None and focal_mm is None:
-        # As if on film: only the ratio of the two counts.
+        # Assume 35 mm film, since only the ratio of both values matters.
         sensor, focal = 36.0, 36.0 * photo.focal_px / long_side
     if sensor is None or focal is None:
         raise UsageError(

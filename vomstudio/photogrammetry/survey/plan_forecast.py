@@ -48,8 +48,8 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
     ----------
     plan : SurveyPlan
     receiver_m, control_m : float
-        Standard deviation of a horizontal coordinate. For heights twice that of the receiver, and
-        that of control points, are assumed.
+        Standard deviation of a horizontal coordinate. Heights are assumed to be half as accurate
+        for the receiver, and equally accurate for control points.
     """
     is_upright = plan.manner != "terrain"
     cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])

@@ -31,9 +31,9 @@ from vomstudio.photogrammetry.survey.survey_options import (
 Manner = Literal["handheld", "drone", "terrain"]
 
 OBLIQUE_DEG = 30.0
-"""Angle of obliques from the perpendicular: view directions "up to 60 degrees with" the surface,
-horizontal and 30 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground
-(3.2.1)."""
+"""Angle of oblique photos from the perpendicular. The textbook (3.2.1) recommends view directions
+"up to 60 degrees with" the surface: horizontal and plunging at 30 degrees for a cliff, vertical
+and plunging at 60 degrees over flat ground."""
 RECOMMENDED_VIEWS = 4
 _MAX_BLUR_PX = 2.0
 _MAX_HAND_HEIGHT_M = 2.5
@@ -158,7 +158,7 @@ class SurveyPlan(PrintableResult):
         return _TARGET_SIZE_PX * self.gsd_m
 
     def select_kind(self, kind: str) -> list[CameraStation]:
-        """Return the stations that are "perpendicular" or "oblique"."""
+        """Return the stations of one kind, "perpendicular" or "oblique"."""
         return [station for station in self.positions if station.kind == kind]
 
     def to_dict(self) -> dict[str, Any]:
@@ -176,7 +176,7 @@ class SurveyPlan(PrintableResult):
 def depth_of_field(
     focal_mm: float, f_number: float, distance_m: float, circle_mm: float
 ) -> tuple[float, float | None]:
-    """Return the nearest and farthest sharp distance, m; None for infinity.
+    """Return the nearest and farthest sharp distance, in metres; None for infinity.
 
     A distance is sharp if a point at it is imaged as a circle of at most `circle_mm` on the sensor
     when the lens is focused at `distance_m`. For a thin lens with the hyperfocal distance H = f^2 /
@@ -304,7 +304,7 @@ def _stations(
     """Return rows of perpendicular photos with obliques between them.
 
     They extend beyond the ends of the outcrop, and then (by drone) beyond its borders, until four
-    photos show every corner. Returns also the least and median number of views.
+    photos show every corner. Also returns the minimum and median number of views.
     """
     columns = max(1, math.ceil(width / spacing[0] - 1e-9))
     extensions = [(0, 0.0), (1, 0.0)]
@@ -376,7 +376,7 @@ def _create_station(
 def _view_counts(
     camera: PlanCamera, stations: tuple[CameraStation, ...], width: float, height: float
 ) -> IntArray:
-    """Return the number of photos of each of 11 x 7 places of the outcrop, corners included."""
+    """Return the number of photos that show each point of an 11 x 7 grid over the outcrop."""
     u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
     points = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
     half_x = camera.sensor_width_mm / 2.0 / camera.focal_mm

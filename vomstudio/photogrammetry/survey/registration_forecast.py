@@ -36,7 +36,7 @@ class Forecast:
         95 % error about the least certain axis.
     scale_error_95 : float or None
         Relative 95 % error of the scale.
-    why_not : str or None
+    why_not : Finding or None
         Reason why the positions cannot place a model.
     """
 

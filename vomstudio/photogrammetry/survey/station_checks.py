@@ -35,7 +35,10 @@ def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
 def pair_findings(
     measurements: SurveyMeasurements, best_overlaps: Sequence[float], limits: Limits
 ) -> list[Finding]:
-    """Return findings on matches, overlap and base; `best_overlap` returns `best_overlaps`."""
+    """Return findings on matches, overlap and baseline.
+
+    best_overlaps : result of `best_overlap`
+    """
     photos, pairs = measurements.photos, measurements.pairs
     count = len(photos)
     if count < 2:
@@ -185,7 +188,7 @@ def _gimbal_axes(photos: Sequence[Photo]) -> FloatArray | None:
 def size_findings(
     measurements: SurveyMeasurements, gsd: Sequence[float | None], limits: Limits
 ) -> list[Finding]:
-    """Find pixel sizes an order of magnitude apart, from distances or along matched pairs."""
+    """Find pixel sizes an order of magnitude apart, from distances or from matched pairs."""
     photos = measurements.photos
     sizes: list[float | None] = list(gsd)
     if sum(value is not None for value in sizes) < len(photos):

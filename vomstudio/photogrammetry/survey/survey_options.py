@@ -156,7 +156,7 @@ class CheckOptions(Options):
 
 @dataclass(frozen=True)
 class CheckScene(Options):
-    """Model made from the checked photos, for the command."""
+    """Model made from the checked photos; an option of the command only."""
 
     scene: str | None = option(
         None,

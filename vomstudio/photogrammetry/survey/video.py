@@ -137,7 +137,8 @@ def take_frames(
     """Write the sharpest frame of every 1 / fps seconds as JPEG into `folder`.
 
     Frames that are blurred or nearly the same as the last one are skipped. The folder is written
-    atomically; one of an earlier call is replaced, another that is not empty only with `force`.
+    atomically; a folder from an earlier call is replaced, any other non-empty folder only with
+    `force`.
 
     Raises
     ------
@@ -181,9 +182,10 @@ def take_frames(
 
 
 def _is_video(path: Path) -> bool:
-    """Return whether a file starts as files of `VIDEO_EXTENSIONS` do.
+    """Return whether a file starts like a file with one of `VIDEO_EXTENSIONS`.
 
-    The decoder detects the content, and would open other files for a playlist or a numbered name.
+    The decoder detects formats by content, and would open other files for a playlist or a numbered
+    name.
     """
     with open_regular_file(path) as file:
         header = file.read(400)
@@ -257,7 +259,7 @@ def _select_frames(
         progress.step(min(done_count, stated_count) if stated_count else done_count)
         number, frame = max(group, key=lambda item: _sharpness(item[1]))
         sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
-        # The sharp ones so far: most of a video may be blurred.
+        # Use the sharpest frames so far, since most of a video may be blurred.
         sharp_sigma = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
         if sigma is None:
             _count_skipped(report, NO_DETAIL)
@@ -278,7 +280,7 @@ def _select_frames(
         done_count, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
         if not done_count:
             raise OSError(28, tr("the disk may be full"))
-        # Not by OpenCV, which a name that is not UTF-8 crashes.
+        # OpenCV would crash on a name that is not UTF-8.
         (temporary_folder / name).write_bytes(content.tobytes())
         report.frames.append(VideoFrame(name, number, number / source.fps, sigma))
         last_frame = reduced_frame
@@ -325,7 +327,7 @@ def _reduce_size(frame: ByteArray) -> ByteArray:
 
 
 def _shift(previous_frame: ByteArray, frame: ByteArray) -> float | None:
-    """Return the median displacement of corners over the long side; None if not tracked."""
+    """Return the median shift of corners relative to the long side; None if not tracked."""
     import cv2
 
     corners = cv2.goodFeaturesToTrack(previous_frame, 300, 0.01, 7)
@@ -350,7 +352,7 @@ def _count_skipped(report: FrameReport, reason: str) -> None:
 
 
 def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
-    """Add the verdict whether the video is suitable for a reconstruction."""
+    """Add the verdict on whether the video is suitable for a reconstruction."""
     frame_count = len(report.frames)
     interval_count = frame_count + sum(report.skipped.values())
     blurred_share = report.skipped.get(BLURRED, 0) / max(interval_count, 1)

@@ -1,6 +1,6 @@
 """Compiled interpolation between scattered points without a complete triangulation.
 
-Of all triangles that enclose a position, the Delaunay triangle is the one for which the plane
+Among all triangles that enclose a position, the Delaunay triangle is the one for which the plane
 through its corners, lifted to x^2 + y^2, is lowest at this position. Finding it is a linear
 programme with three unknowns, which the simplex method solves for each cell among the nearby
 points. The result is the same as that of a triangulation of all points, because no other point may
@@ -15,7 +15,7 @@ from vomstudio.geometry.kernels.jit import kernel, part
 
 MAX_FLIPS = 1000
 POSITION_OFFSET = 1e-6
-"""Offset of the evaluated position from the cell centre, in sides of a bucket.
+"""Offset of the evaluated position from the cell centre, in bucket sides.
 
 Without it, a position on an edge between points in rows would not be inside any triangle."""
 CIRCLE_TOLERANCE = 1e-9
@@ -24,7 +24,7 @@ CIRCLE_TOLERANCE = 1e-9
 
 @part
 def _row(starts, nx, j, low, high, grid_left, cell_size):  # type: ignore[no-untyped-def]
-    """Return the first and last (excluded) point in a row of buckets between two positions."""
+    """Return the range of points (end excluded) in a row of buckets between two positions."""
     i0 = min(max(math.floor((low - grid_left) / cell_size), 0), nx - 1)
     i1 = min(max(math.floor((high - grid_left) / cell_size), 0), nx - 1)
     return starts[j * nx + i0], starts[j * nx + i1 + 1]
@@ -41,9 +41,10 @@ def _rows(ny, low, high, top, cell_size):  # type: ignore[no-untyped-def]
 def _find_enclosing_triangle(  # type: ignore[no-untyped-def]
     points, starts, nx, ny, grid_left, top, cell_size, x, y, half_width, triangle
 ):
-    """Return whether three points in the square around a position enclose it.
+    """Find three points around a position, and return whether they enclose it.
 
-    These are the nearest point, and the points with the largest angle to it on either side.
+    These are the nearest point in the square, and the points on either side of it with the
+    largest angles from it.
     """
     j0, j1 = _rows(ny, y - half_width, y + half_width, top, cell_size)
     nearest_square, a = math.inf, -1
@@ -202,7 +203,7 @@ def interpolate(  # type: ignore[no-untyped-def]
         Points at distinct positions, sorted by bucket.
     starts : (nx ny + 1,) array
         Index of the first point of each bucket.
-    nx, ny, grid_left, top, side
+    nx, ny, grid_left, top, cell_size
         Grid of buckets: ny rows of nx squares.
     first_x, first_y, step
         Centre of the first cell, and cell spacing.

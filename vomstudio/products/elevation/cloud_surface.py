@@ -24,7 +24,7 @@ MIN_GAP_SPREADS = 2.0
 """Minimum gap between sheets, relative to the spread of the neighbours of a point."""
 
 MIN_SEPARATED_SHARE = 0.85
-"""A line separates the points above from the rest if at least this share is in order."""
+"""Minimum share of correctly ordered pairs for a line to separate upper from other points."""
 MIN_POINTS_ABOVE = 3
 """Minimum number of points above a point; fewer are considered outliers."""
 MAX_POINTS_BELOW = 3
@@ -91,8 +91,8 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
 
     A point is below another sheet if some of its neighbours in the plane lie above it, beyond a gap
     of `MIN_GAP_SPREADS` times the extent of the neighbourhood, and if these are mixed with the
-    other neighbours in the plane. (On a slope, a line separates the two groups.) Of points that
-    coincide in the plane, the uppermost remains.
+    other neighbours in the plane. (On a slope, a line separates the two groups.) If points coincide
+    in the plane, the uppermost remains.
     """
     order = np.lexsort((points[:, 2], points[:, 1], points[:, 0]))
     ordered_points = points[order]
@@ -111,7 +111,7 @@ def extract_top_sheet(points: FloatArray) -> FloatArray:
 def _find_hidden_points(
     points: FloatArray, candidate_rows: IndexArray
 ) -> tuple[BoolArray, BoolArray]:
-    """Return which points (n,) lie below another sheet, and which must be tested again.
+    """Find the points (n,) that lie below another sheet, and those to be tested again.
 
     The latter have a gap above them or are neighbours of removed points.
     """

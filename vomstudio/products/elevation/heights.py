@@ -24,7 +24,7 @@ from vomstudio.products.ortho.drawn_tiles import draw_tiles
 from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
 
 TILE_POINTS = 500_000
-"""If a tile contains more points, they are averaged per cell."""
+"""Maximum number of points per tile before they are averaged per cell."""
 
 
 def compute_heights(

@@ -22,7 +22,7 @@ BLOCK_ROWS = 512
 
 
 def compute_gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArray]:
-    """Compute the rise per metre to the right and downwards across the rows.
+    """Compute the rise per metre along the rows (to the right) and the columns (downwards).
 
     Returns
     -------
@@ -99,7 +99,7 @@ def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
 
 
 def _strips(heights: Float32Array):  # type: ignore[no-untyped-def]
-    """Yield strips of rows, each with its rows in a part that is one row larger on each side."""
+    """Yield the rows of each strip, and the strip extended by one row on each side."""
     for start in range(0, len(heights), BLOCK_ROWS):
         stop = min(start + BLOCK_ROWS, len(heights))
         low, high = max(start - 1, 0), min(stop + 1, len(heights))

@@ -1,1 +1,1 @@
-"""Maps of fracture traces: from files to figures and a picture."""
+"""Analysis of maps of fracture traces, with figures and a picture."""

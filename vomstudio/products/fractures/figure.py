@@ -301,7 +301,7 @@ def _draw_map(ax: Axes, mapped_network: MappedNetwork, style: NetStyle) -> str:
 
 
 def _fill_box(ax: Axes) -> None:
-    """Extend the limits of a map to the shape of its box, so that both axes have one scale."""
+    """Extend the limits of a map to the shape of its box, so that both axes have equal scales."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     position = ax.get_position()
@@ -343,7 +343,7 @@ def _draw_directions(
     mapped_network: MappedNetwork,
     style: NetStyle,
 ) -> None:
-    """Draw the upward arrow and, on a face, the directions of its ends."""
+    """Draw the upward arrow and, for a face, the directions of its ends."""
     x_left, bottom, width, height = bounds
     top = bottom + height
     left_name, right_name, up = _orientation(mapped_network)

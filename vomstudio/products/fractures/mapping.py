@@ -185,8 +185,12 @@ def _new_findings(findings: Sequence[Finding], known_findings: Sequence[Finding]
 class _PlacedTraces:
     """Traces in the coordinates in which they are analysed.
 
-    plane : plane of the traces; None if the coordinates are those of the map
-    heights : minimum and maximum Z of the traces
+    Attributes
+    ----------
+    plane : TracePlane or None
+        Plane of the traces; None if the coordinates are those of the map.
+    heights : (float, float)
+        Minimum and maximum Z of the traces, m.
     """
 
     layer: DrawnLayer
@@ -243,7 +247,7 @@ def _plane_from_attitude(
 ) -> TracePlane | None:
     """Return the plane given by the user, placed through the traces, or None for a map.
 
-    flat : number of lines without heights
+    `flat_count` is the number of lines without heights.
     """
     if attitude.undefined or not (lines or flat_count):
         return None
@@ -291,7 +295,7 @@ def assign_sets(
 ) -> list[str] | None:
     """Assign each trace (n,) to a set by an attribute or by ranges of strike.
 
-    If neither is given, the attribute `set` is used if there is one. Otherwise returns None.
+    If neither is given, the attribute `set` is used if it exists, otherwise no sets (None).
     """
     if strikes:
         row = assign_ranges(

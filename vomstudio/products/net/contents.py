@@ -82,7 +82,7 @@ class NetSet:
     slips : (n, 3) array or None
         Unit vectors of the hanging-wall movement at striae; NaN if unknown.
     group : str
-        Name of the sets that belong together: the type of features; empty if it is the name.
+        Group to which the set belongs, i.e. its feature type; empty if equal to `name`.
     """
 
     name: str
@@ -99,7 +99,7 @@ class NetSet:
 
     @property
     def group_name(self) -> str:
-        """Name of the sets that are contoured together."""
+        """Name of the group of sets that are contoured together."""
         return self.group or self.name
 
     def vectors(self) -> FloatArray:

@@ -32,9 +32,9 @@ OPACITY = 0.6
 
 @dataclass(frozen=True, eq=False)
 class ContourGroup:
-    """Density on a grid of one set, or of all features if `of` is None.
+    """Density of one set, or of all features if `of` is None, on a grid.
 
-    steps (k,) and values (k, k) are as returned by `density_grid`. `dash` is the line style.
+    `steps` (k,) and `values` (k, k) are as returned by `density_grid`. `dash` is the line style.
     """
 
     of: NetSet | None
@@ -45,7 +45,7 @@ class ContourGroup:
 
 @dataclass(frozen=True, eq=False)
 class ContourPlan:
-    """Groups and levels of contours; without levels, nothing is drawn."""
+    """Groups and levels of contours; nothing is drawn if there are no levels."""
 
     method: str
     sigma: float
@@ -53,7 +53,7 @@ class ContourPlan:
     levels: tuple[float, ...] = ()
     parts: tuple[ContourGroup, ...] = ()
     subject: str = ""
-    """Sets that are contoured together, for the legend; empty if they are all of one kind."""
+    """Description of the contoured sets for the legend; empty if they are all of one kind."""
 
     @classmethod
     def of(cls, net: NetContents) -> ContourPlan | None:
@@ -151,7 +151,7 @@ def _describe_subject(net: NetContents) -> str:
 
 
 def contour_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
-    """Return the vectors (n, 3) of each contoured set, or of all of them together (None)."""
+    """Return each contoured set with its vectors (n, 3), or None with those of all sets."""
     sets = contoured_sets(net)
     if not sets:
         return []

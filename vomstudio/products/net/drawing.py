@@ -43,7 +43,7 @@ class NetDrawing:
     net: NetContents
     style: NetStyle
     arcs: list[FloatArray] = field(default_factory=list)
-    """Great circles (m, k, 3) of each set as drawn; m is 0 for a set without great circles."""
+    """Great circles (m, k, 3) of each set as drawn; m is 0 if a set has no great circles."""
     arc_rows: list[IndexArray] = field(default_factory=list)
     """For each set, the rows (m,) of the features to which the arcs belong."""
     poles: list[Line2D] = field(default_factory=list)
@@ -120,7 +120,7 @@ class NetDrawing:
                 )
 
     def _addition_color(self, color: str | None) -> str:
-        """Return the colour of an addition, which belongs to a set or to none."""
+        """Return the colour of an addition; `color` is that of its set, or None."""
         return self.style.ink if color is None else self.style.outline(self.style.color(color))
 
     def _draw_set(self, s: NetSet) -> None:
@@ -232,7 +232,7 @@ class NetDrawing:
         width: float,
         label: str = "",
     ) -> None:
-        """Plot one symbol; its size and the width of its edge are multiples of the style's."""
+        """Plot one symbol, with its size and edge width as multiples of those of the style."""
         plot_vectors(
             self.axes,
             vector[None],

@@ -86,7 +86,7 @@ class NetArtists:
     def feature_at(self, x_px: float, y_px: float, max_distance_px: float = 6.0) -> str | None:
         """Return the id of the nearest pole or line within reach, or else of a great circle.
 
-        Great circles must be within half the reach. Of equally near features, the topmost one,
+        Great circles must be within half the reach. If features are equally near, the topmost one,
         which was drawn last, is returned.
         """
         point = np.array(self.to_net(x_px, y_px))

@@ -25,7 +25,7 @@ SYMBOLS = {
     "line-ellipse": to_translate("Joint 95 % region of the selected line"),
     "pole-ellipse": to_translate("Joint 95 % region of the selected pole"),
 }
-"""Texts of symbols of the legend."""
+"""Texts of the legend, keyed by symbol."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 UNIT_RANGE = (-1.0, 1.0)
 NORTH_HEIGHT_LETTERS, NORTH_SIZE = 1.5, 1.15
-"""Height of the middle of the N over the circle, and its size, in sizes of the font."""
+"""Height of the centre of the letter N above the circle, and its size, in font sizes."""
 
 
 @cache
@@ -178,8 +178,8 @@ def unit_positions(ax: Any, vectors: FloatArray) -> FloatArray:
 def plot_vectors(ax: Any, vectors: FloatArray, *, flip: bool = True, **look: Any) -> Line2D:
     """Plot unit vectors (n, 3) as symbols, or as a curve on the lower hemisphere.
 
-    Symbols at the rim are drawn whole. With `flip`, vectors that point up are plotted at their
-    lower end, which must not be done for a curve: its ends are horizontal except for rounding.
+    Symbols at the rim are drawn whole. With `flip`, vectors that point upwards are plotted at
+    their lower end. Curves must not be flipped: their ends are horizontal except for rounding.
 
     Parameters
     ----------

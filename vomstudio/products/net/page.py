@@ -44,13 +44,13 @@ _MAX_CORNER_SHARE = 0.4
 _SYMBOL_LETTERS = 2.2
 """Width of the symbol of a legend entry, in letter widths."""
 _HINTING_FACTOR = 1.05
-"""Maximum width of a text on the screen, in widths of its outlines, because letters are hinted."""
+"""Factor by which hinting may widen a text on the screen compared with its outlines."""
 _MIN_CONNECTED_LETTERS = 1.5
 """Minimum distance, in letter widths, at which a line connects a label to its mark."""
 
 
 LegendRow = list[tuple[float, NetLegendEntry]]
-"""Entries of a row of the legend with their offsets in points."""
+"""Entries in one row of the legend, with their offsets in points."""
 
 
 class NetPage:
@@ -385,7 +385,7 @@ class NetPage:
                 self.text(self.legend_x, y, text, color=color)
 
     def _shown_rows(self) -> list[LegendRow]:
-        """Return the rows of the legend, in which the last entry may count those without room."""
+        """Return the legend rows; the last entry states how many others do not fit, if any."""
         rows = self.rows
         shown_entries = [entry for row in rows for _, entry in row]
         if len(shown_entries) == sum(len(row) for row in self._all_rows()):

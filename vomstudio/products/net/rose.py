@@ -44,7 +44,7 @@ _PANEL_HALF_WIDTH = 1.25
 _PANEL_TOP, _PANEL_BOTTOM = 1.3, 1.14
 """Distance of the upper and lower edges of a panel from the centre of the rose, in radii."""
 _HEADER_LETTERS, _FOOTER_LETTERS = 3.9, 3.2
-"""Height above each panel, and height below all panels, in letters."""
+"""Height above each panel, and height below all panels, in letter heights."""
 _MIN_PANEL_MM, _MAX_PANEL_MM = 42.0, 105.0
 
 

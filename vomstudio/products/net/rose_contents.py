@@ -149,7 +149,7 @@ def roses_from_sets(
     of : str
     bin_deg : float
     weights : mapping, optional
-        Weight of each feature by id; None if it has no weight.
+        Weight of each feature by id; None for a feature without a weight.
     weight : str, optional
         Name of the weights.
     is_area_scaled : bool

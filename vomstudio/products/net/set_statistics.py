@@ -21,7 +21,7 @@ from vomstudio.products.net.contents import NetCircle, NetContents, NetMark, Net
 from vomstudio.products.net.contours import ContourPlan, contour_groups
 
 _MIN_FEATURES = 3
-"""Minimum number of features of a set for a girdle or a mean."""
+"""Minimum number of features in a set for a girdle or a mean."""
 
 
 def add_statistics(net: NetContents, requested_names: Collection[str]) -> NetContents:
@@ -78,7 +78,7 @@ def fit_girdles(
 def find_maxima(net: NetContents) -> tuple[NetMark, ...]:
     """Find the density maximum of each set, or of all features if contoured together.
 
-    The method is that of the contours or, without contours, Kamb's with an exponential kernel.
+    The method is that of the contours or, if there are none, Kamb's with an exponential kernel.
     """
     method = net.contour or "exponential_kamb"
     contouring = net.contouring

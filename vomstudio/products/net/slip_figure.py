@@ -33,7 +33,7 @@ MAX_FAULTS = 300
 """Maximum number of great circles and arrows; larger sets are thinned evenly."""
 _FAULT_COLOR, _ARROW_COLOR, _P_COLOR, _T_COLOR = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
 _GRID_SIZE, _FINE_GRID_SIZE, _MAX_FINE_FAULTS = 215, 641, 60
-"""Coarse and fine grid sizes for the dihedra; below this number of faults, fine is used."""
+"""Coarse and fine grid sizes for the dihedra, and maximum number of faults for the fine grid."""
 _LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
 

@@ -310,7 +310,7 @@ def _great_circle(dip_deg: float) -> FloatArray:
 
 
 def _daylight_envelope(dip_deg: float) -> FloatArray:
-    """Return the poles of the planes whose line of dip lies in the face.
+    """Return the poles of the planes whose dip line lies in the face.
 
     The plunge p and the azimuth a relative to the face satisfy tan p = tan d cos a. Both angles are
     sampled evenly, because p of a steep face decreases only near a right angle.

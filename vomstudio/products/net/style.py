@@ -22,7 +22,7 @@ SYMBOL_SIZES = {
     ">": 1.1,
     "p": 1.15,
 }
-"""Factors by which symbols are enlarged, because symbols of equal size look different."""
+"""Factors by which symbols are enlarged, so that all of them look equally large."""
 
 LAYERS = (
     "density",
@@ -143,7 +143,7 @@ def mix_colors(color: str, other_color: str, fraction: float = 0.5) -> str:
 
 @lru_cache(maxsize=256)
 def _luminance(color: str) -> float:
-    """Relative luminance, 0 to 1 (WCAG 2)."""
+    """Return the relative luminance of a colour, 0 to 1 (WCAG 2)."""
     from matplotlib.colors import to_rgb
 
     linear_rgb = [
@@ -153,7 +153,7 @@ def _luminance(color: str) -> float:
 
 
 def _contrast(first_color: str, second_color: str) -> float:
-    """Contrast ratio of two colours, 1 to 21 (WCAG 2)."""
+    """Return the contrast ratio of two colours, 1 to 21 (WCAG 2)."""
     low, high = sorted((_luminance(first_color), _luminance(second_color)))
     return (high + 0.05) / (low + 0.05)
 

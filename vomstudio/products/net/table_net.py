@@ -152,7 +152,7 @@ def _number(word: str) -> float:
 
 
 def group_rows(table: OrientationRows, column: str | None) -> dict[str, list[int]]:
-    """Group rows by the requested column or, by default, by set, by kind, or all together."""
+    """Group rows by a column; by default by set, else by kind, else into planes and lines."""
     if column is not None:
         names = table.column(column)
     elif table.sets is not None and any(table.sets):

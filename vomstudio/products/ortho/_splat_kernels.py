@@ -10,7 +10,7 @@ MAX_DEPTH_RADII = 3.0
 """Maximum depth of a point behind the nearest point of the same surface, in radii."""
 
 MAX_SLOPE = 12.0
-"""Maximum slope, depth per width (85 degrees); steeper surfaces are treated like it."""
+"""Maximum slope, depth per width (85 degrees); steeper surfaces are treated as this steep."""
 
 
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")

@@ -9,7 +9,7 @@ from vomstudio.geometry.kernels.jit import kernel, step
 MAX_SAMPLES = 16
 
 _ROUNDING = 1e-3
-"""A footprint whose ratio of length to width minus one is smaller counts as a square."""
+"""Maximum excess of the ratio of length to width over 1 for a footprint treated as a square."""
 
 _BORDER_TOLERANCE_TEXELS = 2.0
 """Tolerance for texture coordinates outside the picture, due to rounding by the writer."""

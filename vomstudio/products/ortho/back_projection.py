@@ -31,7 +31,7 @@ from vomstudio.products.ortho.drawn_features import picture_comment, picture_id
 from vomstudio.products.ortho.visible_depth import visible_depths
 
 ASPECT_TOLERANCE = 0.01
-"""Tolerance of the aspect ratio at which a page or picture is taken for the orthophoto."""
+"""Tolerance of the aspect ratio for identifying a page or picture as the orthophoto."""
 MIN_INSIDE_SHARE = 0.5
 """Minimum share of the vertices of a drawing that must lie inside its picture."""
 PROGRAM_LAYERS = ("traces", "patches", "planes", "lines", "frame")
@@ -125,7 +125,7 @@ class ProjectedLines:
 
 
 def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
-    """Return findings about points off the surface, and lines with fewer than two others."""
+    """Return findings about points off the surface, and lines with fewer than two on it."""
     findings: tuple[Finding, ...] = ()
     if points:
         findings = (Finding("drawing.points-off-surface", count=points),)
@@ -213,7 +213,7 @@ def read_drawing(
 def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
     """Find the pictures in a drawing's folder on which it may have been drawn.
 
-    If the name of the drawing begins with that of one of these pictures, only this one is returned.
+    If the name of the drawing begins with that of one of these pictures, only that one is returned.
     """
     progress = progress or SilentProgress()
     matches = []
@@ -231,7 +231,7 @@ def find_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]
 
 
 def transform_sidecar(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
-    """Transform a sidecar to the frame of a model file, given the model's matrix to World.
+    """Transform a sidecar to the frame of a model file, given the matrix to the World frame.
 
     The model itself then does not have to be transformed.
     """

@@ -43,7 +43,7 @@ _FADED_LEVEL, _FADED_CONTRAST = 205.0, 0.25
 
 @dataclass(frozen=True, eq=False)
 class DomainBoundary:
-    """Plane x . normal = offset; the domain lies where x . normal is larger."""
+    """Plane x . normal = offset; the domain is on the side where x . normal is larger."""
 
     name: str
     normal: FloatArray
@@ -156,7 +156,7 @@ def _points(items: Sequence[Item], name: str) -> FloatArray:
 
 
 def _share_inside_boundary(points: FloatArray, boundary: DomainBoundary) -> float:
-    """Return the share of points on the domain's side of a wall."""
+    """Return the share of points on the domain's side of a boundary."""
     return float((points @ boundary.normal > boundary.offset).mean())
 
 

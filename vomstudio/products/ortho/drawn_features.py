@@ -127,7 +127,7 @@ def write_drawings(
 
 
 def raster_rotation(plan: OrthophotoPlan) -> FloatArray | None:
-    """Return the matrix (3, 3) from `draw_features` to the GeoTIFF, or None if the identity.
+    """Return the matrix (3, 3) from drawing to GeoTIFF coordinates; None for the identity.
 
     A picture that looks vertically upwards is mirrored on the map.
     """

@@ -35,9 +35,9 @@ _PART_BY_FORM: dict[Form, str] = {"line": "traces", "ring": "patches", "point": 
 
 DEFAULT_COLOR = "#404040"
 MIN_PLANE_ANGLE_DEG = 1.0
-"""A plane has no defined trace if its angle to the picture is smaller than this.
+"""Minimum angle between a plane and the picture at which the plane has a trace.
 
-The direction of its trace would depend only on the error of the plane."""
+At smaller angles, the direction of the trace would depend only on the error of the plane."""
 MAX_MAP_ANGLE_DEG = 10.0
 """Maximum angle between the view and the vertical at which a picture counts as a map.
 
@@ -64,7 +64,7 @@ class Item:
     overturned : bool
         Whether the bed is overturned, with its younger side below.
     domain : str
-        Domain of the structure to which the feature belongs; "" if none.
+        Domain of the structure to which the feature belongs; "" if it has no domain.
     quality : str
         Verdict on the plane; "" if it has not been judged.
     """
@@ -196,7 +196,7 @@ def items_from_records(
 
 
 def count_features(items: Iterable[Item]) -> int:
-    """Count features; the line and plane of a trace count once, items without id each."""
+    """Count features; the line and plane of a trace count once, each item without an id once."""
     counters: dict[str, Counter[str]] = {}
     for item in items:
         counters.setdefault(item.layer, Counter())[item.id] += 1

@@ -235,7 +235,7 @@ def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, flo
 def away_facing_share(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
     """Return the share of first hits along +z that face away from the viewer.
 
-    Corners must be counter-clockwise seen from outside. The result is NaN without hits.
+    Corners must be counter-clockwise seen from outside. The result is NaN if there are no hits.
     """
     low, high = view.min(axis=0), view.max(axis=0)
     step = max(float((high - low)[:2].max()), 1e-12) / rays

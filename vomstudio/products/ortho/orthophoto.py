@@ -198,7 +198,7 @@ def write_orthophoto(
 
 
 def _sidecar_text(metadata: dict[str, Any]) -> str:
-    """Format the sidecar; an oblique picture has the CRS of World only, not one of its own."""
+    """Format the sidecar; for an oblique picture, it states only the CRS of the World frame."""
     stated_facts = {
         key: value for key, value in metadata.items() if key != "crs" or value is not None
     }
@@ -239,9 +239,9 @@ def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
 def _position_metadata(
     plan: OrthophotoPlan, crs: str | None, metadata: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the facts about the position of the picture in the World frame.
+    """Return the metadata of the position of the picture in the World frame.
 
-    crs : CRS of the World frame, regardless of that of the picture
+    `crs` is the CRS of the World frame, regardless of that of the picture.
     """
     north = world_north(crs, is_known=plan.view.is_north_known)
     return {"world_crs": crs, "north": north, "picture_id": picture_id(metadata)}
@@ -261,7 +261,7 @@ def _check_targets(targets: Iterable[Path], generated_paths: Iterable[Path], for
 
 
 def _transform(plan: OrthophotoPlan) -> Affine:
-    """Return the transform from pixels to World (map) or to metres in the plane (others)."""
+    """Return the transform from pixels to map coordinates, or to metres in an oblique plane."""
     grid, matrix = plan.grid, plan.pixel_to_world
     if plan.frame.is_vertical:
         a, b, c = matrix[0, [0, 1, 3]].tolist()
@@ -353,7 +353,7 @@ def create_source(data: Mesh | PointCloud, plan: OrthophotoPlan) -> TileSource:
 
 
 def picture_metadata(plan: OrthophotoPlan, crs: str | None) -> dict[str, Any]:
-    """Return the sidecar facts of a planned picture; only a map has a `crs`."""
+    """Return the sidecar metadata of a planned picture; only a map has a `crs`."""
     transform = _transform(plan)
     grid, frame, view = plan.grid, plan.frame, plan.view
     unit = "metres" if view.is_metric else "units"

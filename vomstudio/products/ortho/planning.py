@@ -23,7 +23,7 @@ from vomstudio.products.ortho.world_points import transform_to_world
 
 MAX_PIXELS = 300_000_000
 MAX_EDGE_ON_SHARE = 0.02
-"""Relative width at which a flat model is viewed within about a degree of edge-on."""
+"""Maximum ratio of visible to true width of an edge-on model (about one degree off)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +196,9 @@ def create_grid_layout(
 def edge_on_finding(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
     """Return a finding if a flat model is viewed edge-on.
 
-    The width of the points about a line is compared between the picture and space. The view is
+    The width of the points about a line is compared in the picture and in space. The view is
     edge-on if the width in the picture is less than a fiftieth of that in space, or less than two
-    pixels if that in space exceeds ten pixels.
+    pixels while that in space exceeds ten pixels.
 
     Parameters
     ----------

@@ -51,7 +51,10 @@ class Direction:
 class FoldView:
     """Fold axis along which a picture is viewed; the figures are those of `TableFold`.
 
-    cost : effect of an error in the direction; it is also a warning unless negligible (`is_costly`)
+    Attributes
+    ----------
+    cost : Finding
+        Effect of a direction error, also reported as a warning unless negligible (`is_costly`).
     """
 
     beta: BetaFigures
@@ -314,7 +317,7 @@ def collect_result(
 
 
 def figures_from_metadata(metadata: Mapping[str, Any]) -> OrthophotoFigures:
-    """Extract the figures from the facts in the sidecar of a picture."""
+    """Extract the figures from the metadata in the sidecar of a picture."""
     return OrthophotoFigures(
         metadata["width"],
         metadata["height"],

@@ -19,7 +19,7 @@ _GLYPH_MM, _GAP_MM = 7.0, 1.6
 
 
 class SheetLegend:
-    """Legend in columns for a page width; without entries, `height_mm` is 0."""
+    """Legend in columns for a page width; `height_mm` is 0 if there are no entries."""
 
     def __init__(self, entries: Sequence[LegendEntry], width_mm: float, font_pt: float) -> None:
         self._font_pt = font_pt

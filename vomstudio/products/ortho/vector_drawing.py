@@ -401,7 +401,7 @@ def place_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedL
 
 
 class _Coverage:
-    """Number of points along lines in a box, from a table of cumulated counts."""
+    """Counter of the points along lines in a box, based on a table of cumulative counts."""
 
     def __init__(self, lines: Sequence[FloatArray], bounds: FloatArray, step: float) -> None:
         low, high = bounds

@@ -12,7 +12,7 @@ from vomstudio.geometry.view_frame import MIN_STEEP_DEG, ROUNDING_DEG
 from vomstudio.products.ortho.view_directions import AS_GIVEN, ViewDirection
 
 MAX_UPRIGHT_PLUNGE_DEG = 45.0
-"""Up in a picture is named *up* to this plunge; in steeper views it is named by its azimuth."""
+"""Maximum plunge for the label *up*; in steeper views, the upward arrow shows its azimuth."""
 
 
 def end_labels(view: ViewDirection) -> tuple[str, str, str]:
@@ -87,7 +87,7 @@ def direction_text(view: ViewDirection) -> str:
 
 
 def unknown_direction_text(view: ViewDirection) -> str | None:
-    """Describe the unknown properties of an unregistered model, or return None if none."""
+    """Describe the unknown properties of an unregistered model; None if all are known."""
     if view.is_north_known:
         return None if view.is_metric else tr("Not registered: scale unknown")
     if view.is_metric:

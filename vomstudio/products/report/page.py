@@ -46,7 +46,7 @@ def heading(text: str, level: int = 2) -> str:
     ----------
     text : str
     level : int, optional
-        2 for a section, 3 for a part of it.
+        2 for a section, 3 for a subsection.
 
     Returns
     -------

@@ -325,7 +325,7 @@ def _other_features(
     measurements: Measurements,
     records: Mapping[str, Record],
 ) -> list[str]:
-    """List the features without an orientation, with the reason of those that should have one."""
+    """List features without an orientation, with reasons for those that should have one."""
     reasons = {item["id"]: str(item["reason"]) for item in rows.skipped}
     names = {row["id"] for row in rows.rows}
     others = [feature for feature in features if feature.id not in names]

@@ -48,7 +48,7 @@ class Check(Result):
     error : float
         Error of the measurement in `unit`.
     stated_95 : float or None
-        Stated 95 % error in `unit`. Like `within`, None if it cannot be estimated.
+        Stated 95 % error in `unit`. Both this and `within` are None if it cannot be estimated.
     within : bool or None
         Whether the true value lies within `stated_95`.
     unit : str
@@ -201,9 +201,10 @@ def _deviation(
     max_deg: float | None,
     min_deg: float | None,
 ) -> tuple[float | None, float, float | None]:
-    """Return the distance of the true value relative to the ellipse's radius, and both.
+    """Return the error relative to the radius of the ellipse, the error, and the radius.
 
-    The angle and the radius are in degrees.
+    The error is the angle between the measured and the true vector. Both angles are in degrees,
+    and the radius is that in the direction of the true vector.
     """
     truth = truth if truth @ measured_vector >= 0 else -truth
     cosine = float(truth @ measured_vector)
@@ -224,7 +225,10 @@ def _deviation(
 
 
 def _relative_distance(distance: float, limit_deg: float) -> float:
-    """Return a distance in units of a semi-axis; if it is 0, only rounding errors pass."""
+    """Return a distance in units of a semi-axis; infinite if the semi-axis is 0.
+
+    Distances within rounding errors give 0.
+    """
     limit = math.tan(math.radians(limit_deg))
     if limit > 0.0:
         return distance / limit

@@ -16,7 +16,7 @@ TITLE = to_translate("Measurements on the sample outcrop")
 
 
 def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
-    """Format a table with one line per check, and how many regions contain the true value."""
+    """Format one line per check, and the number of regions that contain the true value."""
     rows = [_headings(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [

@@ -39,7 +39,7 @@ _WIDTHS_MM = (100.0, 130.0, 170.0)
 _TOP_MM, _BOTTOM_MM, _NOTE_ROW_MM = 17.0, 5.0, 6.0
 _ROW_MM = 4.0
 _MAX_ROWS = 250
-"""If a log has more beds, only those at least as thick as a row are labelled."""
+"""Maximum number of beds to label; in longer logs, only those as thick as a row are labelled."""
 _MAX_LITHOLOGY_LENGTH, _MAX_NOTES_LENGTH = 22, 26
 _BRICK_MM = (5.0, 2.2)
 

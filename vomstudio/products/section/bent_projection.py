@@ -14,7 +14,7 @@ from vomstudio.products.section.section_lines import Panel
 STEP_COUNT = 256
 """Number of steps into which a line is divided to find where it changes pieces."""
 _MAX_STRETCH = 2.0
-"""A line is broken where a step is longer on the section than in space by this factor."""
+"""Ratio of the length of a step on the section to that in space above which a line is broken."""
 
 
 def project_along_bends(

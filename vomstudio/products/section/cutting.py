@@ -23,7 +23,7 @@ MIN_POINTS = 3
 N_NEIGHBOURS = 24
 """Number of points to which a local plane of a cloud is fitted."""
 MAX_PLANARITY_RATIO = 0.1
-"""Points are planar if the ratio of their smallest variance to the next is below this."""
+"""Maximum ratio of the smallest to the middle variance of points on a plane."""
 MAX_SHIFT_RATIO = 2.0
 """Maximum shift of a point in its local plane, as a multiple of its distance to the section."""
 

@@ -20,7 +20,7 @@ def decimal_count(error: float) -> int:
 
 
 def format_with_error(value: float, error95: float | None) -> str:
-    """Format a value with its error, e.g. "2.46 ± 0.06", or with three decimals if none."""
+    """Format a value with its error, e.g. "2.46 ± 0.06"; with three decimals if it has none."""
     if error95 is None:
         return f"{value:.{MAX_DECIMALS}f}"
     digits = decimal_count(error95)

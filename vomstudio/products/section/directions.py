@@ -22,7 +22,7 @@ from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.section_lines import Curtain, Panel
 
 MIN_ANGLE_DEG, MIN_ALLOWED_ANGLE_DEG = 20.0, 2.0
-"""Angles between direction and section below which a warning is issued or an error raised.
+"""Angles between direction and section below which to issue a warning and raise an error.
 
 An error of one degree shifts a feature by 15 % of its distance at the first angle, and by 14 times
 its distance at the second."""

@@ -82,8 +82,8 @@ def profile_to_world(
     """Convert a profile line to the World frame.
 
     CAD templates state arbitrary units, so the stated unit is used only if the line overlaps the
-    model in that unit but not in metres. GeoJSON without a ``crs`` is taken to be in degrees unless
-    the line overlaps the model only if its numbers are taken as they are.
+    model in that unit but not in metres. GeoJSON without a ``crs`` is assumed to be in degrees,
+    unless the line overlaps the model only with unconverted coordinates.
 
     Parameters
     ----------
@@ -164,8 +164,12 @@ _COORDINATE_NAMES = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
 class FeatureInput:
     """Features read for a section.
 
-    items : features with a position
-    convention : meaning of the columns of a table; "" for a project
+    Attributes
+    ----------
+    items : tuple of Item
+        Features with a position.
+    convention : str
+        Meaning of the columns of a table; "" for a project.
     """
 
     items: tuple[Item, ...] = ()

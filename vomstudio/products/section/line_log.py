@@ -29,7 +29,7 @@ _MAX_DEVIATING_SHARE = 0.2
 _ROUNDING_DEG = 0.1
 """Tolerance for rounding errors of traces without scatter."""
 _MAX_BEDDING_ERROR_DEG = 10.0
-"""If the error of the bedding is larger, it dominates the error of a thickness."""
+"""Maximum error of the bedding; larger ones dominate the error of a thickness."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class LogRequest:
     reach_m : float or None
         Maximum distance of a trace from the line. If None, the default is used.
     words : mapping
-        Lithology and notes (RockWords) by the key of their boundary.
+        Lithology and notes (RockDescription) by the key of their boundary.
     is_metric : bool
         Whether lengths are in metres.
     marked : frozenset of str
@@ -83,8 +83,12 @@ class LogRequest:
 class Boundary:
     """Boundary of a log.
 
-    key : id of a trace, or POINT and the number of a point of the line
-    position : (x, y, z) in the World frame
+    Attributes
+    ----------
+    key : str
+        Id of a trace, or POINT and the number of a point of the line.
+    position : (float, float, float)
+        Position in the World frame, m.
     """
 
     key: str
@@ -96,9 +100,14 @@ class Boundary:
 class LogResult:
     """Log along a line, with the boundaries and the bedding used.
 
-    boundaries : boundaries in their order along the line
-    base_keys : key of the boundary at the base of each interval
-    bed_ids : traces to which the bedding was fitted
+    Attributes
+    ----------
+    boundaries : tuple of Boundary
+        Boundaries in their order along the line.
+    base_keys : tuple of str
+        Key of the boundary at the base of each interval.
+    bed_ids : tuple of str
+        Ids of the traces to which the bedding was fitted.
     """
 
     question: LogRequest
@@ -218,10 +227,14 @@ def _boundaries(question: LogRequest, max_distance: float) -> list[Boundary]:
 class _Bed(NamedTuple):
     """Attitude of the beds.
 
-    error95_deg : total error
-    fit95_deg : error of the fit alone
-    ids : traces to which the plane is fitted
-    are_parallel : whether these traces are parallel
+    Attributes
+    ----------
+    error95_deg, fit95_deg : float
+        Total 95 % error, and 95 % error of the fit alone.
+    ids : tuple of str
+        Ids of the traces to which the plane is fitted.
+    are_parallel : bool
+        Whether these traces are parallel.
     """
 
     plane: Plane
@@ -275,7 +288,7 @@ def _is_deviating(trace: Measurement, common_plane: Plane, error_deg: float) -> 
 
 
 def _find_near_traces(question: LogRequest, max_distance: float) -> list[str]:
-    """Return the traces within reach of the line; if none, those within the line's length."""
+    """Return the traces within reach of the line or, if there are none, within its length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
     distance_by_id = {

@@ -22,7 +22,7 @@ MIN_SEGMENT_M = 1e-9
 """Minimum length of a line segment in metres; shorter ones are due to duplicate points."""
 
 MIN_BEND_DEG = 2.0
-"""Minimum change of direction at a bend; smaller changes count as straight."""
+"""Minimum change of direction at a bend; smaller changes are treated as straight."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,7 +96,8 @@ def write_map(
 
     Returns
     -------
-    dict of Path, as in `map_outputs`
+    dict of str to Path
+        As in `map_outputs`.
 
     Raises
     ------

@@ -217,7 +217,7 @@ def project_items(
 
 
 def _count(items: Iterable[ProjectedItem]) -> int:
-    """Count features once each, even if they have several parts."""
+    """Count the features; a feature with several parts counts once."""
     return count_features(
         {id(projected_feature.item): projected_feature.item for projected_feature in items}.values()
     )
@@ -371,7 +371,7 @@ def section_drawing(
 
 
 def _bend_marks(curtain: Curtain, low: float, high: float) -> list[DrawingShape]:
-    """Mark the bends of a section; of many bends, mark only the sharpest."""
+    """Mark the bends of a section, or only the sharpest if there are many."""
     return [
         DrawingShape(
             _BENDS_LAYER,

@@ -46,7 +46,7 @@ NOISE_EDGES = 0.25
 A mesh smooths the noise of its points but not systematic errors: depths from photos have errors of
 about a pixel, and an edge is a few pixels long."""
 MIN_DISTANCE_EDGES = 3.0
-"""Minimum distance for roughness, in mesh edges or cloud spacings; models are smooth below."""
+"""Minimum distance for roughness, in mesh edges or cloud spacings; below it, models are smooth."""
 _NOISE_SAMPLES = 500
 # Deviations below this number of rounding units of the largest coordinate or height are rounding
 # errors.
@@ -79,9 +79,14 @@ class Trim:
 class DirectionRoughness:
     """Hurst exponent along one direction of the plane.
 
-    rake_deg : rake from the right-hand-rule strike, [0, 180)
-    trend_deg, plunge_deg : the same direction as a line
-    H, error95 : exponent and its 95 % error
+    Attributes
+    ----------
+    rake_deg : float
+        Rake of the direction from the right-hand-rule strike, [0, 180).
+    trend_deg, plunge_deg : float
+        Trend and plunge of the direction.
+    H, error95 : float
+        Exponent and its 95 % error.
     """
 
     rake_deg: float
@@ -95,7 +100,10 @@ class DirectionRoughness:
 class Hurst:
     """Hurst exponent of all directions, for distances between `from_m` and `to_m`.
 
-    directions : exponent of each direction
+    Attributes
+    ----------
+    directions : tuple of DirectionRoughness
+        Exponent along each direction.
     """
 
     H: float
@@ -109,9 +117,14 @@ class Hurst:
 class SmoothestLine:
     """Direction in the plane along which the surface is smoothest.
 
-    error95_deg : 95 % error of its rake
-    ratio : roughness across the line divided by that along it
-    p : p-value of this ratio for an isotropic surface
+    Attributes
+    ----------
+    error95_deg : float
+        95 % error of the rake.
+    ratio : float
+        Roughness across the line divided by that along it.
+    p : float
+        p-value of this ratio for an isotropic surface.
     """
 
     rake_deg: float
@@ -161,9 +174,10 @@ class SurfaceFigures(PrintableResult):
         Share of the mean square deviation that a paraboloid explains.
     trim : Trim or None
         Part for which the plane is not valid; None if the plane fits the whole patch.
-    hurst, smoothest : Hurst or None, SmoothestLine or None
-        Hurst exponent and smoothest direction. If one cannot be determined, `hurst_reason` or
-        `smoothest_reason` states why.
+    hurst : Hurst or None
+        Hurst exponent; if None, `hurst_reason` states why.
+    smoothest : SmoothestLine or None
+        Smoothest direction; if None, `smoothest_reason` states why.
     warnings : tuple of Finding
     deviations : (rows, columns) array
         Map of the deviations, m; NaN in cells without data.

@@ -22,12 +22,12 @@ _NAMES = {
     "along": (to_translate("along the smoothest direction"), to_translate("down dip")),
     "across": (to_translate("across it"), to_translate("along strike")),
 }
-"""Names of the profiles if there is a smoothest direction, and if there is not."""
+"""Names of the profiles with and without a smoothest direction."""
 _ARROW_SHARE = 0.3
 
 
 def draw_surface(figure: Figure, figures: SurfaceFigures, *, is_metric: bool = True) -> None:
-    """Draw the deviations on an empty figure; unless `is_metric`, lengths are in model units."""
+    """Draw the deviations on an empty figure, in model units unless `is_metric`."""
     unit = "m" if is_metric else tr("units")
     figure.set_layout_engine("constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(5, 4))

@@ -276,7 +276,7 @@ def write_raster(
     force: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Write a GeoTIFF of the expected 95 % error in degrees, over the outcrop's best plane.
+    """Write a GeoTIFF of the expected 95 % error in degrees, over the best-fit plane.
 
     The raster is viewed against the upward normal of this plane. Cells without a surface are NaN.
 

@@ -93,7 +93,7 @@ def find_overhangs(
     Returns
     -------
     dict of str to bool
-        Whether each facet overhangs; empty for a cloud without normals.
+        Whether each facet overhangs; empty if a cloud has no normals.
     """
     if isinstance(data, Mesh):
         corners = np.asarray(data.faces, np.int64)

@@ -22,7 +22,7 @@ from vomstudio.project import catalogue
 from vomstudio.project.records import FeatureType, Record
 
 SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
-"""Column names of the orientation table for shapefiles, with at most ten letters; in degrees."""
+"""Column names of the orientation table for shapefiles, with at most ten characters; in degrees."""
 
 DISC_CORNERS = 24
 _SYMBOL_LAYERS = ("planes", "lines")
@@ -203,7 +203,7 @@ def _symbol(
 
 
 def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
-    """Return the faces (n, 4, 3) of a disc as wide as the feature; none without an extent."""
+    """Return the faces (n, 4, 3) of a disc as wide as the feature, if its extent is known."""
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2
     if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):

@@ -88,7 +88,7 @@ def write_for_program(
 
 
 def _describe(column: str, value: Any) -> tuple[str, str]:
-    """Return the title of a column and its value with sensible digits, as in the window."""
+    """Return the title of a column and its value with as many digits as in the window."""
     figure = _figures().get(column)
     if figure is None or figure.form in ("text", "flag") or not isinstance(value, int | float):
         return (column if figure is None else tr(figure.title)), str(value)

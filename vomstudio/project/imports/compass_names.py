@@ -27,7 +27,7 @@ def split_path(path: str) -> tuple[str, tuple[str, ...]]:
     Parameters
     ----------
     path : str
-        Names separated by points.
+        Names separated by dots.
 
     Returns
     -------

@@ -151,7 +151,7 @@ def _point(element: Element, pattern: str) -> list[float]:
 
 
 def _columns(lists: Element) -> FloatArray:
-    """Return the points (n, 3) of the lists x, y and z; NaN for what is missing."""
+    """Return the points (n, 3) of the lists x, y and z; missing values are NaN."""
     columns = []
     for axis in "xyz":
         cells = (lists.findtext(axis) or "").strip().rstrip(",").split(",")

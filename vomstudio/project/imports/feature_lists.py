@@ -196,7 +196,7 @@ def read_listed_features(
 def _points_in_world(
     rows: Sequence[ListedRow], path: Path, crs: str | None
 ) -> tuple[list[FloatArray], tuple[Finding, ...]]:
-    """Return the points of each row in the World frame, converting equal CRSs together."""
+    """Return the points of each row in the World frame, converted in one batch per CRS."""
     points: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
     for frame in dict.fromkeys(row.frame for row in rows):
@@ -332,7 +332,7 @@ def _reading_error(path: Path) -> InputError:
 def _points(shape: Any) -> Iterator[tuple[bool, FloatArray]]:
     """Yield the points (n, 3) of each part without closing points; missing heights are NaN.
 
-    They follow whether the part is a line.
+    Each item begins with whether the part is a line.
     """
     import shapely
 

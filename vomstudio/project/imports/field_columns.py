@@ -31,7 +31,7 @@ _STATION_NAMES = {
 }
 """Words in a type name that mean a line."""
 UNCLEAR_WORDS = ("slickenside", "slicken side")
-"""Words in a type name that some use for a polished plane and others for the lines on it."""
+"""Words in a type name that may mean a polished plane or the lines on it."""
 _GEOGRAPHIC_NAMES = {
     "longitude": {"longitude", "long", "lon", "lng"},
     "latitude": {"latitude", "lat"},
@@ -49,7 +49,7 @@ class Guess:
 
 
 def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
-    """Return whether a type name means planes or lines; most names mean planes.
+    """Return the geometry that a type name implies; most names imply planes.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def geometry_of_type(name: str) -> Literal["plane", "line"] | None:
     Returns
     -------
     {"plane", "line"} or None
-        None if the name is used for both.
+        None if the name may mean either.
     """
     word = name.casefold()
     if any(item in word for item in UNCLEAR_WORDS):

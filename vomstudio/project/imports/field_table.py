@@ -52,7 +52,7 @@ class FieldTable:
 
 
 def read_field_table(path: str | Path) -> FieldTable:
-    """Read the cells of a table of readings; rows with another number of cells are flagged.
+    """Read the cells of a table of readings; rows with a wrong number of cells are flagged.
 
     Point layers of GIS files and sheets of workbooks are read like text tables. Raises InputError
     if the file is missing or has no rows, and UsageError if several layers contain orientations.

@@ -80,7 +80,7 @@ class ListedRow:
 
 @dataclass
 class ReadingReport:
-    """Findings of reading a file, and the parts that are left out with the reasons."""
+    """Findings about reading a file, and the omitted parts with the reasons."""
 
     findings: list[Finding] = field(default_factory=list)
     skipped: list[tuple[str, Finding]] = field(default_factory=list)

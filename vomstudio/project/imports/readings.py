@@ -103,7 +103,7 @@ def read_readings(
 
     Positions are converted to the World frame if the table states a CRS other than that of the
     project; if the conversion fails, the readings have no position. A line that points up is
-    replaced by its opposite.
+    reversed.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def read_readings(
     notation : str
         One of `NOTATIONS`.
     to_grid : callable or None
-        Function that converts longitude and latitude to x and y (`io.crs.from_degrees`). If None, a
-        position requires x, y and z.
+        Function that converts longitude and latitude to x and y (`io.gis.crs.degrees_to_grid`). If
+        None, a position requires x, y and z.
     model : ModelFrame
         Frame of the project.
     line_types : collection of str

@@ -51,7 +51,7 @@ MIN_DIFFERENCE_DEG = 1.0
 
 @dataclass
 class FeatureFactory:
-    """Creates features from rows.
+    """Factory that creates features from rows.
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class FeatureFactory:
     area_inside, surroundings
         As for `read_listed_features`.
     replaced_types : dict
-        Names of the types that are used in place of types that the project does not contain, by
-        the names of the latter in lower case.
+        Names of the types used in place of types that the project does not contain, keyed by the
+        missing type in lower case.
     """
 
     model: Model
@@ -140,7 +140,7 @@ class FeatureFactory:
         )
 
     def kind_of_line(self, row: ListedRow) -> str:
-        """Return "lineations" for a trace whose type is one of lines, otherwise its layer."""
+        """Return "lineations" for a trace whose feature type is linear, otherwise its layer."""
         if row.layer != "traces":
             return row.layer
         named_type = self._named_type(row)

@@ -1,4 +1,4 @@
-"""Traces in tables of points, which a column or blank lines separate.
+"""Traces in tables of points, separated by blank lines or identified by a column.
 
 Blank lines between objects are written by Move ("Insert line break between objects"; described in
 Move2FracPaq.m of FracPaQ).
@@ -33,7 +33,7 @@ _TRACE_COLUMNS = (
     *("feature", "featureid", "object", "objectid", "group", "groupid", "name", "label", "id"),
     *("fid", "segment", "part"),
 )
-"""Names of columns with the trace of each point, the most specific first."""
+"""Names of columns that identify the trace of each point, the most specific first."""
 _STATION_COLUMNS = ("station", "number", "photo", "what")
 _WORDS = ("kind", "type", "set", "notes", "note", "description", "name")
 MIN_POINTS_PER_TRACE = 2

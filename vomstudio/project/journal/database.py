@@ -1,4 +1,4 @@
-"""Journal of a project in SQLite: append-only rows that are on disk before their effect.
+"""Journal of a project in SQLite: append-only rows, written before they take effect.
 
 It uses WAL with synchronous FULL if the file system supports it, and otherwise a rollback journal
 (network drives). When the journal is closed, the log is merged so that the single file can be
@@ -253,7 +253,7 @@ class SqliteJournal:
         lock_again: Callable[[], object],
         write_dependencies: Callable[[], object],
     ) -> None:
-        """Keep rows that cannot be written in memory and write them with the next row that can.
+        """Keep unwritable rows in memory and write them as soon as a later row can be written.
 
         Parameters
         ----------

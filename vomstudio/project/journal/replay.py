@@ -21,11 +21,15 @@ RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 class JournalRow:
     """Row of a journal.
 
-    do, discard : `before` and `after` map an ID to None, a complete record, or its changed fields
-    (`codec`); for a do, `of_seq` is the draft that it finishes. amend : a do that replaces the
-    newest one, which is row `of_seq`, as in repeated nudges. undo, redo : `of_seq` is the row that
-    is undone or redone. draft : `after` is the state of an unfinished tool, or None after the tool
-    was cancelled. gap : placeholder for missing rows, which is read but never written.
+    The meaning of the fields depends on `kind`:
+
+    - "do", "discard": `before` and `after` map an ID to None, a complete record, or its changed
+      fields (`codec`). For "do", `of_seq` is the draft that the row finishes.
+    - "amend": Like "do", but replaces the newest "do", which is row `of_seq`, as in repeated
+      nudges.
+    - "undo", "redo": `of_seq` is the row that is undone or redone.
+    - "draft": `after` is the state of an unfinished tool, or None after the tool was cancelled.
+    - "gap": Placeholder for missing rows, which is read but never written.
     """
 
     seq: int

@@ -80,7 +80,7 @@ PARTS: Mapping[str, type] = {name: part for kind in KINDS for name, part in kind
 FIGURES: Mapping[str, Figure] = {
     figure.name: figure for kind in reversed(KINDS) for figure in kind.figures
 }
-"""Figures by name; if several kinds have a figure with the same name, the first kind's."""
+"""Figures by name; if several kinds have a figure with the same name, that of the first kind."""
 ATTRIBUTES: tuple[Attribute, ...] = _merge_attributes(kind.attributes for kind in KINDS)
 GROUPS: tuple[KindGroup, ...] = tuple(
     dict.fromkeys(kind.group for kind in KINDS if kind.group is not None)

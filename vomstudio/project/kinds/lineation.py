@@ -63,8 +63,8 @@ class Lineation(PickedFeature, RepeatableFeature, TypedFeature):
     Attributes
     ----------
     plane_id : str
-        ID of the feature whose plane contains the lineation, or "" without a plane. The direction
-        is projected onto that plane and has a rake.
+        ID of the feature whose plane contains the lineation, or "" if no plane is assigned. The
+        direction is projected onto that plane and has a rake.
     slip : str
         Movement of the hanging wall along the lineation.
     slip_confidence : str
@@ -180,7 +180,7 @@ def _registration_covariance(
 def _projected_error(
     direction: FloatArray, fit: FittedLine, base: UncertainPlane
 ) -> tuple[float | None, float | None, FloatArray | None]:
-    """Return semi-axes and axis of the joint 95 % region of a line projected onto a plane.
+    """Return the joint 95 % region (semi-axes and axis) of a line projected onto a plane.
 
     Within the plane, the error is that of the fit; across it, the error is that of the plane.
     """
@@ -232,7 +232,7 @@ def remarks(subject: Subject) -> list[str]:
 
 
 def words(measured: Measurement) -> list[str]:
-    """Describe the rake and the angle between line and plane."""
+    """Describe the rake and the angle between the line and the plane."""
     lines = []
     if measured.rake_deg is not None:
         angle = format_error_deg(measured.off_plane_deg)

@@ -1,4 +1,4 @@
-"""Part of the outcrop that consists of one rock: a closed outline on its surface."""
+"""Part of the outcrop with a single lithology: a closed outline on its surface."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def ring(subject: Subject) -> FloatArray | None:
 
 
 def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
-    """Return the outline, with the rock as a label at the vertex nearest to the centre."""
+    """Return the outline, labelled with the lithology at the vertex nearest to the centre."""
     points = subject.measured.points
     if not len(points):
         return None
@@ -137,7 +137,7 @@ def words(measured: Measurement) -> list[str]:
 
 
 def headline(measurement: Measurement) -> str | None:
-    """Return the rock and the area."""
+    """Return the lithology and the area."""
     return ", ".join(filter(None, (measurement.text, area(measurement)))) or None
 
 

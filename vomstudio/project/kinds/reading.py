@@ -38,7 +38,7 @@ class Reading(TypedFeature):
     source : str
         File that contains the reading.
     station : str
-        Number of the station at which it was read, or "". A station has any number of readings.
+        Number of the station of the reading, or "". A station can have any number of readings.
     """
 
     id: str

@@ -56,7 +56,7 @@ METHODS = (
 
 
 MAX_LENGTH_TO_EXTENT = 4.0
-"""Limit chosen without a published source; a trace once around an outcrop has a ratio of pi."""
+"""Our own choice; a trace that runs once around an outcrop has a ratio of pi."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class TypedFeature(Feature):
     """Feature with one of the project's feature types, optionally in a set.
 
     `domain` is the part of the structure that contains the feature, regardless of its type (hanging
-    wall, footwall, dip domain), or "" without a domain.
+    wall, footwall, dip domain), or "" if no domain is assigned.
     """
 
     type_id: str
@@ -76,8 +76,9 @@ class RepeatableFeature(ModelFeature):
 class SurfaceFeature(ModelFeature):
     """Feature whose plane is judged using the surrounding surface.
 
-    `resolution` is the resolution of the model there in file units, or None if unknown. `rule` is
-    the version of the rule with which it was measured, or 0 for an earlier version.
+    `resolution` is the resolution of the model around the feature in file units, or None if
+    unknown. `rule` is the version of the rule with which it was measured, or 0 for an earlier
+    version.
     """
 
     resolution: float | None

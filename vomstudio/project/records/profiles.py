@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.geology.profiles import Thresholds
 
 PROFILE_ID = "verdict-profile"
-"""ID of the profile; a project without one uses the thresholds of the program or user."""
+"""ID of the profile; a project without a profile uses the thresholds of the program or user."""
 
 
 @dataclass(frozen=True)

@@ -175,7 +175,7 @@ def plane_rows(
 
 
 def orientation_row(plane: Plane, **metadata: Any) -> Row:
-    """Return the row of a plane of which only the attitude is known (a compass reading).
+    """Return the row of a plane for which only the attitude is known (a compass reading).
 
     The metadata are the same as for `plane_row`, plus x, y, z.
     """

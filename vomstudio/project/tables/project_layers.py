@@ -57,8 +57,9 @@ def project_layers(
 ) -> list[Layer]:
     """Return the layers of the kinds, excluding repeats, and the cells of grids.
 
-    Each layer follows the points of its orientations. Empty layers are omitted, except `planes` and
-    `traces`. A compass reading without a position is included only in the table.
+    The point layers of the orientations of a kind precede the layer of the kind. Empty layers are
+    omitted, except `planes` and `traces`. A compass reading without a position is included only in
+    the table.
     """
     features = first_picks(
         (record for record in records.values() if isinstance(record, Feature)), records

@@ -196,7 +196,7 @@ def _axes(records: Mapping[str, Record], features: list[Feature]) -> Axes:
 
 
 def _frame(records: Mapping[str, Record], features: list[Feature]) -> tuple[str | None, str, float]:
-    """Return CRS, north, and metres per unit of the CRS for all rows together.
+    """Return the common CRS, north reference, and metres per unit of the CRS of all rows.
 
     Compass readings and intersections use the frame of the other features.
     """

@@ -16,8 +16,7 @@ from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.registration.similarity import Similarity
 
 RADIUS = 4.0
-"""Radius in resolutions of the coarser surface; contains some fifty points and exceeds their noise.
-"""
+"""Radius in resolutions of the coarser surface: contains some 50 points and exceeds their noise."""
 _MIN_POINTS = 6
 _MAX_OFFSET_RADII = 0.3
 """Maximum distance between two means along the surface, in radii."""
@@ -122,7 +121,7 @@ def _are_planar(planes: LocalPlanes) -> BoolArray:
 
 
 def _normal_variances(planes: LocalPlanes) -> FloatArray:
-    """Return the mean variance (k,) of the normals of planes, rad².
+    """Return the mean variance (k,) of the normals of planes, in rad².
 
     For n points with variances l0 across the plane and l1 and l2 along it, the variances of the
     normal are l0 / (n l1) and l0 / (n l2).

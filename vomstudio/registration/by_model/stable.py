@@ -32,9 +32,9 @@ def find_near_cloud(
     Returns
     -------
     near : (n,) array of bool
-        Whether a point is within REACH spacings of the mask.
+        Whether a point is within `MAX_DISTANCE_SPACINGS` spacings of the mask.
     distance : float
-        Distance that equals REACH spacings.
+        Distance that equals `MAX_DISTANCE_SPACINGS` spacings.
     """
     max_distance = MAX_DISTANCE_SPACINGS * spacing
     return find_near_positions(points, mask, max_distance), max_distance

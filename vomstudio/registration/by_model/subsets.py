@@ -34,7 +34,7 @@ class JackknifeError:
     Attributes
     ----------
     whitening : (d, 7) array
-        See `combined.Combined`; includes the widening by Student's t.
+        See `SimilarityObservation`; includes the widening by Student's t.
     blocks : int
     side_m : float
         Size of a block.

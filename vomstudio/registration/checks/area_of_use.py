@@ -23,7 +23,7 @@ def is_inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     Returns
     -------
     (n,) ndarray of bool
-        False without a CRS.
+        All False if `crs` is None.
     """
     distance_to_area = area_distance_function(crs)
     if distance_to_area is None:

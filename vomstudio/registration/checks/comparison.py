@@ -41,7 +41,7 @@ def residual_misfit(model: FloatArray, world: FloatArray, extra_unknowns: int = 
     Returns
     -------
     Misfit or None
-        Misfit, or None without redundancy or if the fit fails.
+        Misfit, or None if there is no redundancy or the fit fails.
     """
     degrees_of_freedom = 3 * len(model) - _UNKNOWN_COUNT - extra_unknowns
     if degrees_of_freedom < 1:

@@ -105,7 +105,7 @@ def select_group_at_model(
     mask : (n,) ndarray of bool
         True for the points of one group.
     is_inside : (n,) ndarray of bool
-        Mask of the points in the area of use of the CRS; all False without a CRS.
+        Mask of the points in the area of use of the CRS; all False if there is no CRS.
 
     Returns
     -------

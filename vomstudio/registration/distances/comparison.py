@@ -34,7 +34,7 @@ _POINT_SPACING = 0.25
 
 @dataclass(frozen=True)
 class PositiveDirection:
-    """Direction, degrees."""
+    """Direction in degrees."""
 
     trend_deg: float
     plunge_deg: float

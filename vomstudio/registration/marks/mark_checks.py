@@ -314,7 +314,8 @@ def _conversions(
 ) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
     """Yield alternative pixel conventions.
 
-    Each consists of a description, a size relative to the marked copies, and a conversion.
+    Each consists of a description, the size of the photos relative to the copies in which the
+    points were marked, and a conversion.
     """
     for convention in _pixel_conventions():
         yield convention.words, 1.0, convention

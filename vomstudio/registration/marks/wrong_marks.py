@@ -70,7 +70,7 @@ def find_consistent_marks(
     label : str
     marks : Marks
     limit_px : float
-        Distance from the place of the point up to which marks agree.
+        Maximum distance of agreeing marks from the position of the point.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def find_misplaced_marks(
     position : (3,) array
         Surveyed position of the point in the frame of the views.
     limit_px : float
-        Distance from the place of the point up to which marks agree.
+        Maximum distance of agreeing marks from the position of the point.
     outlier_px : float
         Distance from the surveyed position above which marks are wrong, unless all marks are.
 

@@ -127,7 +127,7 @@ def dataset_triangles(data: Any) -> tuple[FloatArray, IntArray]:
     -------
     points : (n, 3) float64
     faces : (m, 3) int64
-        Empty for points alone.
+        Empty if the data set has no faces.
     """
     points, faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
     for block in dataset_blocks(data):

@@ -71,7 +71,7 @@ class NodeReady:
 
 @dataclass(frozen=True, eq=False)
 class NodesDropped:
-    """Nodes that are not needed any more; their actors are removed once they are off screen."""
+    """Nodes that are no longer needed; their actors are removed once they are off screen."""
 
     pieces: dict[int, NodePoints]
     nodes: CloudNodes

@@ -136,7 +136,7 @@ def prepare_mesh(
 
 
 def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
-    """Return each material with its range of faces; -1 stands for faces without material."""
+    """Return each material with its range of faces; -1 stands for faces without a material."""
     offsets = mesh.material_offsets
     if not mesh.materials:
         return [(-1, slice(0, len(mesh.faces)))]

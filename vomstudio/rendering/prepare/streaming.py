@@ -1,8 +1,8 @@
 """Background streaming of the cloud nodes that are required for the current view.
 
 The scene passes the view to the streamer and receives the list of required nodes. The streamer
-hands over the missing nodes. To stay within the point budget, it drops the nodes whose last use
-is longest ago. It is idle once a view is complete.
+hands over the missing nodes. To stay within the point budget, it drops the least recently used
+nodes. It is idle once a view is complete.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class Level:
 class Texture:
     """Texture with its mipmap levels, the finest first, each half the size of the previous.
 
-    `note` is a finding about a picture that had to be downsampled, or None.
+    `note` is a finding if the picture had to be downsampled, otherwise None.
     """
 
     path: Path

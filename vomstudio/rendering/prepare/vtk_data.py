@@ -136,7 +136,7 @@ def show(actor: vtkActor, data: vtkPolyData) -> None:
 
 
 def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
-    """Clip an actor by planes, of which it shows the inner side, or by none."""
+    """Clip an actor to the inner side of planes; None removes the clipping."""
     if planes is None:
         actor.GetMapper().RemoveAllClippingPlanes()
     else:

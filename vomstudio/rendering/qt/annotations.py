@@ -84,7 +84,7 @@ class _FeatureArrays:
         return len(self.drawings)
 
     def replace(self, id_: str, drawing: FeatureDrawing | None) -> bool:
-        """Replace or remove a drawing without symbol. Return False if this is impossible."""
+        """Replace or remove a drawing without a symbol. Return False if this is impossible."""
         row = self.rows.get(id_)
         if row is None or self.drawings[row].symbol:
             return False
@@ -99,12 +99,12 @@ class _FeatureArrays:
         return True
 
     def rows_of(self, ids: Iterable[str]) -> IntArray:
-        """Return the rows of the drawings with these ids, ignoring missing ids."""
+        """Return the rows of the drawings with these ids, ignoring unknown ids."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
 
     def flags(self, ids: Iterable[str]) -> BoolArray:
-        """Return which drawings (n,) have one of these ids."""
+        """Return a mask (n,) of the drawings with these ids."""
         flags = np.zeros(self.count, np.bool_)
         flags[self.rows_of(ids)] = True
         return flags
@@ -147,7 +147,7 @@ class Annotations:
         )
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
-        """Replace or remove drawings in the cached data; anything else discards it."""
+        """Replace or remove drawings in the cached data, or discard it if this is impossible."""
         if self._arrays is not None and not all(
             self._arrays.replace(id_, drawing) for id_, drawing in changes.items()
         ):

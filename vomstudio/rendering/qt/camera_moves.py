@@ -95,8 +95,8 @@ class CameraMoves(QObject):
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
         """Look along a direction without moving the pivot in the image.
 
-        The projection of Up points upwards in the image, or North if the view is within 1 degree
-        of vertical.
+        The projection of Up points upwards in the image, or that of North if the view is within
+        1 degree of vertical.
         """
         self.camera.look_along(trend_deg, plunge_deg)
         self.moved()
@@ -141,7 +141,7 @@ class CameraMoves(QObject):
         return self.camera.to_dict()
 
     def set_camera_state(self, state: dict[str, Any]) -> None:
-        """Restore a camera state. Raises ValueError, without a change, if it is not valid."""
+        """Restore a camera state. If it is not valid, raise ValueError and change nothing."""
         self.camera.restore(state)
         self.restored.emit()
         self.moved()

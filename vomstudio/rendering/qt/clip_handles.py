@@ -54,7 +54,7 @@ class ClipHandles(QObject):
         self._lifetime, self._picture, self._annotations = lifetime, picture, annotations
 
     def set_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
-        """Set the clipping box, or None for no clipping, and whether it has handles."""
+        """Set the clipping box (None disables clipping), and whether it has handles."""
         if handles != self.handles:
             self.handles = handles
             self._pane.update()
@@ -135,7 +135,7 @@ class ClipHandles(QObject):
         self._pane.update()
 
     def hover(self, x: float, y: float, *, is_free: bool) -> None:
-        """Update the face under the cursor; `is_free` if the cursor is over no other handle."""
+        """Update the face under the cursor; `is_free` means that it is over no other handle."""
         face = self.face_at(x, y) if is_free else None
         if face != self.hovered:
             self.hovered = face

@@ -95,7 +95,7 @@ class Gestures(QObject):
     """
 
     pointer = Signal(object)
-    """PointerEvent"""
+    """Emits the PointerEvents for the tool."""
 
     def __init__(self, view: GestureView, moves: Moves, faces: ClipFaces, parent: QObject) -> None:
         super().__init__(parent)

@@ -12,7 +12,7 @@ from vomstudio.rendering.qt import painting
 
 MARGIN, PADDING = 16.0, 8.0
 TOP = 56.0
-"""Distance from the top, which leaves room for a message of two lines."""
+"""Distance from the top, with space for a message of two lines."""
 SWATCH, GAP = 11.0, 7.0
 
 

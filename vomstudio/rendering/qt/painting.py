@@ -292,7 +292,7 @@ def draw_handle(
 
 
 def draw_pending_click(painter: QPainter, x: float, y: float, color: QColor) -> None:
-    """Draw the place of a click that has not taken effect yet, as a dashed ring with a dot.
+    """Mark a click that has not taken effect yet by a dashed ring with a dot.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class PhotoCameras:
         return None if frustum is None else self.frusta[frustum].name
 
     def hover(self, x: float, y: float) -> None:
-        """Handle the cursor at a pixel."""
+        """Update the photo under the cursor at a pixel."""
         if self.frusta and (name := self.at(x, y)) != self.hovered:
             self.hovered = name
             self._pane.update()

@@ -120,7 +120,7 @@ class PreviewPainter:
         self._paint_reading(preview, picked_points)
 
     def _paint_pending(self, preview: Preview, color: QColor) -> None:
-        """Paint the places of clicks that have not taken effect yet."""
+        """Mark the clicks that have not taken effect yet."""
         if preview.pending_positions is None or not len(preview.pending_positions):
             return
         pixels, _ = self._camera.project(preview.pending_positions, self._extent)

@@ -70,7 +70,7 @@ class SceneLifetime(QObject):
         self.started.emit()
 
     def all_corners(self) -> FloatArray:
-        """Return the World box corners (n, 3) of the visible contents; see `Scene.everything`."""
+        """Return the World box corners (n, 3) of the visible contents; see `Scene.all_corners`."""
         return np.zeros((0, 3)) if self.scene is None else self.scene.all_corners()
 
     def call_when_started(self, job: Callable[[], None]) -> None:

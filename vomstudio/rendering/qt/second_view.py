@@ -54,7 +54,7 @@ class SecondView(QWidget):
     """
 
     pointer = Signal(object)
-    """PointerEvent"""
+    """Emits the PointerEvents of the gestures."""
     camera_changed = Signal()
 
     def __init__(

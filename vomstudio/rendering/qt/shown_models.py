@@ -39,13 +39,13 @@ class ShownModels(QObject):
     """
 
     stage = Signal(str, str)
-    """model id and "shown", "complete" or "pickable" """
+    """Emits the model id and the stage reached: "shown", "complete" or "pickable"."""
     problem = Signal(object)
     """Emits a finding about content that cannot be drawn correctly."""
     chunked = Signal(str)
     """Emits the model id when all of its chunks are present and can be recoloured."""
     colored = Signal(str, object)
-    """model id and FieldReady"""
+    """Emits the model id and the FieldReady when the colours of a field are available."""
     placed = Signal(str)
     """Emits the model id when its placement has changed."""
     removed = Signal(str)

@@ -13,7 +13,7 @@ from vomstudio.studio.owner_thread import Call, Post
 
 
 class _CallDispatcher(QObject):
-    """Passes calls to the thread in which it was created, until the program ends.
+    """Dispatcher of calls to the thread in which it was created, until the program ends.
 
     A thread must not emit a signal of an object that a window may delete: if Qt deletes the
     object at that moment, the process crashes.

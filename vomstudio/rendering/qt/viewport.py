@@ -65,18 +65,18 @@ class Viewport(QWidget):
         Camera, its moves, and the mouse gestures.
     models, features, photos, display, clip
         Contents, their appearance, and the clipping box.
-    overlays, reading_place
+    overlays, reading_position
         Overlays, and the position of the reading box.
     """
 
     pointer = Signal(object)
-    """PointerEvent"""
+    """Emits the PointerEvents of the gestures."""
     left = Signal()
     """Emitted when the cursor leaves the view."""
     camera_changed = Signal()
     first_frame = Signal()
     model_stage = Signal(str, str)
-    """model id and "shown", "complete" or "pickable" """
+    """Emits the model id and the stage reached: "shown", "complete" or "pickable"."""
     problem = Signal(object)
     """Emits a finding about content that cannot be drawn correctly."""
     field_shown = Signal(str)

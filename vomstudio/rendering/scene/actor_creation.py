@@ -30,7 +30,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
 class ActorCreator:
-    """Creates the actors of a scene, in the thread that draws it."""
+    """Creator of the actors of a scene, in the thread that draws it."""
 
     def __init__(
         self,

@@ -2,8 +2,7 @@
 
 An area may have a hundred thousand faces. Areas are therefore divided into a fixed number of
 bins with one actor each, so that a change of one area rebuilds only its bin. The selected areas
-and the area that
-is being painted are drawn a second time by separate actors.
+and the area that is being painted are drawn a second time by separate actors.
 """
 
 from __future__ import annotations
@@ -144,7 +143,7 @@ class AreaLayer:
         self._mark_all_stale()
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
-        """Clip all areas by planes, of which the inner side is drawn."""
+        """Clip all areas to the inner side of planes."""
         self._planes = planes
         for piece in (*self._bins.values(), self._selected_piece, self._live_piece):
             if piece is not None:

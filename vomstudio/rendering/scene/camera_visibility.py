@@ -14,7 +14,7 @@ from vomstudio.rendering.view.camera import Camera, Eye
 
 
 class SceneVisibility:
-    """Visibility of the contents; `eye` was last applied to the canvas (None at first)."""
+    """Visibility of the contents; `eye` is the view last applied to the canvas, or None."""
 
     def __init__(self, camera: Camera, canvas: Canvas, scene_contents: Contents) -> None:
         self.camera = camera

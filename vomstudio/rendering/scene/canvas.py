@@ -39,7 +39,7 @@ class Canvas:
     size : (int, int)
         Width and height in device pixels.
     origin : (3,) float64 or None
-        World position of the origin of VTK's 32-bit coordinates, or None without contents.
+        World position of the origin of VTK's 32-bit coordinates; None if there are no contents.
     is_software : bool
         Whether a software renderer is used.
     texture_limit : int

@@ -1,9 +1,8 @@
 """Eye-dome lighting, which darkens pixels according to their depth behind neighbours.
 
 It shows the shape of a cloud that has no normals. The method is that of Christian Boucheny,
-Visualisation scientifique
-interactive de grands volumes de donnees, PhD thesis, Grenoble (2009), with logarithms of depth
-as in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
+Visualisation scientifique interactive de grands volumes de donnees, PhD thesis, Grenoble (2009),
+with logarithms of depth as in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
 
 It is a single pass over the finished picture of the models, before the features are drawn over
 it. The pass is divided into horizontal bands, so that a software renderer can process them

@@ -45,11 +45,11 @@ HIDDEN_LINE_OFFSET = -65000.0
 PixelSizes = Callable[[FloatArray], FloatArray]
 """Function that returns the metres per device pixel (n,) at points (n, 3) in the World frame."""
 _Content = Literal["none", "part", "simple", "all"]
-"""Lines that the actors contain: none, those of a part of the view, simplified ones, or all."""
+"""Lines that the actors contain: none, those in a part of the view, simplified lines, or all."""
 
 
 class FeatureLayer:
-    """Registered drawings and their actors.
+    """Layer of the drawings of features, with their actors.
 
     `drawings` is in order of creation, which is also the order of drawing.
     """
@@ -131,7 +131,7 @@ class FeatureLayer:
         self._is_stale = True
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
-        """Clip all features by planes, of which the inner side is drawn."""
+        """Clip all features to the inner side of planes."""
         self.areas.clip(planes)
         for actor in self._actors.values():
             vtk_data.clip(actor, planes)

@@ -118,7 +118,7 @@ class FeatureRuns:
         self._built_blocks.clear()
 
     def change(self, changes: Mapping[str, FeatureDrawing | None]) -> None:
-        """Add, replace or (None) remove drawings."""
+        """Add or replace drawings, and remove those with the value None."""
         for key, drawing in changes.items():
             block_number = self._block_by_feature.get(key)
             if block_number is None and drawing is None:
@@ -164,7 +164,7 @@ class FeatureRuns:
         ids: frozenset[str],
         is_needed: Callable[[FloatArray], BoolArray] | None = None,
     ) -> Runs:
-        """Return the lines of the visible features `ids`, by default wherever they are."""
+        """Return the lines of the visible features `ids`, by default without a spatial filter."""
         drawings = [drawing for drawing in self._select_drawings(is_needed) if drawing.id in ids]
         return line_runs(drawings, self._origin)
 
@@ -179,7 +179,7 @@ class FeatureRuns:
         return list(compress(drawings, is_needed(boxes).tolist()))
 
     def box(self) -> FloatArray:
-        """Return the bounds (2, 3) of the visible features, or (0, 3) without visible features."""
+        """Return the bounds (2, 3) of the visible features, or (0, 3) if no feature is visible."""
         boxes = np.concatenate([np.zeros((0, 3)), *(block.box for block in self._all_blocks())])
         return boxes if not len(boxes) else np.stack([boxes.min(axis=0), boxes.max(axis=0)])
 

@@ -1,6 +1,6 @@
-"""Order of depth of models of the same rock, of which one shows a field.
+"""Depth order of models of the same rock if one of them shows a field.
 
-Without it, the colours of a comparison would flicker with the benchmark at the same place, and
+Otherwise the colours of a comparison would flicker with the benchmark at the same position, and
 would be hidden wherever the benchmark is in front.
 """
 

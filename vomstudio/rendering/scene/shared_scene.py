@@ -40,8 +40,8 @@ class _SharedAppearance(Appearance):
 class SharedScene(Scene):
     """Scene with its own camera and actors, whose data belong to a source scene.
 
-    Points, faces, colours and decoded textures are shared; only what the graphics card needs is
-    created again. `follow` adopts the changes of the source.
+    Points, faces, colours and decoded textures are shared; only the resources on the graphics card
+    are created again. `follow` adopts the changes of the source.
     """
 
     def __init__(self, source: Scene, camera: Camera, canvas: Canvas) -> None:

@@ -10,7 +10,7 @@ from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 
 MAX_NODE_DELAY_S = 0.4
-"""Nodes that arrive within this time after the request are drawn in one frame."""
+"""Maximum time after a request for which nodes are collected to be drawn in one frame."""
 
 
 class VisibleNodes:

@@ -90,9 +90,8 @@ def direction_vector(trend_deg: float, plunge_deg: float) -> FloatArray:
 def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
     """Return the right, up and view directions of a view as the rows of a matrix.
 
-    The projection of Up points upwards in the image, or North if the view is within 1 degree of
-    vertical
-    (CONVENTIONS, view direction).
+    The projection of Up points upwards in the image, or that of North if the view is within 1
+    degree of vertical (CONVENTIONS, view direction).
     """
     direction = direction_vector(trend_deg, plunge_deg)
     reference = np.array([0.0, 1.0, 0.0] if abs(plunge_deg) > VERTICAL_DEG else [0.0, 0.0, 1.0])
@@ -164,7 +163,7 @@ class Camera:
     def eye(self, corners: FloatArray) -> Eye:
         """Return the eye whose depth range contains the World points `corners` (n, 3).
 
-        The range is limited to what a 24-bit depth buffer can resolve at the pivot, so that
+        The range is limited to one that a 24-bit depth buffer can resolve at the pivot, so that
         another model thousands of kilometres away (for example in another frame) does not impair
         the view. An orthographic eye is moved back until everything is in front of it, which
         does not change the image.
@@ -340,7 +339,7 @@ class Camera:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Restore a state of `to_dict`. Raises ValueError, without a change, if it is invalid."""
+        """Restore a state of `to_dict`. If it is invalid, raise ValueError and change nothing."""
         try:
             position = np.array(state["position"], float)
             right = np.array(state["right"], float)

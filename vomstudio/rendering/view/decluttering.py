@@ -53,7 +53,7 @@ class LabelGrid:
     def collisions(self, boxes: FloatArray) -> BoolArray:
         """Return which rectangles (n, 4) overlap another one or leave the image.
 
-        Rectangles are x, y, width, height. `take` would reject those returned now and later.
+        Rectangles are x, y, width, height. `take` would reject the returned ones now and later.
         """
         x, y, width, height = boxes.T
         is_rejected = (x < 0) | (y < 0) | (x + width > self.width) | (y + height > self.height)

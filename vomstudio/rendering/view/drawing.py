@@ -67,7 +67,7 @@ class FeatureDrawing:
     visible : bool
         Whether the feature is drawn.
     area : Area, optional
-        Part of the surface over which the area is drawn translucently.
+        Part of the surface that is drawn translucently.
     symbol : Symbol, optional
     extent : float
         Extent of the feature in metres; larger features are labelled first.

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Protocol
 
 SLOW_FRAME_S = 0.050
-"""Frames that take longer are not drawn at every step of a drag."""
+"""Maximum duration of a frame that is drawn at every step of a drag."""
 BATCH_S = 0.025
-"""Target duration of one step of a frame that is drawn incrementally; on a busy machine it takes
+"""Target duration of one step of a frame that is drawn incrementally; on a busy computer it takes
 several times as long."""
 MAX_MOVING_FRAME_S = 0.040
 """Target duration of a frame of a cloud's coarse nodes."""

@@ -242,7 +242,7 @@ def _is_inside(box: PixelBox, points: FloatArray, margin: float) -> BoolArray:
 
 
 def _lengths_inside(box: PixelBox, segments: FloatArray) -> FloatArray:
-    """Return the length (s,) of each segment inside a box (Liang and Barsky 1984)."""
+    """Return the length (s,) of each segment inside a box (Liang & Barsky 1984)."""
     x, y, box_width, high = box
     start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]
     low, top = np.array([x, y]), np.array([x + box_width, y + high])

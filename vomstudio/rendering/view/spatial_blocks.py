@@ -54,8 +54,7 @@ def ray_triangles(
 
     Returns t, u, v and whether the triangle is hit in front of the origin, (n,) each. The
     intersection is a + u (b - a) + v (c - a). The method is that of Tomas Moeller and Ben
-    Trumbore, Fast, minimum
-    storage ray/triangle intersection, J. Graphics Tools 2 (1997).
+    Trumbore, Fast, minimum storage ray/triangle intersection, J. Graphics Tools 2 (1997).
     """
     e1, e2 = b - a, c - a
     p = np.cross(direction[None, :], e2)
@@ -199,7 +198,7 @@ def points_near_ray(
     radius, spread : float
         Maximum distance from the ray at depth 0, and its increase per unit of depth.
     thickness : float
-        Chunks are skipped if they begin further behind the front-most point than this multiple
+        Chunks are skipped if they begin farther behind the front-most point than this multiple
         of the maximum distance.
     counts : callable, optional
         Returns which points (n, 3) of the local frame are considered; by default all.

@@ -22,7 +22,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class DrawingFile:
-    """Drawing and the sidecar of its picture; if None, the sidecar is searched for."""
+    """Drawing and the sidecar of its picture; if `sidecar` is None, it is searched for."""
 
     path: Path
     sidecar: Path | None
@@ -117,7 +117,7 @@ class DrawingLine:
 
     @property
     def surface_points(self) -> tuple[Point, ...]:
-        """Return the vertices that lie on the surface, in the file frame of the model."""
+        """Vertices that lie on the surface, in the file frame of the model."""
         return tuple(point for point in self.points if point is not None)
 
 

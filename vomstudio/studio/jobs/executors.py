@@ -41,7 +41,7 @@ class Threads:
         progress: Progress,
         needed_count: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        """See `Executor`."""
+        """Yield results as they become available; see `Executor.map`."""
         done_count = 0
         progress.step(0)
         threads = worker_count(needed_count, self._count)
@@ -100,7 +100,7 @@ class Cluster:
         progress: Progress,
         needed_count: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        """See `Executor`.
+        """Yield results as they become available; see `Executor.map`.
 
         Raises
         ------
@@ -164,7 +164,7 @@ class Cluster:
             raise WorkerError(Finding("cluster.workers-lost"))
 
     def _wait_for_workers(self) -> bool:
-        """Wait for a worker, which may be starting or restarting. Return whether there is one."""
+        """Wait for a worker to start or restart. Return whether a worker is available."""
         end = time.monotonic() + MAX_RESTART_TIME_S
         while not self._threads():
             if self._client.status != "running" or time.monotonic() > end:

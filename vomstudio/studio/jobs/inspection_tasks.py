@@ -86,7 +86,7 @@ class AlignedCamera:
 class AlignmentOverview:
     """Overview of an alignment; see `inspection.overview`.
 
-    Each row of `pairs` contains the numbers of two photos, and the numbers of tentative and
+    Each row of `pairs` contains the indices of two photos, and their numbers of tentative and
     verified matches.
     """
 

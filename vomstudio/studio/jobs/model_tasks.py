@@ -27,7 +27,7 @@ def _start(request: NoArguments, progress: Progress) -> NoArguments:
 
 
 START_WORKER = Job("start", Lane.MODELS, NoArguments, NoArguments, _start)
-"""Import what the reading of every model needs."""
+"""Import the modules that reading any model requires."""
 
 
 def _warm(request: NoArguments, progress: Progress) -> NoArguments:
@@ -63,8 +63,8 @@ def _compile_kernels(request: NoArguments, progress: Progress) -> NoArguments:
 
 
 COMPILE_KERNELS = Job("compile_kernels", Lane.KERNELS, NoArguments, NoArguments, _compile_kernels)
-"""Compile all kernels for this processor, which takes seconds each. Until then, the kernels that
-the program contains are used."""
+"""Compile all kernels for this processor, which takes several seconds per kernel. Until then, the
+kernels that the program contains are used."""
 
 
 @dataclass(frozen=True)
@@ -351,7 +351,7 @@ def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
 
 
 CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, MEMORY_ADVICE)
-"""Write a part of a model as a new model."""
+"""Write part of a model as a new model."""
 
 JOBS = (
     IMPORT_LIBRARIES,

@@ -68,12 +68,12 @@ class ListedPhoto:
     place: tuple[float, float] | None
     looks: tuple[float, float] | None
     found_sha256: str
-    """Hash of the photo's mask file, or "" without a mask."""
+    """Hash of the photo's mask file, or "" if the photo has no mask."""
 
 
 @dataclass(frozen=True)
 class PhotoListing:
-    """Photos of a folder; `left_out` contains the reasons why other files are not usable."""
+    """Photos of a folder; `left_out` contains the reasons why other files cannot be used."""
 
     rows: tuple[ListedPhoto, ...]
     left_out: tuple[Finding, ...]

@@ -128,7 +128,7 @@ class ReconstructOptions(Options):
 
     @property
     def box(self) -> tuple[float, ...] | None:
-        """Return the minimum and maximum corners of the region, or None. Raises UsageError."""
+        """Minimum and maximum corners of the region, or None. Raises UsageError."""
         if self.region is None:
             return None
         try:

@@ -35,7 +35,7 @@ class ReconstructionRequest:
     region : tuple of float, optional
         Minimum and maximum corners of the reconstructed part, in the frame of the model.
     keep_background : bool
-        Whether to reconstruct what is far behind the rock.
+        Whether to reconstruct objects far behind the rock.
     """
 
     photos: Path
@@ -98,12 +98,11 @@ class Reconstruction(PrintableResult):
     seconds : mapping of str to float
         Run time of each stage, seconds.
     dense_gsd_m, dense_gsd : float or None
-        Pixel size of the depth maps on the rock, in metres or, without scale, in `unit`.
+        Pixel size of the depth maps on the rock, in metres, or in `unit` if the scale is unknown.
     texel_ratio : float or None
-        Size of a texel relative to a pixel of the best photo, which 90 % of the surface does not
-        exceed.
+        Size of a texel relative to a pixel of the best photo, 90th percentile over the surface.
     background_share : float or None
-        Share of the tie points that are far behind the rock; None for a region.
+        Share of the tie points that are far behind the rock; None if a region was given.
     proposed_region : tuple of float or None
         Box around the tie points of the rock, as in `ReconstructionRequest`.
     """

@@ -240,11 +240,12 @@ def _find_facets(request: FacetsRequest, progress: Progress) -> FacetsResult:
 def _facet_arrays(result: FacetSegmentation, part: ModelPart, count: int, to_world: Any) -> Arrays:
     """Return the arrays that describe the facets.
 
-    `label` and `cover_classes` (points,) int32 contain the facet of each point of the model, or -1.
-    The arrays of the f facets are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`,
-    `resolution`, `is_bent`, `level_gap` and `bend_deg` (0 if undefined), in the file frame. The
-    faces or points of facet i are `rows[row_cuts[i]:row_cuts[i + 1]]`, and its outline is stored
-    in the same way. `exposed_m2` is in the World frame.
+    `label` and `cover_classes` (points,) int32 contain the facet and the cover class (see
+    `extraction.exposure.Exposure`) of each point of the model, or -1. The arrays of the f facets
+    are `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3), `area`, `resolution`, `is_bent`,
+    `level_gap` and `bend_deg` (0 if undefined), in the file frame. The faces or points of facet i
+    are `rows[row_cuts[i]:row_cuts[i + 1]]`, and its outline is stored in the same way. `exposed_m2`
+    is in the World frame.
     """
     import numpy as np
 

@@ -17,7 +17,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 @dataclass(frozen=True)
 class FramesRequest:
-    """Request to write frames of `video` to `out`, even if it has other files (`force`)."""
+    """Request to write frames of `video` to `out`; `force` allows other files there."""
 
     video: Path
     out: Path
@@ -75,7 +75,7 @@ class ControlSummary:
 
 @dataclass(frozen=True)
 class ReconstructionForecast:
-    """Forecast of a reconstruction: memory (None if there are no photos), control points."""
+    """Forecast of a reconstruction: memory (None if there are no photos) and control points."""
 
     memory: MemoryRequirement | None
     control: ControlSummary | None

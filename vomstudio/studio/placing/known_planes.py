@@ -112,7 +112,7 @@ def placement_readings(
 def compass_table(
     lines: Sequence[KnownLine], directions: Mapping[str, ModelDirection]
 ) -> CompassTable | None:
-    """Return the readings used for placement as a compass table, or None if there are none.
+    """Return the compass table of the readings used for placement, or None if none is used.
 
     The errors in the table combine those of the reading and the feature.
     """
@@ -280,7 +280,7 @@ def create_reading(
 
 
 def reading_kind(measurement: Measurement) -> ReadKind:
-    """Return whether a reading of this feature is a plane or a line."""
+    """Return the kind of a reading of this feature: a plane or a line."""
     return "plane" if measurement.line is None else "lineation"
 
 

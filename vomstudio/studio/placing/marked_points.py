@@ -32,8 +32,8 @@ def marked_pairs(
 
     Raises
     ------
-    UsageError, InputError GeometryError
-        If the marks are not in pixels of the photos.
+    UsageError, InputError, GeometryError
+        For example, if the marks are not in pixels of the photos.
     """
     from vomstudio.io.control.control_files import (
         agreed_crs,

@@ -17,7 +17,7 @@ from vomstudio.registration.register_options import RegisterOptions
 
 TOLERANCE_DEG = 1e-9
 GRID_NORTH = NorthReference("grid")
-"""Default north reference if no other reference is stated."""
+"""North reference used if none is stated."""
 
 
 def resolve_north(compass: Compass, known_north: NorthInputs) -> tuple[NorthReference, str]:

@@ -40,8 +40,8 @@ class ReferenceFit(Result):
 
     `name` is the name of the reference, `fitted` the result of the fit, and `crs` the CRS of the
     World frame. `stable_m` is the distance from a mask cloud within which the reference is
-    stable, or None without a mask cloud. `scale_fitted` states whether the scale was fitted, and
-    `reference` is the registration of the reference, or None if it has no registration.
+    stable, or None if no mask cloud was used. `scale_fitted` states whether the scale was fitted,
+    and `reference` is the registration of the reference, or None if it has no registration.
     """
 
     name: str = field(metadata=HIDDEN_IN_JSON)

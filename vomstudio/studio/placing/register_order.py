@@ -567,7 +567,7 @@ def _rotate_to_grid_north(
 ) -> NorthReference | None:
     """Convert azimuths and compass readings to grid north.
 
-    Returns their north reference, or None without such readings.
+    Returns their north reference, or None if the observations contain no azimuths.
     """
     if not (evidence.azimuths or evidence.compass):
         return None
@@ -618,7 +618,7 @@ def _require_error(sigma: Sequence[float], option: str) -> None:
 
 
 def _numbers(text: str) -> list[float]:
-    """Return finite numbers separated by commas, an empty list if any other text occurs."""
+    """Parse comma-separated finite numbers; return an empty list for any other text."""
     try:
         cells = [float(cell) for cell in text.split(",")]
     except ValueError:

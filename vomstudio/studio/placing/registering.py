@@ -97,7 +97,7 @@ def expected_positions(
     """Return the expected positions of points without a location, keyed by id.
 
     The positions (3,) are in the World frame of the present placement. They are computed from
-    `placement` or, without it, from two points on a model with a known vertical direction.
+    `placement` or, if it is None, from two points on a model with a known vertical direction.
     """
     remaining_points = [p for p in points if not p.vertices and p.position is not None]
     to_model = (
@@ -245,7 +245,7 @@ def create_registration(
 
     A model that was placed by the same method before keeps the id of its registration.
     `reference` is the name of the reference of a fit, or "" for a placement by pairs and known
-    lines. `read_north` is the north reference of the azimuths, or None without azimuths.
+    lines. `read_north` is the north reference of the azimuths, or None if no azimuths were used.
     """
     previous_registration = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))

@@ -80,7 +80,8 @@ class Proposals:
     measured : tuple of Measurement
         Measurements of the patches.
     label, covers : (points,) int32
-        Facet of each point of the model, or -1.
+        Facet and cover class (see `extraction.exposure.Exposure`) of each point of the model,
+        or -1.
     exposed_m2 : (facets,) float64
         Exposed area of each patch.
     is_whole_model : bool

@@ -22,7 +22,7 @@ from vomstudio.studio.running_jobs import Jobs
 
 
 class ModelCutting:
-    """Cuts parts out of models and adds them to the project as new models."""
+    """Action that cuts parts out of models and adds them to the project as new models."""
 
     def __init__(self, projects: Projects, models: Models, jobs: Jobs, notices: Notices) -> None:
         self._projects, self._models = projects, models

@@ -29,7 +29,7 @@ _NEIGHBOURS = "neighbours"
 class ModelElements:
     """Implementation of `studio.tools.outcrop_elements` for the open models.
 
-    Parameters
+    Attributes
     ----------
     look : callable
         Returns the current view of the viewport.

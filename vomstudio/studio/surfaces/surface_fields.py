@@ -49,7 +49,7 @@ from vomstudio.studio.surfaces.model_jobs import ModelWork
 PLANE_DISTANCE, MODEL_DISTANCE = "plane", "model"
 COMPUTED_KINDS = (PLANE_DISTANCE, MODEL_DISTANCE, MEASURABLE, EXPECTED)
 DEFAULT_RADIUS_RESOLUTIONS, DEFAULT_TRACE_RESOLUTIONS = 5.0, 100.0
-"""Default radius and default trace length, in resolutions of the model."""
+"""Default radius and default trace length, in multiples of the resolution of the model."""
 _STYLES: dict[str, dict[str, Any]] = {
     "dip": {"low": 0.0, "high": 90.0},
     # White stands for vertical surfaces.
@@ -71,7 +71,7 @@ class FieldRequest:
     Parameters
     ----------
     kind : str
-        A key of `extraction.surface_fields.KINDS`, TO_PLANE, TO_MODEL, MEASURABLE or EXPECTED.
+        A key of `extraction.surface_fields.KINDS`, or one of COMPUTED_KINDS.
     radius_m : float
         Radius for a field of KINDS, or trace length for MEASURABLE and EXPECTED, metres.
     of : str
@@ -162,7 +162,7 @@ class ModelFields(ModelWork):
         return None
 
     def suggest_radius(self, model_id: str) -> float:
-        """Return five times the resolution of a model in metres, with two digits."""
+        """Return five times the resolution of a model, metres, to two significant digits."""
         open_model, record = (
             self._models.open_models.get(model_id),
             self._projects.records.get(model_id),
@@ -177,7 +177,7 @@ class ModelFields(ModelWork):
         return float(f"{max(radius, 1e-6):.2g}")
 
     def suggest_length(self, model_id: str) -> float:
-        """Return the length of a trace that is worth measuring, metres (section 4.1.3)."""
+        """Return the minimum useful length of a trace, metres (textbook 4.1.3)."""
         ratio = DEFAULT_TRACE_RESOLUTIONS / DEFAULT_RADIUS_RESOLUTIONS
         return float(f"{ratio * self.suggest_radius(model_id):.2g}")
 

@@ -41,7 +41,8 @@ from vomstudio.studio.tools.trace import TraceTool
 T = TypeVar("T")
 
 SAME_LINE_RESOLUTIONS = 3.0
-"""Maximum distance between two lines that represent the same trace, in resolutions of the model."""
+"""Maximum distance between two lines that represent the same trace, in multiples of the resolution
+of the model."""
 MAX_OFFSET_RESOLUTIONS = 2.0
 MAX_WAY_POINTS, MAX_VERTICES = 12, 60
 """Maximum number of way-points, which the user can drag, and of vertices if the line cannot be
@@ -58,7 +59,7 @@ class ProposedLine:
         Trace without a name.
     points : (n, 3) float64
         Points in the World frame.
-        measured : Measurement
+    measured : Measurement
     evidence, doubt : float
         See `extraction.proposals.traces.Proposal`.
     """

@@ -98,7 +98,7 @@ class Stroke:
         return np.flatnonzero(self.is_selected)
 
     def figures(self, ids: IntArray, *, is_whole: bool) -> dict[str, Any]:
-        """Return the patch fields derived from its ids; `is_whole` includes those of a record."""
+        """Return the patch fields for `ids`, or all fields of the record if `is_whole`."""
         if is_whole:
             return patch_fields(self.surface, ids)
         points, weights = self.surface.weighted_points(ids)
@@ -119,7 +119,7 @@ class Stroke:
         )
 
     def area(self) -> Area | None:
-        """Return the touched area for drawing, or None."""
+        """Return the area of the stroke for drawing, or None if it is empty."""
         if not self.stroke_corners:
             return None
         if len(self.stroke_corners) > 1:
@@ -131,7 +131,7 @@ class Stroke:
 
 
 def patch_fields(surface: SelectableSurface, ids: IntArray) -> dict[str, Any]:
-    """Return the patch fields derived from the ids (k,) of its faces or points."""
+    """Return the fields of a patch, derived from the ids (k,) of its faces or points."""
     points, weights = surface.weighted_points(ids)
     patch_moments = moments(points, weights)
     ring: tuple[Any, ...] = ()

@@ -145,7 +145,7 @@ class ControlTool(StatelessTool):
     def _next_point(self, point: ControlPoint) -> str:
         """Return the id of the next point without a location, or "" if all are located.
 
-        Because of "", an additional click does not move a point.
+        Returning "" prevents an additional click from moving a point.
         """
         points = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
         position = next((i for i, p in enumerate(points) if p.id == point.id), 0)

@@ -1,4 +1,4 @@
-"""Drawn area and measured plane of chosen faces or points, which are cached."""
+"""Cached drawing and measured plane of the selected faces or points."""
 
 from __future__ import annotations
 

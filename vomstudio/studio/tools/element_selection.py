@@ -113,7 +113,7 @@ class ElementSelection:
 
     # --- drafts -------------------------------------------------------------------------------
     def to_dict(self) -> dict[str, Any] | None:
-        """Return plain data for `from_dict`, or None if they would be too long."""
+        """Return plain data for `from_dict`, or None if it would be too long."""
         encoded_mask = mask_to_dict(self.mask)
         return None if encoded_mask is None else {"model_id": self.model_id, **encoded_mask}
 
@@ -127,7 +127,7 @@ class ElementSelection:
 
 
 def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
-    """Return plain data for `mask_from_dict`, or None if they would be too long."""
+    """Return plain data for `mask_from_dict`, or None if it would be too long."""
     encoded_mask = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
     return (
         None if len(encoded_mask) > MAX_DRAFT_LENGTH else {"size": len(mask), "bits": encoded_mask}
@@ -135,7 +135,7 @@ def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
 
 
 def mask_from_dict(values: Mapping[str, Any]) -> BoolArray:
-    """Restore a mask. Raises KeyError, TypeError or ValueError if the data are not valid."""
+    """Restore a mask. Raises KeyError, TypeError or ValueError if the data is not valid."""
     size = int(values["size"])
     unpack = zlib.decompressobj()
     try:

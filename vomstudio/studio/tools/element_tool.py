@@ -1,9 +1,9 @@
-"""Base class of the tools that choose faces or points of a model.
+"""Base class of the tools that select faces or points of a model.
 
-The tools are state machines without Qt or VTK. The chosen elements belong to one model. Every
-change is a step that can be undone, and is written to the journal as a draft. A shape that is
-drawn over the picture selects the elements inside (the centroids of faces), and includes hidden
-elements only on request.
+The tools are state machines without Qt or VTK. The selected elements belong to one model. Every
+change is a step that can be undone, and is written to the journal as a draft. A shape that is drawn
+over the picture selects the elements inside (the centroids of faces), and includes hidden elements
+only on request.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ class ElementTool:
     Attributes
     ----------
     noun : str
-        Name of the chosen elements in undo labels.
+        Name of the selected elements in undo labels.
     changes : ElementChanges
         Changes of the entire selection.
     mode : ElementMode
         Action of a click or drag.
     combine : Combine
-        How the result is combined with the selection without a key.
+        How the result is combined with the selection if no modifier key is pressed.
     is_through : bool
         Whether shapes also select hidden elements.
     """
@@ -79,7 +79,7 @@ class ElementTool:
 
     @property
     def is_finishing(self) -> bool:
-        """Whether the elements are used as soon as work in the background is done."""
+        """Whether the selection will be used as soon as background work is complete."""
         return False
 
     @property
@@ -119,7 +119,7 @@ class ElementTool:
         self._notify_change()
 
     def set_combine(self, combine: Combine) -> None:
-        """Set how the next result is combined if no key is pressed."""
+        """Set how the next result is combined if no modifier key is pressed."""
         self.combine = combine
         self._notify_change()
 
@@ -234,7 +234,7 @@ class ElementTool:
         self._notify_change()
 
     def release(self) -> ElementSelection | None:
-        """Give up the selection, so that another tool can adopt it, and return it."""
+        """Clear the selection and return it, so that another tool can adopt it."""
         selection = self.selection
         self._discard_state()
         return selection

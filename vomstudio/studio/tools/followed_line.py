@@ -55,7 +55,7 @@ class FollowedPath:
 
 
 PathCallback = Callable[[FollowedPath | Finding], None]
-"""Callback that receives a path, or the reason why none was found."""
+"""Callback that receives a path, or the reason why no path was found."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
 Range = tuple[int, int]
@@ -65,7 +65,7 @@ MAX_CACHED_LEGS = 1000
 
 
 class PathFinder(Protocol):
-    """Finds paths over models in the background."""
+    """Protocol of a finder of paths over models, which works in the background."""
 
     def costs(self, model_id: str) -> tuple[str, ...]:
         """Return the names of the costs that are available for a model, except its fields."""

@@ -27,7 +27,7 @@ UNDO_LABELS = {
     "finish-next": to_translate("Finish the next feature"),
     "finish": to_translate("Finish"),
 }
-"""Labels of pending clicks, which undo takes back."""
+"""Labels of pending clicks that can be undone."""
 
 
 class FollowingTool(PolylineTool[F]):
@@ -62,11 +62,11 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def cost(self) -> str | None:
-        """Cost that is followed between clicks, or None for straight pieces."""
+        """Cost that is followed between clicks, or None for straight legs."""
         return self._line.cost
 
     def follow(self, cost: str | None) -> None:
-        """Set the cost that is followed between clicks, or None for straight pieces.
+        """Set the cost that is followed between clicks, or None for straight legs.
 
         A continued feature is picked point by point.
         """
@@ -117,11 +117,11 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def follows_photos(self) -> bool:
-        """Whether a piece that ends in a photo is followed in that photo."""
+        """Whether a leg that ends in a photo is followed in that photo."""
         return self._line.follows_photos
 
     def follow_in_photos(self, is_enabled: bool) -> None:
-        """Set whether pieces that end in a photo are followed in it or over the surface."""
+        """Set whether legs that end in a photo are followed in it or over the surface."""
         if is_enabled == self._line.follows_photos:
             return
         self._line.follows_photos = is_enabled
@@ -167,7 +167,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def is_searching(self) -> bool:
-        """Whether a piece of the open feature is pending."""
+        """Whether a leg of the open feature is pending."""
         return (
             self._feature is not None
             and self.is_path
@@ -175,16 +175,16 @@ class FollowingTool(PolylineTool[F]):
         )
 
     def _verdict_code(self) -> str | None:
-        """Assess only complete paths, because straight pieces are provisional."""
+        """Return the verdict on a complete path only, because straight legs are provisional."""
         return None if self.is_searching else super()._verdict_code()
 
     @property
     def is_finishing(self) -> bool:
-        """Whether the open feature is kept as soon as its path is found."""
+        """Whether the open feature will be stored as soon as its path is found."""
         return self._is_finish_waiting
 
     def leave(self) -> None:
-        """Drop the waiting clicks of a feature that was not finished yet."""
+        """Discard the pending clicks of an unfinished feature."""
         dropped_count = 0
         while self._queued_clicks and self._queued_clicks[-1] is not None:
             self._queued_clicks.pop()
@@ -197,7 +197,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def _next_type(self) -> tuple[str, str]:
-        """Return type and set of the next feature; queued clicks use those of their time."""
+        """Type and set of the next feature, or those set when its clicks were queued."""
         if self._is_handling_queue and self._queued_type is not None:
             return self._queued_type
         return self._context.next_type_id, self._context.next_set
@@ -211,7 +211,7 @@ class FollowingTool(PolylineTool[F]):
         return self._context.world_positions(hits) if hits else None
 
     def finish(self) -> str | None:
-        """Finish the feature as soon as pending pieces are available."""
+        """Finish the feature as soon as its pending legs are available."""
         if self._queued_clicks and self.is_searching:
             if self._queued_clicks[-1] is not None:
                 self._queued_clicks.append(None)
@@ -246,7 +246,7 @@ class FollowingTool(PolylineTool[F]):
         self._context.tool_changed()
 
     def _search_lines(self) -> tuple[str, ...]:
-        """Return the text beside the cursor while a piece is pending."""
+        """Return the text beside the cursor while a leg is pending."""
         count = points_text(len(self.vertices))
         if not self._is_finish_waiting:
             return (count, Finding("follow.searching").message)

@@ -20,7 +20,7 @@ MIN_DISTANCE_M, MAX_DISTANCE_M = 1e-4, 1e4
 ANGLE_STEP_DEG = 2.0
 DISTANCE_FACTOR = 1.2
 DEFAULT_DISTANCE_SPACINGS = 4.0
-"""Default distance in point spacings of the model, which exceeds its noise."""
+"""Default distance in multiples of the point spacing; it exceeds the noise of the model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Growth:
     seed : Seed or None
         Seed of the last piece, or None once the piece is final.
     is_pending : bool
-        Whether the last piece waits for the neighbour graph.
+        Whether the last piece is pending until the neighbour graph is built.
     """
 
     def __init__(self, context: ToolContext) -> None:

@@ -93,7 +93,7 @@ class PointerEvent:
     photo : str
         Name of the photo.
     alt : bool
-        Whether Alt is held, which removes like Ctrl.
+        Whether Alt is pressed; like Ctrl, it removes elements.
     """
 
     kind: Pointer
@@ -138,8 +138,8 @@ class BrushRing:
     ----------
     centre : (3,) float64
         Centre in the World frame.
-        radius : float
-            Radius in metres.
+    radius : float
+        Radius in metres.
     normal : (3,) float64 or None
         Normal of the surface, or None if it is unknown.
     is_removing : bool
@@ -196,7 +196,7 @@ class Preview:
     area : Area, optional
         Painted or selected area.
     path : (n, 3) float64, optional
-        Path through the vertices of `line`, which replaces the straight pieces.
+        Path through the vertices of `line`, which replaces the straight segments.
     ahead : (m, 3) float64, optional
         Path from the last vertex to `rubber`, which replaces the straight rubber band.
     doubtful : tuple of (k, 3) float64
@@ -209,7 +209,7 @@ class Preview:
     is_erasing : bool
         Whether the stroke erases.
     pending_positions : (k, 3) float64, optional
-        Places of clicks that take effect as soon as earlier work is done.
+        Positions of clicks that take effect as soon as earlier work is complete.
     """
 
     line: FloatArray

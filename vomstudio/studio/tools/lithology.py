@@ -1,4 +1,4 @@
-"""Tool for lithologies, which outlines a part of the outcrop that consists of one rock."""
+"""Tool for rock areas, which outlines a part of the outcrop with a single lithology."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     @property
     def is_searching(self) -> bool:
-        """Whether a piece of the path or the area is pending."""
+        """Whether a leg of the path or the area is pending."""
         return super().is_searching or self._next_outline is not None
 
     def _reset(self) -> None:
@@ -58,7 +58,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     @property
     def lithology(self) -> str:
-        """Rock of the open area, or else of the next area."""
+        """Lithology of the open area, or else of the next area."""
         return self._feature.lithology if self._feature else self.next_lithology
 
     def hint(self) -> str:
@@ -73,7 +73,7 @@ class LithologyTool(FollowingTool[Lithology]):
         )
 
     def choose(self, lithology: str) -> None:
-        """Set the rock of the next area, and of the open area if it is new."""
+        """Set the lithology of the next area, and of the open area if it is new."""
         self.next_lithology = lithology
         feature = self._feature
         if feature is None or self._has_stored_feature or feature.lithology == lithology:

@@ -26,7 +26,7 @@ def measure_surroundings(
 ) -> tuple[float | None, Point | None]:
     """Return the typical spacing and the outcrop normal (3,) around the vertices.
 
-    Both are in the file frame and unit of the model; None if unknown.
+    Both are in the file frame and unit of the model, or None if unknown.
     """
     points = np.asarray(vertices, dtype=np.float64)
     outcrop_normal = surface.outcrop_normal(points) if len(points) > 1 else None
@@ -41,7 +41,7 @@ def measure_surroundings(
 def surroundings_function(
     surface: Surface | None,
 ) -> Callable[[Sequence[Point]], tuple[float | None, Point | None]] | None:
-    """Return `measure_surroundings` for a surface, or None if there is no surface.
+    """Return `measure_surroundings` bound to a surface, or None if `surface` is None.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def features_of_earlier_rules(records: Mapping[str, Record]) -> list[SurfaceFeat
 
 
 def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
-    """Return id and hash of the model of a feature measured by an earlier rule, or None."""
+    """Return the id and hash of the model if a feature was measured by an earlier rule."""
     if isinstance(record, SurfaceFeature) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None

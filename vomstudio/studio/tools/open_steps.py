@@ -70,7 +70,7 @@ class SteppedFeature(Generic[F]):
 
     @property
     def is_finishing(self) -> bool:
-        """Whether the open feature is kept as soon as work in the background is done."""
+        """Whether the open feature will be stored as soon as background work is complete."""
         return False
 
     @property

@@ -58,7 +58,7 @@ def patch_area(patch: PaintedFeature, model: Model, surface: SelectableSurface) 
 
 
 def merge_areas(areas: Sequence[Area]) -> Area | None:
-    """Merge areas of one element type for drawing, or return None if there are none.
+    """Merge areas of one element type for drawing, or return None if `areas` is empty.
 
     Parameters
     ----------

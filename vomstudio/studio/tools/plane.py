@@ -1,8 +1,8 @@
 """Tool that measures a plane on one surface of the outcrop.
 
 A click grows the even surface around it, and dragging paints with a round brush; other modes draw
-a lasso, polygon or rectangle. Enter creates a patch of the chosen faces or points, whose plane is
-fitted. Clicks wait until the neighbour graph of the model is built.
+a lasso, polygon or rectangle. Enter creates a patch of the selected faces or points, whose plane is
+fitted. Clicks are queued until the neighbour graph of the model is built.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class PlaneTool(ElementTool):
         self.growth = Growth(context)
         self._radius: float | None = None
         self._continued_patch: Patch | None = None
-        # Clicks that wait for the neighbour graph; None marks the end of the plane.
+        # Clicks pending until the neighbour graph is built; None marks the end of the plane.
         self._waiting: list[Seed | None] = []
         self._stroke: Stroke | None = None
         self._stroke_combination: Combine = "new"
@@ -95,7 +95,7 @@ class PlaneTool(ElementTool):
     # --- state -------------------------------------------------------------------------------
     @property
     def is_open(self) -> bool:
-        """Whether a plane has been begun."""
+        """Whether a plane has been started."""
         return super().is_open or self._is_pressed or bool(self._waiting)
 
     @property
@@ -115,7 +115,7 @@ class PlaneTool(ElementTool):
 
     @property
     def is_finishing(self) -> bool:
-        """Whether the plane is kept as soon as the neighbour graph is built."""
+        """Whether the plane will be stored as soon as the neighbour graph is built."""
         return None in self._waiting
 
     @property
@@ -243,7 +243,7 @@ class PlaneTool(ElementTool):
         return self.selection is not None and hit.model_id != self.selection.model_id
 
     def _grow_waiting_seeds(self) -> None:
-        """Grow from the waiting clicks in order, as soon as the neighbour graph is built."""
+        """Grow from the pending clicks in order, as soon as the neighbour graph is built."""
         while self._waiting:
             seed = self._waiting[0]
             if seed is None:
@@ -341,7 +341,7 @@ class PlaneTool(ElementTool):
         )
 
     def _measure_live(self) -> None:
-        """Fit a plane to the painted area, unless a slow fit was made just before."""
+        """Fit a plane to the painted area, unless a slow fit has just been made."""
         stroke, start_time = self._stroke, time.perf_counter()
         if stroke is None or not stroke.is_due(start_time):
             return
@@ -398,7 +398,7 @@ class PlaneTool(ElementTool):
         return super().redo()
 
     def finish(self) -> str | None:
-        """Close the unfinished shape, or else keep the plane and return its id."""
+        """Close the unfinished shape, or else store the plane and return its id."""
         if self._is_pressed:
             self._release()
         if self._shape is not None:
@@ -455,7 +455,7 @@ class PlaneTool(ElementTool):
         self._continued_patch = patch
 
     def cancel(self) -> None:
-        """Discard the stroke, shape or waiting clicks, or else the plane; undo restores it."""
+        """Discard the stroke, shape or pending clicks, or else the plane; undo restores it."""
         if self._is_pressed:
             self._cancel_stroke()
         elif self._waiting:

@@ -1,4 +1,4 @@
-"""Text beside the cursor, with the attitude and error of the chosen area."""
+"""Text beside the cursor, with the attitude and error of the selected area."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class PolylineTool(SteppedFeature[F]):
         return None
 
     def _drawn_lines(self) -> tuple[FloatArray | None, FloatArray | None]:
-        """Return World lines that replace the straight pieces and the rubber band, or None."""
+        """Return World lines that replace the straight segments and the rubber band, or None."""
         return None, None
 
     def _marked_stretches(self, path: FloatArray | None) -> tuple[FloatArray, ...]:
@@ -358,7 +358,7 @@ class PolylineTool(SteppedFeature[F]):
         )
 
     def _pending_positions(self) -> FloatArray | None:
-        """Return the World places (k, 3) of clicks that have not taken effect, or None."""
+        """Return the World positions (k, 3) of clicks that have not taken effect, or None."""
         return None
 
     def _verdict_code(self) -> str | None:

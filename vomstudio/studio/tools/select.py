@@ -32,7 +32,7 @@ _HINTS: dict[Target, str] = {
 
 
 class SelectTool(ElementTool):
-    """Tool that selects what is inside a shape, and features by clicks.
+    """Tool that selects features or elements inside a shape, and features by clicks.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Messages of the tools that choose faces and points."""
+"""Messages of the tools that select faces and points."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNDO_LABELS = {
     "hide": to_translate("Hide the selection"),
     "show": to_translate("Show hidden elements"),
 }
-"""Labels of the steps that undo takes back, other than changes of the selection."""
+"""Labels of the steps that can be undone, other than changes of the selection."""
 GROW_LABEL, PAINT_LABEL, ERASE_LABEL = (
     to_translate("Grow"),
     to_translate("Paint"),

@@ -1,4 +1,4 @@
-"""Sets that were last used with each feature type."""
+"""Set last used with each feature type."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class SetMemory:
         self._sets.clear()
 
     def choose_set(self, current: tuple[str, str], type_id: str, set_name: str) -> str:
-        """Return the set of the next feature after a choice of the user.
+        """Return the set of the next feature after the user has changed the type or set.
 
         Parameters
         ----------

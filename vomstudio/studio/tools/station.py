@@ -1,4 +1,4 @@
-"""Tool for stations and samples, which are created by a click each."""
+"""Tool for stations and samples, each of which is created by a click."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NextStation:
 
 
 class StationTool(PolylineTool[Station]):
-    """Tool that creates stations; a continued station is open and moved by click or drag."""
+    """Tool that creates stations; a continued station is moved by clicking or dragging."""
 
     name = "station"
     noun = "field station"

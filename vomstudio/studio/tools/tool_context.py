@@ -33,7 +33,7 @@ class Tool(Protocol):
     paints : bool
         Whether the tool draws with the left button, so that the right button orbits.
     is_finishing : bool
-        Whether the open feature is kept as soon as work in the background is done.
+        Whether the open feature will be stored as soon as background work is complete.
     """
 
     name: ClassVar[str]
@@ -139,7 +139,7 @@ class ToolContext(Protocol):
         """Format a plane or line with its 95 % error, in the user's notation."""
 
     def world_positions(self, hits: Sequence[Hit]) -> FloatArray:
-        """Return the places (k, 3) of hits in the World frame."""
+        """Return the positions (k, 3) of hits in the World frame."""
 
     def feature_positions(self) -> dict[str, FloatArray]:
         """Return the centres (3,) of the visible features in the World frame, by id."""

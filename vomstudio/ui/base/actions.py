@@ -65,7 +65,7 @@ class Command:
 
 @dataclass(frozen=True)
 class _State:
-    """State of a command that is shown by its action."""
+    """State of a command as shown by its action."""
 
     text: str
     disabled_reason: Finding | None
@@ -79,7 +79,7 @@ class Actions(QObject):
     Attributes
     ----------
     refused : Signal
-        Emitted with the reason when a plain key is pressed whose command cannot run now.
+        Emitted with the reason when the plain key of a command that cannot run now is pressed.
     """
 
     refused = Signal(object)  # Finding
@@ -163,7 +163,7 @@ class Actions(QObject):
         call_after_notifications(self._refresh)
 
     def refresh_camera(self) -> None:
-        """Update the actions that depend on the camera; others would test every feature."""
+        """Update only the actions that depend on the camera, because updating all is slow."""
         for name, command in self._commands.items():
             if command.depends_on_camera:
                 self._refresh_command(name, command)

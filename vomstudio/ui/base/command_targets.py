@@ -51,7 +51,7 @@ def missing_model_finding(studio: Studio) -> Finding | None:
 
 
 def closed_model_finding(studio: Studio) -> Finding | None:
-    """Return why no model is current and open, or None.
+    """Return a finding if there is no current model or it is not open, otherwise None.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def current_feature(studio: Studio) -> Feature | None:
 
 
 def current_line(studio: Studio, line_class: type[Line], min_vertices: int = 2) -> Line | None:
-    """Return the current feature if it is of this kind and has enough vertices."""
+    """Return the current feature if it has this class and enough vertices, else None."""
     feature = current_feature(studio)
     return (
         feature
@@ -123,8 +123,8 @@ def documents_folder() -> str:
 def results_folder(studio: Studio) -> Path:
     """Return the folder that is proposed for results.
 
-    This is the folder chosen last in the project, or that of the saved project, or the folder
-    chosen last in another project. It is never that of a model or photos.
+    This is the folder last used in the project, else the parent folder of the saved project, else
+    the folder last used in another project. It is never the folder of a model or of photos.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def results_folder(studio: Studio) -> Path:
 
 
 def remember_target(studio: Studio, path: Path) -> None:
-    """Propose the folder of a result for the next one.
+    """Store the folder of a result, so that it is proposed for the next result.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def ask_for_target(
     default_name: str | Path,
     formats: Mapping[str, str],
 ) -> Path | None:
-    """Return the output file that the user selects, or None.
+    """Return the output file that the user selects, or None if the user cancels.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def ask_for_file(
     *,
     allow_any_extension: bool = False,
 ) -> tuple[Path, str] | None:
-    """Return the output file that the user selects and its pattern, or None.
+    """Return the output file and pattern that the user selects, or None on cancel.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def ask_for_file(
 
 
 def current_measurement(studio: Studio) -> Measurement | None:
-    """Return the measurement of the selected feature if it has an attitude."""
+    """Return the measurement of the current feature, or None if it has no feature type."""
     if not studio.has_project or (current_id := studio.selection.current) is None:
         return None
     if not isinstance(studio.records.get(current_id), TypedFeature):
@@ -243,7 +243,7 @@ def current_measurement(studio: Studio) -> Measurement | None:
 
 
 def confirm_replacement(parent: QWidget, names: list[str]) -> bool:
-    """Ask the user to confirm that existing files are replaced."""
+    """Ask the user to confirm the replacement of existing files."""
     answer = QMessageBox.question(
         parent,
         tr("Replace files?"),

@@ -42,7 +42,7 @@ from vomstudio.ui.base.numbers import is_partial_quantity, parse_quantity
 # Height of a few rows of a panel and of the arrows of the scroll bar.
 _MIN_HEIGHT_PX = 100
 MAX_FORM_WIDTH_PX = 560
-"""Maximum width of a form in a page as wide as the window, in logical pixels."""
+"""Maximum width of a form on a page as wide as the window, in logical pixels."""
 
 
 class Label(QLabel):
@@ -132,8 +132,8 @@ class DoubleSpinBox(QDoubleSpinBox):
     Attributes
     ----------
     automatic_value : float or None
-        Number from which the arrows start while the field is at its minimum, which then stands
-        for a number chosen by the program.
+        Number from which the arrows start while the field is at its minimum, where the program
+        chooses the number.
     """
 
     def __init__(self) -> None:
@@ -174,7 +174,7 @@ def _configure_spin_box(box: QAbstractSpinBox) -> None:
 
 
 def _validator_state(number: float | None) -> QValidator.State:
-    # Qt would drop a refused character without a word: "1e3" would become 13.
+    # Qt would silently drop a rejected character: "1e3" would become 13.
     return QValidator.State.Intermediate if number is None else QValidator.State.Acceptable
 
 
@@ -217,7 +217,7 @@ def continues_unit(box: SpinBox | DoubleSpinBox, letter: str) -> bool:
 
 
 def _show_limits(box: SpinBox | DoubleSpinBox, text: str) -> None:
-    """Show below a field which numbers it accepts, because Qt restores the previous one."""
+    """Show the accepted range below a field, because Qt restores the previous number."""
     if not box.isVisible() or not _number_text(box, text):
         return
     message = tr(
@@ -309,7 +309,7 @@ class HintLabel(ElidedLabel):
     """Label that shows the first clauses that fit; the tooltip contains the full text."""
 
     def shorten(self, line: str, width_px: int) -> str:
-        """Return the longest beginning of a line that fits and ends with a clause."""
+        """Return the longest beginning of a line that fits and ends with a complete clause."""
         metrics = self.fontMetrics()
         ends = [match.start() for match in re.finditer(r"[.;,] ", line)]
         for candidate in (line, *(f"{line[:end]}." for end in reversed(ends))):
@@ -397,7 +397,7 @@ class _Placeholder(QWidget):
 
 
 def lay_out_now(widget: QWidget) -> None:
-    """Lay out a widget of a scrolling panel now, so that no frame shows truncated texts."""
+    """Lay out a widget of a scrolling panel now, so that no frame shows truncated text."""
     chain, ancestor = [widget], widget.parentWidget()
     while ancestor is not None and not isinstance(ancestor, PanelScrollArea):
         chain.append(ancestor)
@@ -438,7 +438,7 @@ def create_row(*widgets: QWidget) -> QWidget:
 
 
 def limit_width(layout: QLayout) -> QHBoxLayout:
-    """Arrange a form at the left, at most `MAX_FORM_WIDTH_PX` wide, in a page of the drawer.
+    """Arrange a form on the left of a drawer page, at most `MAX_FORM_WIDTH_PX` wide.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def set_colors(records: RecordMap) -> dict[tuple[str, str], str]:
 
 
 def _octant_color(octant: int) -> str:
-    """Return the colour of one of the eight winds on the colour wheel, red at North."""
+    """Return the colour of a compass octant on the colour wheel, with red at north."""
     channels = colorsys.hls_to_rgb(octant / 8.0, _LIGHTNESS, _SATURATION)
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
 
@@ -115,7 +115,7 @@ def feature_color(studio: Studio, feature: Feature, measurement: Measurement) ->
 
 
 def legend(studio: Studio) -> tuple[str, list[ColorEntry]]:
-    """Return the title and rows of the legend, which is empty for colours by type.
+    """Return the title and rows of the legend, which is empty if colours show the type.
 
     The types and their colours are listed in the tree and beside the net.
 

@@ -18,9 +18,9 @@ from PySide6.QtWidgets import (
 FOCUS_WIDTH_PX = 2.0
 _RADIUS_PX = 4.0
 _LINE_SHARE = 0.15
-"""Share of the text colour in the line of a splitter."""
+"""Fraction of the text colour that is mixed into the line of a splitter."""
 _FRAME_SHARE, _HOVER_SHARE, _PRESSED_SHARE = 0.28, 0.08, 0.18
-"""Shares of the text colour in the frame of a button, and in its fill under the cursor."""
+"""Fractions of the text colour in the frame, hovered fill and pressed fill of a button."""
 
 _Control, _Primitive, _State = QStyle.ControlElement, QStyle.PrimitiveElement, QStyle.StateFlag
 _ComplexControl = QStyle.ComplexControl
@@ -32,7 +32,7 @@ _FRAMED_CONTROLS = (
 
 
 class FlatStyle(QProxyStyle):
-    """Fusion without gradients and dotted handles, the same on every platform."""
+    """Fusion without gradients or dotted handles, the same on every platform."""
 
     def __init__(self) -> None:
         super().__init__("Fusion")
@@ -43,7 +43,7 @@ class FlatStyle(QProxyStyle):
         option: QStyleOption | None = None,
         widget: QWidget | None = None,
     ) -> QIcon:
-        """Return no icon for buttons of dialogs: Qt's are dark in both themes."""
+        """Return an empty icon for dialog buttons, because Qt's are dark in both themes."""
         if icon.name.startswith("SP_Dialog"):
             return QIcon()
         return super().standardIcon(icon, option, widget)
@@ -79,7 +79,7 @@ class FlatStyle(QProxyStyle):
         painter: QPainter,
         widget: QWidget | None = None,
     ) -> None:
-        """Draw a splitter as a thin line, and the rest of a header in the colour of buttons."""
+        """Draw a splitter as a thin line, and a header's empty area in the button colour."""
         if element == _Control.CE_Splitter:
             _draw_handle(option, painter)
         elif element == _Control.CE_HeaderEmptyArea:

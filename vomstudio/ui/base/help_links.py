@@ -13,9 +13,9 @@ from vomstudio.project.figures import Figure
 _TOPIC_PROPERTY = "explained_by"
 
 HelpTopic = str | Figure
-"""Address in the documentation, "PAGE.md#HEADING", or a figure."""
+"""Address in the documentation ("PAGE.md#HEADING"), or a figure of the catalogue."""
 TopicFinder = Callable[[QPoint], HelpTopic | None]
-"""Returns the topic at a position in a widget, in pixels."""
+"""Function that returns the topic at a position in a widget, in pixels."""
 
 
 def set_help_topic(widget: QWidget, topic: HelpTopic | TopicFinder) -> None:

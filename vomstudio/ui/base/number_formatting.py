@@ -17,7 +17,7 @@ from vomstudio.project.kinds import find_kind
 from vomstudio.project.measurement import Measurement
 
 area, length = area_text, length_text
-"""Return an area or a length as text, with a suitable unit."""
+"""Functions that format an area or a length with a suitable unit."""
 
 __all__ = [
     "area",

@@ -6,7 +6,7 @@ import re
 from math import isfinite
 
 _METRES_PER_UNIT = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0}
-"""Lengths in metres of the units that a field for a length converts."""
+"""Length in metres of each unit that a length field converts."""
 _QUANTITY_PATTERN = re.compile(r"(.*[\d.,])\s*([^\d\s.,]+)")
 
 
@@ -93,8 +93,8 @@ def is_partial_quantity(text: str, unit: str) -> bool:
 def parse_numbers(text: str) -> list[float] | None:
     """Parse several numbers, or return None if one of them is invalid.
 
-    They are separated by semicolons, else by blanks, else by commas. Beside semicolons and blanks,
-    a comma inside a number is the decimal mark.
+    They are separated by semicolons, else by blanks, else by commas. If the separators are
+    semicolons or blanks, a comma inside a number is the decimal mark.
     """
     text = text.strip().rstrip(";, ")
     if ";" in text:

@@ -22,7 +22,7 @@ class OpenDialogs:
         self._general_kinds: set[type[QWidget]] = set()
 
     def close_project_dialogs(self) -> None:
-        """Close the dialogs that show data of the project, because another one is opened."""
+        """Close the dialogs that show project data, because another project is being opened."""
         for (dialog_class, _), reference in self._dialogs.items():
             dialog = reference()
             if dialog is not None and isValid(dialog) and dialog_class not in self._general_kinds:

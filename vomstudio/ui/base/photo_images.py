@@ -25,7 +25,7 @@ _MAX_CACHE_BYTES = 700_000_000
 _BAND_ROWS = 128
 _PICTURE_KEY = "picture"
 MAX_WAIT_S = 5.0
-"""Maximum time to wait for a photo that is being decoded, when a window closes."""
+"""Maximum time to wait for a photo being decoded when a window closes."""
 _Transformation = QImageIOHandler.Transformation
 
 
@@ -227,7 +227,7 @@ _KEEP_ASPECT_RATIO = Qt.AspectRatioMode.KeepAspectRatio
 
 
 def _halve_size(image: QImage) -> QImage:
-    """Halve the size of an image in bands, because each call of Qt blocks the window."""
+    """Halve the size of an image in bands, because each Qt call blocks the window."""
     half_size = (image.size() / 2).expandedTo(QSize(1, 1))
     result = QImage(half_size, QImage.Format.Format_RGB32)
     painter = QPainter(result)

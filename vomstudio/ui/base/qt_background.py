@@ -31,7 +31,7 @@ class QtBackground(Background):
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the background was stopped or the widget was deleted."""
+        """Whether the tasks have been stopped or the widget has been deleted."""
         return super().is_stopped or not isValid(self._owner)
 
 
@@ -64,7 +64,7 @@ class LatestRequestRunner:
         return self._background.is_waiting(_REQUEST_KEY)
 
     def run_now(self, task: Task) -> None:
-        """Run a short function in the calling thread; cancels earlier requests."""
+        """Cancel earlier requests and run a short function in the calling thread."""
         self.cancel()
         try:
             result = task()

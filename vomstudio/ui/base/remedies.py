@@ -24,7 +24,7 @@ class Remedy:
     text : str
         Reason and remedy in at most ten words, marked for translation.
     command : str
-        Name of the command that acts on the reason, or "" for a reason without a command.
+        Name of the command that acts on the reason, or "" if there is no such command.
     """
 
     text: str

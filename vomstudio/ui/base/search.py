@@ -113,7 +113,7 @@ SYNONYMS: dict[str, str] = {
     "three_points": to_translate("three point problem, outcrop pattern"),
     "undo": to_translate("revert, step back"),
 }
-"""Other words for a command, by its name: phrases that are separated by commas."""
+"""Synonyms of each command, keyed by its name: phrases separated by commas."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def command_synonyms(name: str) -> tuple[str, ...]:
 def rank(
     query: str, entries: Iterable[SearchEntry], recent_names: Sequence[str] = ()
 ) -> list[SearchEntry]:
-    """Return the entries that contain all words of a query, the best first.
+    """Return the entries that contain all words of a query, best match first.
 
     A title or synonym that equals the query ranks highest. Otherwise titles rank above synonyms and
     descriptions, and whole words above prefixes above parts of words. Ties are broken by recent
@@ -166,8 +166,11 @@ def _words(text: str) -> list[str]:
 
 
 def _score(words: list[str], entry: SearchEntry) -> tuple[int, int, int] | None:
-    """Return class of the match, sum over the words and length of the title; None if a word is
-    missing."""
+    """Return the sort key of a match, or None if a word is missing.
+
+    The key contains the class of the match, the summed scores of the words and the number of words
+    in the title. Lower values rank higher.
+    """
     title, phrases = _words(entry.title), [_words(phrase) for phrase in entry.synonyms]
     if not words:
         return (0, 0, 0)

@@ -54,7 +54,7 @@ class Studio(QObject):
     extension_shown = Signal(object)
     """Emits the ExtendedLines of an extended plane, or None to remove them."""
     surface_clicked = Signal(object)
-    """Emits the hit of a click on the outcrop that meets no feature while no tool is active."""
+    """Emits the hit of a click on the outcrop that selects no feature while no tool is active."""
     notice = Signal(object)  # Notice
     settings_changed = Signal()
     """Emitted when settings change, except for the list of recent projects."""
@@ -200,7 +200,7 @@ class Studio(QObject):
 
     @property
     def open_tool(self) -> Tool | None:
-        """Tool with an unfinished feature, or None."""
+        """Tool with an unfinished feature, or None if no feature is open."""
         return self.workspace.tools.open_tool
 
     @property

@@ -137,7 +137,7 @@ def error_color() -> QColor:
 
 
 def paper_palette() -> QPalette:
-    """Return the palette of pages that are paper in every theme, such as reports."""
+    """Return the palette of pages that look like paper in every theme, such as reports."""
     return _palette(False)
 
 

@@ -110,7 +110,7 @@ def _make_scrollable(dialog: QDialog, layout: QLayout, area: QRect) -> None:
         box_layout.setContentsMargins(margins)
         box_layout.addWidget(buttons)
         column.addLayout(box_layout)
-    # Before this the minimum size of the dialog is that of its contents.
+    # Until now, the minimum size of the dialog is that of its contents.
     column.activate()
     dialog.resize(width, area.height())
 

@@ -164,7 +164,7 @@ class DrawingImport(QObject):
         self._edited_traces = ()
 
     def missing_update_finding(self) -> Finding | None:
-        """Return why no traces can be updated, or None if the last drawing edited some."""
+        """Return why no traces can be updated, or None if the last drawing has edited traces."""
         return None if self._edited_traces else Finding("action.no-edited-traces")
 
     def update(self) -> None:

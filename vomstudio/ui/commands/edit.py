@@ -108,7 +108,7 @@ def _menu_text(label: str) -> str:
 
 
 def search(parent: QWidget, actions: Actions, pages: Callable[[], list[Destination]]) -> None:
-    """Open the search for commands, pages and documents, and run the entry that is selected."""
+    """Open the search for commands, pages and documents, and run the selected entry."""
     from vomstudio.ui.dialogs.command_palette import CommandPalette
 
     dialog = CommandPalette(parent, actions, pages())

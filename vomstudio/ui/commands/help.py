@@ -95,7 +95,7 @@ def _show_help(dialogs: OpenDialogs, parent: QWidget) -> HelpWindow:
 
 
 def document_destinations(dialogs: OpenDialogs, parent: QWidget) -> list[Destination]:
-    """Return the documentation pages for the search, or none if they cannot be read."""
+    """Return the documentation pages for the search; empty if they cannot be read."""
     from vomstudio.ui.dialogs.command_palette import Destination
     from vomstudio.ui.dialogs.help.help_pages import list_pages
 

@@ -56,7 +56,7 @@ def commands(
     toggle_center : callable
         Moves a dock to the centre in place of the outcrop, or back.
     show_net : callable
-        Brings the stereonet forward.
+        Brings the stereonet to the front.
     """
 
     def missing_net_finding() -> Finding | None:
@@ -233,7 +233,7 @@ def project_location(studio: Studio) -> ProjectLocation:
     """Return the CRS of the project and the centre of its open models in the World frame.
 
     The CRS is returned only if all models that have a CRS share it. The centre is computed from the
-    models with north, and is missing without such models.
+    models in which north is known, and is missing if there are no such models.
     """
     from vomstudio.ui.dialogs.readings_dialog import ProjectLocation
 

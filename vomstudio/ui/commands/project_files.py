@@ -58,7 +58,7 @@ TITLES = {
     "unwritable": to_translate("{project}{unsaved} (cannot be written) – VOM Studio"),
     "in-memory": to_translate("{project}{unsaved} (in memory only) – VOM Studio"),
 }
-"""Titles of the window, by the state of the project on the disk."""
+"""Titles of the window, by the state of the project on disk."""
 
 _PROGRAM_FORMATS = {
     "geojson": (to_translate("GeoJSON (*.geojson)"), ".geojson"),
@@ -71,11 +71,11 @@ _PROGRAM_FORMATS = {
     "loopstructural": (to_translate("LoopStructural (*.csv)"), "_loopstructural.csv"),
     "gems": (to_translate("GeMS OrientationPoints (*.csv)"), "_gems.csv"),
 }
-"""File filter of the dialog and ending of the file name, by program format."""
+"""File filter of the dialog and suffix of the file name, by program format."""
 
 
 REPORT = "report"
-"""Action of the command that writes a report, in place of a format."""
+"""Value used instead of an export format by the command that writes a report."""
 
 
 class Files(QObject):

@@ -29,14 +29,14 @@ _ICON_SIZE = QSize(18, 18)
 
 @dataclass(frozen=True)
 class Destination:
-    """A page or document that the search opens."""
+    """Page or document that the search opens."""
 
     entry: SearchEntry
     open: Callable[[], object]
 
 
 class CommandPalette(QDialog):
-    """List of everything that matches the typed words, the best match first."""
+    """Dialog that lists all entries that match the typed words, best match first."""
 
     def __init__(
         self, parent: QWidget, actions: Actions, destinations: Sequence[Destination] = ()
@@ -83,7 +83,7 @@ class CommandPalette(QDialog):
 
     @property
     def selected_command(self) -> str | None:
-        """Key of the selected entry, None if it cannot be run now."""
+        """Key of the selected entry, or None if it cannot be run now."""
         item = self._list.currentItem()
         key = None if item is None else str(item.data(Qt.ItemDataRole.UserRole))
         return None if key is None or self._disabled_reason(key) else key

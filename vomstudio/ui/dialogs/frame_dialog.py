@@ -1,4 +1,4 @@
-"""Dialog that declares the frame of a model whose file states none."""
+"""Dialog that declares the frame of a model whose file does not specify it."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ class FrameDialog(QDialog):
 
 
 def _describe_origin(model: Model) -> str:
-    """Return where the present frame of the model comes from, and what a declared frame does."""
+    """Describe the origin of the model's frame and the effect of declaring a new frame."""
     if model.registration is not None:
         return tr(
             "{model} has a registration ({registration}), which a declared frame replaces.",

@@ -188,7 +188,7 @@ class OrthoDialog(QDialog):
         return record
 
     def _view_corners(self) -> np.ndarray:
-        """Return the model corners (8, 3) along right, down and depth of the picture."""
+        """Return the model corners (8, 3) along the right, down and depth axes of the picture."""
         model = self._selected_model()
         minimum, maximum = self._studio.models[model.id].data.bounds
         grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])

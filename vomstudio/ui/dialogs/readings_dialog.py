@@ -53,7 +53,7 @@ _PREVIEW_ROWS = 200
 _MAX_DISTANCE_M = 10_000.0
 
 NEW_PLANE, NEW_LINE = "new plane type", "new line type"
-"""Choices for a type name that the project does not contain, beside its types."""
+"""Choices for an unknown type name, in addition to the types of the project."""
 _MAX_TYPE_BOXES = 8
 
 _NOTATIONS = (
@@ -95,7 +95,7 @@ _ROLES = (
 
 @dataclass(frozen=True)
 class ProjectLocation:
-    """Location of the project, with its CRS if known and a position if `has_position`."""
+    """Location of the project: its CRS if known, and (x, y) if `has_position` is True."""
 
     crs: str | None = None
     x: float = 0.0
@@ -288,7 +288,7 @@ class ReadingsDialog(QDialog):
         self._refresh_summary()
 
     def _type_names(self) -> list[str]:
-        """Return the names in the type column, each once."""
+        """Return the distinct names in the type column."""
         column = self.columns().get("type")
         if column is None:
             return []
@@ -355,7 +355,7 @@ class ReadingsDialog(QDialog):
         return all(is_stated_line(row) for row in rows if row[type_column].casefold() == key)
 
     def _type_geometry(self, key: str) -> str | None:
-        """Return whether a type name is one of lines; None if the user has to choose."""
+        """Return "plane" or "line" for a type name, or None if the user has to choose."""
         combo = self._new_type_boxes.get(key)
         choice = combo.currentData() if combo is not None else None
         if choice in (NEW_PLANE, NEW_LINE):

@@ -128,7 +128,7 @@ class CameraView(QObject):
         return list(dict.fromkeys(files))
 
     def _reload_cameras(self, model_id: str) -> None:
-        """Load a cameras file that the user selected outside the folder of the model."""
+        """Load a camera file that the user selected outside the folder of the model."""
         if self._links.cameras_path(model_id) != self._files.get(model_id):
             self._load_cameras(model_id)
 

@@ -32,9 +32,9 @@ class FeatureMenus(Protocol):
 
 
 class OutcropMenu(QObject):
-    """Menu that opens with a click of the right button or with the menu key.
+    """Menu that opens on a right click or with the menu key.
 
-    While a feature is open, the menu ends it; otherwise it begins one at the cursor.
+    While a feature is open, the menu finishes it; otherwise, the menu starts one at the cursor.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class OutcropMenu(QObject):
             menu.popup(self._viewport.mapToGlobal(QPoint(round(event.x), round(event.y))))
 
     def create_menu(self, event: PointerEvent) -> QMenu:
-        """Create the menu for a place of the viewport."""
+        """Create the menu for a position in the viewport."""
         menu = QMenu(self._viewport)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.setToolTipsVisible(True)
@@ -104,7 +104,7 @@ class OutcropMenu(QObject):
         return menu
 
     def _add_tools(self, menu: QMenu, event: PointerEvent) -> None:
-        """Add the commands that begin a feature at the place."""
+        """Add the commands that begin a feature at this position."""
         for tool, text in (
             ("plane", tr("&Grow plane")),
             ("trace", tr("Start &trace")),

@@ -37,7 +37,7 @@ STANDARD_VIEWS = (
 )
 _SAVE_CAMERA_DELAY_MS = 500
 NORMAL_RADIUS_SPACINGS = 10.0
-"""Radius, in point spacings, around which the normal of the surface is determined."""
+"""Radius, in point spacings, within which the normal of the surface is determined."""
 _READING_HELP_TOPIC = "numbers.md#the-live-reading"
 
 
@@ -51,7 +51,7 @@ class OutcropView(QObject):
     """Emits the trend and plunge of the view direction in degrees, and whether it is
     orthographic."""
     state_changed = Signal()
-    """Emitted when the camera starts to move, has come to rest, or changes its projection."""
+    """Emitted when the camera starts to move, stops, or changes its projection."""
 
     def __init__(self, studio: Studio, cameras: CameraView) -> None:
         super().__init__()
@@ -85,7 +85,7 @@ class OutcropView(QObject):
         )
 
     def feature_at(self, x: float, y: float) -> str | None:
-        """Return the id of the feature at a pixel of the viewport, or None."""
+        """Return the id of the feature at a viewport pixel, or None if no feature is there."""
         if self._presenter is None or self.viewport is None:
             return None
         return self._presenter.feature_at(self.viewport, x, y)
@@ -140,7 +140,7 @@ class OutcropView(QObject):
         return self.viewport is not None and self.viewport.moves.orthographic
 
     def toggle_orthographic(self) -> None:
-        """Switch between orthographic and perspective."""
+        """Switch between orthographic and perspective projection."""
         if self.viewport is not None:
             self.viewport.moves.set_orthographic(not self.viewport.moves.orthographic)
 
@@ -151,7 +151,7 @@ class OutcropView(QObject):
             self.viewport.moves.look_along(trend_deg, plunge_deg)
 
     def view_direction(self) -> tuple[float, float] | None:
-        """Return the trend and plunge of the view direction, degrees; None if there is no view."""
+        """Return the trend and plunge of the view in degrees, or None if there is no view."""
         return None if self.viewport is None else self.viewport.moves.view_direction()
 
     def view_state(self) -> tuple[dict[str, Any], dict[str, Any] | None] | None:

@@ -57,7 +57,7 @@ from vomstudio.ui.outcrop.surface_pieces import SurfacePieces
 _STEP_FEATURES, _MAX_IMMEDIATE_POINTS, _STEP_POINTS = 250, 20_000, 4_000
 """Limits for drawing many features in steps between events: drawings and points per step."""
 _UNDRAWN_FIELDS = LABEL_FIELDS - {"name"}
-"""Attributes of features that the outcrop shows only by colours, if at all."""
+"""Feature attributes that the outcrop shows only as colours, if at all."""
 
 
 class FeatureView(Protocol):
@@ -192,7 +192,7 @@ class ScenePresenter:
         self._viewport.display.set_field(model_id, style, self._studio.records[model_id].name)
 
     def models_box(self) -> ClipBox | None:
-        """Return the bounding box of all visible models, or None."""
+        """Return the bounding box of all visible models, or None if no model is visible."""
         ids = [
             i for i in self._drawn_models if self._is_model_visible(i) and i in self._studio.models
         ]
@@ -416,7 +416,7 @@ class ScenePresenter:
         if sketch is None:
             return None
         quality = measurement.verdict.quality if measurement.verdict else None
-        # Poor planes are outlined, so that they stand back behind the rock and the others.
+        # Poor planes are only outlined, so that they are less prominent than the others.
         is_poor = quality == "poor"
         is_painted = sketch.faces is not None and not is_poor
         piece = self._pieces.painted_area(sketch.faces) if is_painted and sketch.faces else None
@@ -523,7 +523,7 @@ class ScenePresenter:
         self._viewport.set_preview(preview)
 
     def feature_at(self, view: FeatureView, x: float, y: float) -> str | None:
-        """Return the id of the feature at a pixel of a view, or None."""
+        """Return the id of the feature at a pixel of a view, or None if no feature is there."""
         return (
             view.feature_at(x, y, include_discs=False)
             or self._patch_at(view, x, y)

@@ -257,7 +257,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementRequest, DisplacementResult]):
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
     def _parse_slip(self, fault: Plane) -> tuple[float | None, Line | None]:
-        """Return the rake of the slip, and the slip line if it was typed as one."""
+        """Return the rake of the slip in degrees, and its line if it was typed as a line."""
         from vomstudio.geology.orientation import compute_rake
 
         text = self.slip.line.text().strip()
@@ -379,7 +379,7 @@ def _write_points(result: DisplacementResult, path: Path) -> None:
 def _find_bed(
     measured_bed: Measurement | None, traces: Sequence[tuple[Measurement, Measurement]]
 ) -> tuple[Plane, float | None]:
-    """Return the bed and its 95 % error: the selected one, or a plane common to all traces."""
+    """Return the bed and its 95 % error: the selected bed, or a plane common to all traces."""
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if measured_bed is not None:

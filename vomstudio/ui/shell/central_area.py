@@ -31,7 +31,7 @@ class CentralArea(QWidget):
         """Show the widget `first_widget` until the outcrop view has been created."""
         super().__init__()
         self.available_area = QWidget()
-        """Area below tabs and purpose. Messages and the net lie over it."""
+        """Area below the tabs and the purpose, partly covered by messages and the net."""
         self._column = QVBoxLayout(self.available_area)
         outer_layout = QVBoxLayout(self)
         for column in (self._column, outer_layout):

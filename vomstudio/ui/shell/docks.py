@@ -44,7 +44,7 @@ class OverlayHost(PageHost, Protocol):
     """Host of a page over the outcrop."""
 
     is_shown: bool
-    """Whether the page is here; it is visible only together with the outcrop."""
+    """Whether the page is in the overlay; it is visible only together with the outcrop."""
 
 
 class WindowDocks(Mapping[str, QDockWidget]):
@@ -107,7 +107,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def renew_pages(self) -> None:
         """Discard the pages that were added with `add_lazy_page` and are not permanent.
 
-        Their inputs, results and messages belong to one project. Nothing has to be cleared.
+        Their inputs, results and messages belong to one project; new pages start empty.
         """
         for area in self._lazy_areas:
             area.discard_panel()
@@ -354,7 +354,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
                 bring_on_screen(dock)
 
     def arrange(self) -> None:
-        """Dock all pages in their regions, and hide them except a view beside the outcrop."""
+        """Dock all pages in their regions, and hide all but open views beside the outcrop."""
         self.restore_from_center()
         open_views = [n for n in self._docks if REGIONS[n] == "beside" and not self[n].isHidden()]
         first: dict[Region, QDockWidget] = {}
@@ -394,7 +394,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
 
 class _Watcher(QObject):
-    """Reports changes of docks, at most once per event-loop iteration for visibility."""
+    """Reports changes of docks; visibility at most once per event-loop iteration."""
 
     changed = Signal()
     rearranged = Signal()

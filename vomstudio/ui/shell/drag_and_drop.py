@@ -8,16 +8,16 @@ from PySide6.QtGui import QDropEvent
 
 _TEXTURED_MODEL_SUFFIXES = (".obj", ".gltf", ".ply")
 _IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png")
-"""Endings of images. TIFF is missing, because its files may be height models."""
+"""Suffixes of image files. TIFF is excluded, because its files may be height models."""
 _COMPANION_SUFFIXES = (*_IMAGE_SUFFIXES, ".mtl", ".bin", ".prj")
-"""Files that belong to a textured model in the same folder."""
+"""Suffixes of files that belong to a textured model in the same folder."""
 
 
 def dragged_files(event: QDropEvent) -> list[Path]:
-    """Return the paths to open of the dragged local files and folders.
+    """Return the paths to open for the dragged local files and folders.
 
-    Photos are opened by their folder. Textures and materials that are dragged together with their
-    model are read with it.
+    A photo is replaced by its folder. Textures and materials that are dragged together with their
+    model are omitted, because they are read with it.
     """
     paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
     folders = {path.parent for path in paths if path.suffix.lower() in _TEXTURED_MODEL_SUFFIXES}

@@ -1,4 +1,4 @@
-"""Check whether this machine can draw, made before the window would crash."""
+"""Checks whether this machine can draw, because the window would otherwise crash."""
 
 from __future__ import annotations
 

@@ -15,9 +15,8 @@ rules apply to all docks of the window, and to the widgets around an open photo:
   keys open a combo box instead of changing its hidden selection.
 - A number field keeps digits, and the letters of a unit after a length ("30 cm"); other letters
   are passed to the outcrop.
-- In an editable table, typed text goes into the current cell; a number cell accepts
-  only numeric characters.
-  Enter in a cell returns the focus.
+- In an editable table, typed text goes into the current cell; a number cell accepts only numeric
+  characters. Enter in a cell returns the focus.
 - A widget that is hidden or disabled passes the focus to the outcrop.
 
 Dialogs and other windows, cells that are being edited in a table, and widgets with their own
@@ -81,7 +80,7 @@ class KeyboardFocus(QObject):
         center_widget : callable
             Returns the visible widget in the centre of the window, outcrop or photo.
         *opened : SignalInstance
-            Signals that are emitted after something was opened, to which the user then turns.
+            Signals emitted after data have been opened in the centre, which then gets the focus.
         """
         super().__init__(window)
         self._window, self._center_widget = window, center_widget
@@ -133,9 +132,9 @@ class KeyboardFocus(QObject):
         return self._has_typed or is_changed
 
     def _keeps_focus(self, event: QEnterEvent) -> bool:
-        """Return whether a field has the focus and the cursor has not moved since then.
+        """Return whether a field has the focus and the cursor has not moved since it was focused.
 
-        The outcrop was then entered only because a widget above it has disappeared.
+        In this case, the outcrop was entered only because a widget above it disappeared.
         """
         focus_widget = self._window.focusWidget()
         position = event.globalPosition().toPoint()
@@ -296,7 +295,7 @@ def _has_own_keys(widget: QWidget) -> bool:
 
 
 def _find_table(widget: QWidget) -> QAbstractItemView | None:
-    """Return the item view in which a widget is a cell editor, or None."""
+    """Return the item view in which a widget is a cell editor, or None if it is not one."""
     ancestor_widget = widget.parentWidget()
     view = None if ancestor_widget is None else ancestor_widget.parentWidget()
     return (

@@ -56,7 +56,7 @@ class MainWindow(QMainWindow):
     """
 
     net: StereonetPanel
-    """Panel of the net, which exists once matplotlib has been imported."""
+    """Panel of the net, which exists once Matplotlib has been imported."""
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
@@ -394,7 +394,7 @@ class MainWindow(QMainWindow):
 
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
-        """Fill the window, which is visible by now, and open the paths of the command line."""
+        """Fill the window, which is already visible, and open the paths of the command line."""
         self._fill(has_paths=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.outcrop.outcrop_menu import OutcropMenu
@@ -440,7 +440,7 @@ class MainWindow(QMainWindow):
             FirstPaint(viewport, begin_deferred_work)
 
     def _begin_deferred_work(self, paths: tuple[Path, ...]) -> None:
-        """Begin the work for which the first picture need not wait."""
+        """Begin the work that can wait until after the first picture."""
         if not self.isVisible():
             return
         # Reads the journals of all abandoned projects.
@@ -457,7 +457,7 @@ class MainWindow(QMainWindow):
         self._draw_outcrop()
 
     def _draw_outcrop(self) -> None:
-        """Create the scene, then the net. An empty window needs neither, nor their memory."""
+        """Create the scene, then the net. An empty window needs neither of them."""
         if self.viewport is not None and not self._is_drawing:
             self._is_drawing = True
             self.viewport.begin_drawing()

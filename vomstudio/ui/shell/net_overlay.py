@@ -21,7 +21,7 @@ from vomstudio.ui.base import theme
 
 _MARGIN = 10
 _TOP = 56
-"""Initial distance from the top, which leaves room for a message of two lines."""
+"""Initial distance from the top, which leaves space for a two-line message."""
 _SCALE_BAR_PX = 60
 """Height of the scale bar, which a net near the top does not cover."""
 _SIDE, _MIN_SIDE = 280, 140
@@ -97,7 +97,7 @@ class NetOverlay(QFrame):
         bar = QWidget(self)
         bar.setObjectName("net_overlay_buttons")
         bar.setAutoFillBackground(True)
-        # A column beside the round net covers nothing of it.
+        # A column beside the round net does not cover it.
         column = QVBoxLayout(bar)
         column.setContentsMargins(1, 2, 1, 2)
         column.setSpacing(1)

@@ -31,11 +31,9 @@ _WINDOW_SIZE = (1400, 860)
 class PhotoTab(QObject):
     """Switches between the outcrop and the open photo.
 
-    `changed` is emitted
-    when the state that commands depend on has changed, `visible_page_changed`
-    when
-    another widget is visible and should get the focus, and `photo_hint_changed` with the status
-    text of the visible photo, or "" if no photo is visible.
+    `changed` is emitted when the state that commands depend on has changed, `visible_page_changed`
+    when another widget is visible and should get the focus, and `photo_hint_changed` with the
+    status text of the visible photo, or "" if no photo is visible.
     """
 
     changed = Signal()
@@ -107,13 +105,13 @@ class PhotoTab(QObject):
     # --- visible photo -----------------------------------------------------------------------
     @property
     def visible_page(self) -> PhotoPage | None:
-        """Photo that is visible in the centre of the main window, or None."""
+        """Page of the photo in the centre of the main window, or None if no photo is visible."""
         place = self._place
         return self._opening.page if place is not None and place.shows_photo else None
 
     @property
     def canvas(self) -> QWidget | None:
-        """Canvas of the visible photo, which has the keyboard focus, or None."""
+        """Canvas of the visible photo, for the keyboard focus, or None if no photo is visible."""
         return None if (page := self.visible_page) is None else page.canvas
 
     def _table(self) -> Actions | None:

@@ -18,7 +18,7 @@ from vomstudio.ui.shell.workspaces import Workspaces
 
 _ICON_PX, _MIN_ICON_PX = 22, 12
 _MARGIN_PX = 17
-"""Height of a button beyond its icon and text."""
+"""Height of a button in addition to its icon and text."""
 _PADDING_PX = 7
 _NAVIGATE = "navigate"
 SHORT_NAMES = {
@@ -28,7 +28,7 @@ SHORT_NAMES = {
     "control": to_translate("Control"),
     "known_line": to_translate("Lines"),
 }
-"""Names below the icons if they are shorter than the names of the tools."""
+"""Short labels of the tools whose names are too long for the rail."""
 
 
 class ToolRail(QToolBar):
@@ -94,7 +94,7 @@ class ToolRail(QToolBar):
         self._fit()
 
     def _fit(self) -> None:
-        """Use smaller icons if the rail has no room for all offered tools."""
+        """Use smaller icons if the rail is too short for all offered tools."""
         text_height = self.fontMetrics().height() + _MARGIN_PX
         layout = self.layout()
         spacing = 0 if layout is None else layout.spacing()
@@ -106,6 +106,6 @@ class ToolRail(QToolBar):
             button.setFixedHeight(height)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
-        # Before Qt hides the buttons without room.
+        # Before Qt hides the buttons that do not fit.
         self._fit()
         super().resizeEvent(event)

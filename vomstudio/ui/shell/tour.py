@@ -1,4 +1,4 @@
-"""Introductory tour of nine steps, which continue when the user has done them.
+"""Introductory tour of nine steps, which advances when the user completes a step.
 
 The steps point at widgets of the real window. The tour does not block anything, and all actions
 remain available in any order. Esc ends the tour, unless a feature is being picked or a text is

@@ -25,9 +25,10 @@ class TourStep:
     """Step of the tour.
 
     `text` is marked for translation. `target` returns the widget concerned, or None if it is not
-    visible. `now` returns a state; `done` receives its value at the start of the step. If
-    `has_next_button`, the step only shows something, and its button is "Next". `result` returns
-    what the user has done, which is shown together with the next step.
+    visible. `now` returns a state, and `done` receives the state at the start of the step and
+    returns whether the step is complete. If `has_next_button` is True, the step needs no action,
+    and its button is "Next". `result` describes what the user has done; this is shown together
+    with the next step.
     """
 
     name: str
@@ -40,7 +41,7 @@ class TourStep:
 
 
 def find_button(action: QAction) -> QWidget | None:
-    """Return the visible button or toolbar entry of an action, or None."""
+    """Return the visible button or toolbar entry of an action, or None if it has none."""
     for holder in action.associatedObjects():
         button: QWidget | None = None
         if isinstance(holder, QToolBar):

@@ -126,7 +126,7 @@ def _connect_signals(window: QMainWindow) -> QTimer:
 
 
 def _report_missing(error: ImportError) -> int:
-    """Report a missing or damaged system library; raise any other error again."""
+    """Report a missing or damaged system library; re-raise any other error."""
     finding = missing_library(error)
     if finding is None:
         raise error
@@ -149,8 +149,8 @@ def _print_failure(finding: Finding) -> None:
 def _disable_source_reading() -> None:
     """Prevent PySide from reading the source of every imported module.
 
-    It searches for the use of snake-case names, which takes a tenth of the start time. No module
-    of this program uses them.
+    The search for its snake_case feature takes a tenth of the start time. No module of this program
+    uses that feature.
     """
     feature = sys.modules.get("shibokensupport.feature")
     if hasattr(feature, "_mod_uses_pyside"):

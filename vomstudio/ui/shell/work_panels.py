@@ -1,6 +1,6 @@
 """Panels and commands that mainly depend on the studio.
 
-New panels and commands of this kind are added here, without changes of the window.
+New panels and commands of this kind are added here, without changes to the window.
 """
 
 from __future__ import annotations

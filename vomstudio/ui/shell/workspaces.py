@@ -45,7 +45,7 @@ class Workspaces(QObject):
     changed : Signal of str
         Emitted after a workspace was shown, or its panels were hidden or reset.
     settled : Signal
-        Emitted when the position, size or docks of the window have changed and come to rest.
+        Emitted when the position, size or docks of the window have stopped changing.
     """
 
     leaving = Signal()

@@ -44,7 +44,7 @@ class DrawingView(QWidget):
     Parameters
     ----------
     empty_text : str
-        Text that is shown without a drawing.
+        Text that is shown while there is no drawing.
 
     Attributes
     ----------

@@ -196,7 +196,7 @@ def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
 
 
 def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
-    """Show a message box until the answer is other than saving the report."""
+    """Show a message box until the user gives an answer other than saving the report."""
     save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
     box.exec()
     while box.clickedButton() is save:

@@ -1,4 +1,4 @@
-"""Display of an HTML page in the user's browser, or in a window without a browser."""
+"""Display of an HTML page in the user's browser, or in a window if there is no browser."""
 
 from __future__ import annotations
 

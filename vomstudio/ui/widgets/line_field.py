@@ -57,7 +57,7 @@ class LineField(QWidget):
         return parse_line(text) if text else None
 
     def selected(self) -> Line | None:
-        """Return the line of the selected feature, or None."""
+        """Return the line of the selected feature, or None if it has no line."""
         measurement = current_measurement(self._studio)
         return None if measurement is None else measurement.line
 

@@ -64,8 +64,8 @@ class MessagesPanel(QListWidget):
 class MessageBar(QFrame):
     """Message bar over the top of the viewport, which keeps its size.
 
-    Hints and reports disappear after some seconds. Other notices remain, and are
-    counted when a newer notice replaces them. `notice` is the current or last notice.
+    Hints and reports disappear after a few seconds. Other notices remain, and are counted when a
+    newer notice replaces them. `notice` is the current or last notice.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -148,7 +148,7 @@ class MessageBar(QFrame):
         self._update_geometry()
 
     def clear(self) -> None:
-        """Hide the notice, and forget the unread ones."""
+        """Hide the notice, and discard the unread notices."""
         self._hint_timer.stop()
         self._unread_count = 0
         self.notice = None
@@ -173,7 +173,7 @@ class MessageBar(QFrame):
             self.hide()
 
     def set_top_tools(self, tools: QWidget | None) -> None:
-        """Place the bar below tools at the top of the parent, or at the top if None."""
+        """Place the bar below these tools, or at the top of the parent if `tools` is None."""
         self._tools = tools
         self._update_geometry()
 

@@ -36,7 +36,7 @@ class ModelBox(ComboBox):
             self.setCurrentIndex(max(index, 0) if entries else -1)
 
     def selected_model(self) -> Model | None:
-        """Return the selected model, or None."""
+        """Return the selected model, or None if no model is selected."""
         record = self._studio.records.get(str(self.currentData() or ""))
         is_open = isinstance(record, Model) and record.id in self._studio.models
         return record if isinstance(record, Model) and is_open else None

@@ -32,7 +32,7 @@ MAX_SHOWN = 1e6
 class OptionFields(QObject, Generic[Options]):
     """Form fields for an options class, without a layout.
 
-    An option without a label has no field and keeps its value in `start`. If the program may
+    An option without a label has no field and keeps its value from `start`. If the program may
     choose a number, its field shows "auto" at the minimum. `add_rows` arranges all fields except
     those that the form has arranged itself with `place`.
 

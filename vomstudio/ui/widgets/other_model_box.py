@@ -111,7 +111,7 @@ class OtherModelBox(QWidget):
         self.models.currentIndexChanged.connect(self._handle_choice)
 
     def current(self) -> OtherModel | None:
-        """Return the selected model, or None."""
+        """Return the selected model, or None if no model is selected."""
         key = str(self.models.currentData() or "")
         if key in self._files:
             return self._files[key]

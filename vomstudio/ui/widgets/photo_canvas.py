@@ -70,7 +70,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class PhotoPointer:
-    """Gesture at a pixel (x, y) of the stored photo; (0.5, 0.5) is the centre of the first."""
+    """Gesture at (x, y) in the stored photo; (0.5, 0.5) is the centre of the first pixel."""
 
     kind: Pointer
     x: float
@@ -295,7 +295,7 @@ class PhotoCanvas(QWidget):
             painter.drawText(box, int(flags), self.message)
 
     def _paint_border(self, painter: QPainter, preview: Preview) -> None:
-        """Paint the visible edges around the chosen area."""
+        """Paint the visible border edges of the previewed area."""
         area = preview.area
         if area is None or not len(area.border):
             return
@@ -395,7 +395,7 @@ class PhotoCanvas(QWidget):
         return int(distances.argmin()) if distances.min() <= HANDLE_PICK_DISTANCE_PIXELS else None
 
     def feature_at(self, x: float, y: float) -> str | None:
-        """Return the id of the feature at a pixel of the photo, or None."""
+        """Return the id of the feature at a photo pixel, or None if no feature is there."""
         position = self.to_widget([x, y])[0]
         best_distance, feature_id = MAX_LINE_DISTANCE_PIXELS, None
         for drawing in self._drawn_features:

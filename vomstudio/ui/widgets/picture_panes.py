@@ -191,7 +191,7 @@ class PicturePanes(QWidget):
         return centre + np.array([position.x() - midpoint.x(), position.y() - midpoint.y()]) / zoom
 
     def pane_at(self, position: QPointF) -> int | None:
-        """Return the pane with a picture at a point of the widget, or None."""
+        """Return the index of the pane with a picture at a point, or None outside all pictures."""
         for pane, picture in enumerate(self._pictures):
             if picture is not None and self.box(pane).contains(position):
                 return pane

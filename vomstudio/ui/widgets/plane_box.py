@@ -25,11 +25,11 @@ from vomstudio.ui.base.studio import Studio
 
 SELECTED = "*"
 FAULT = "fault"
-"""ID of the feature type of faults, and word in the names of further types."""
+"""Id of the fault type, and the word by which other fault types are recognised."""
 
 
 def _distance_m(measurement: Measurement, position: FloatArray | None) -> float:
-    """Return the smallest distance between the points of a feature and a place, metres."""
+    """Return the smallest distance from a feature to the centroid of points, in metres."""
     points = extent_points(measurement)
     if position is None or not len(points):
         return math.inf
@@ -79,7 +79,7 @@ class PlaneBox(ComboBox):
         super().showPopup()
 
     def _sorted_planes(self) -> list[str]:
-        """Return the planes, the nearest first, and for a line, faults first."""
+        """Return the plane ids, nearest first; faults come first if the plane is optional."""
         studio = self._studio
         planes = [f for f in studio.session.features() if has_plane(f)]
         measurements = studio.measured(f.id for f in planes)

@@ -20,12 +20,12 @@ class PlaneChoice(QWidget):
     Parameters
     ----------
     empty_text : str
-        Text without a plane.
+        Text shown while no plane is set.
 
     Attributes
     ----------
     id : str
-        Id of the plane, or "" without a plane.
+        Id of the plane, or "" if no plane is set.
     changed : Signal
         Emitted when another plane is set.
     """

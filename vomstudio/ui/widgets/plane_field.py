@@ -22,7 +22,7 @@ from vomstudio.ui.base.controls import icon_button, set_enabled
 from vomstudio.ui.base.studio import Studio
 
 ViewDirection = Callable[[], tuple[float, float] | None]
-"""Returns the trend and plunge of the view in degrees, or None without a view."""
+"""Function that returns the trend and plunge of the view in degrees; None if no view."""
 
 
 class PlaneField(QWidget):

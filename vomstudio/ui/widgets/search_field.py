@@ -9,13 +9,13 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QCompleter, QLineEdit, QListView
 
 Match = tuple[str, str]
-"""Line of the list, and the text that it enters."""
+"""Line of the list, and the text that it inserts into the field."""
 
 
 class SearchField(QLineEdit):
-    """Field whose list shows what matches the text; a selected match replaces the text.
+    """Field with a list of matches of its text; a selected match replaces the text.
 
-    The list opens while typing, and with the Down key. Enter takes the selected match.
+    The list opens when the user types or presses the Down key. Enter accepts the selected match.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class SearchField(QLineEdit):
         self._completer.setCompletionMode(QCompleter.CompletionMode.UnfilteredPopupCompletion)
         self._completer.setMaxVisibleItems(12)
         self._completer.setWidget(self)
-        activated = self._completer.activated[QModelIndex]  # type: ignore[index]  # Qt has two of the name
+        activated = self._completer.activated[QModelIndex]  # type: ignore[index]  # overloaded
         activated.connect(self._select)
         self.textEdited.connect(self._show_matches)
 

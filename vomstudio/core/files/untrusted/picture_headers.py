@@ -172,7 +172,7 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 
 def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
-    """Yield marker, content offset and content length of each segment up to the first scan.
+    """Yield (marker, content offset, content length) of each segment up to the first scan.
 
     See ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart, because Pillow
     searches for the next marker byte by byte.
@@ -222,7 +222,7 @@ def _check_scans(file: BinaryIO, start: int) -> None:
 
 
 def _next_segment(file: BinaryIO, offset: int) -> tuple[int, int]:
-    """Return offset and marker (`_END_MARKER` at the end) of the segment after the pixels."""
+    """Return the offset and marker (`_END_MARKER` at the end) of the segment after the pixels."""
     file.seek(offset)
     while block := file.read(_BLOCK_BYTES):
         if match := _SEGMENT_PATTERN.search(block):
@@ -394,7 +394,7 @@ def _all_directories(
 
 
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
-    """Return byte order, whether the file is a BigTIFF, and the offset of the first directory."""
+    """Return the byte order, whether the file is a BigTIFF, and the first directory's offset."""
     file.seek(0)
     header = file.read(16)
     byte_order = {b"II": "<", b"MM": ">"}.get(header[:2])

@@ -1,4 +1,4 @@
-"""Model formats, one module per format with a `READER`; _modules are shared helpers."""
+"""Model formats, one module per format with a `READER`; `_*` modules are shared helpers."""
 
 MODULES_BY_SUFFIX = {
     ".dxf": "dxf",

@@ -173,7 +173,8 @@ def join_corners(
 
     Parameters
     ----------
-    corners : (3 m, 3) coordinates, three rows a triangle
+    corners : (3 m, 3) array
+        Coordinates, three rows per triangle.
 
     Returns
     -------

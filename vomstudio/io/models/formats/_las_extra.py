@@ -55,7 +55,7 @@ def _is_valid(record: bytes) -> bool:
 
 
 class FileWithHiddenRecord(io.FileIO):
-    """File in which the record at `place` has an unknown user ID."""
+    """File in which the user ID at `offset` is replaced by an unknown one."""
 
     def __init__(self, path: Path, offset: int) -> None:
         super().__init__(path, "r")

@@ -212,7 +212,7 @@ _ONES = np.uint64(2**64 - 1)
 
 
 def _blank_bytes(record_bytes: int) -> bytes:
-    """Return a run of one bits that neither encoders nor first points of chunks contain.
+    """Return a run of one bits that neither encoders nor first points of chunks produce.
 
     Memory cards contain such runs where nothing was written. lazrs reads beyond its memory when it
     decodes them, which ends the process.

@@ -121,7 +121,7 @@ def _axes_text(axes: StatedAxes) -> str:
 def _are_different(
     first_axes: StatedAxes, second_axes: StatedAxes, centre: tuple[float, float]
 ) -> bool:
-    """Return whether the units of x and y differ, or the offset is larger than metres."""
+    """Return whether the kinds, the units of x and y, or the positions (by 10 m) differ."""
     if first_axes.kind != second_axes.kind or first_axes.units[:2] != second_axes.units[:2]:
         return True
     if first_axes.kind != "projected" or first_axes.crs == second_axes.crs:
@@ -146,8 +146,6 @@ def _are_different(
 
 def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
     """Return the LASF_Projection records by number, whether WKT has priority, and the centre.
-
-    The records are by number.
 
     The first record of each number is used; the centre is the x and y of the midpoint of the
     bounds.

@@ -73,7 +73,7 @@ def count(data, start, end, counts):  # type: ignore[no-untyped-def]
         kind, i = _classify(data, i, end)
         if kind == _VERTEX:
             if counts[N_VERTICES] == 0 and counts[N_COLORED] == 0:
-                # Colours are only searched on the first vertex of each block. If any block has
+                # Colours are only detected on the first vertex of each block. If any block has
                 # colours, `parse` reads them everywhere, and it reports those that it was not
                 # expecting.
                 values = 0
@@ -232,7 +232,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
 
 
 def create_line_buffers() -> tuple[FloatArray, IntArray, IntArray]:
-    """Return working space for `parse`; a kernel without allocations loads without numba."""
+    """Return work arrays for `parse`; a kernel without allocations loads without numba."""
     return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
 
 
@@ -375,8 +375,8 @@ def split_vertices(
     """Create one vertex for each pair of position and texture coordinate in corners (m, 3).
 
     A position keeps its row for its first texture coordinate; further ones get new rows at the end.
-    Returns the corners with the new rows, and the position and texture coordinate (-1 for none) of
-    each row.
+    Returns the corners with the new rows, and the position and texture coordinate (-1 if missing)
+    of each row.
     """
     # Maximum possible size; memory that is not written to is not used.
     capacity = n_vertices + corners.size

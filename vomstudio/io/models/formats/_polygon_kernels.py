@@ -67,9 +67,9 @@ def clip_concave_polygons(
     uv_corners: Int32Array,
     polygons: IntArray,
 ) -> int:
-    """Clip the ears of the concave polygons in place (Meisters 1975).
+    """Clip the ears of the concave polygons in place.
 
-    *Am. Math. Monthly* 82, 648.
+    The method is that of Meisters 1975, *Am. Math. Monthly* 82, 648.
 
     vertices (n, 3); corners, uv_corners (m, 3), where the latter may have no rows; polygons (p, 2):
     first triangle of the fan, number of corners. Polygons with an invalid corner (-1) or in which
@@ -94,7 +94,7 @@ def clip_concave_polygons(
     " int64[:,::1], int64[:,::1])"
 )
 def _cut_polygon(vertices, corners, uv_corners, polygons, points, rings, ears):  # type: ignore[no-untyped-def]
-    """Run `clip_concave_polygons` with working space for one polygon."""
+    """Run `clip_concave_polygons` with work arrays sized for one polygon."""
     ring = rings[0]
     uv_ring = rings[1]
     index = rings[2]

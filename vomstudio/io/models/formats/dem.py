@@ -25,7 +25,7 @@ from vomstudio.io.models.formats._common import drop_invalid_vertices
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 MAX_VERTICES = 4_000_000
-"""Maximum for one surface (eight million triangles); larger grids are thinned, with a message."""
+"""Maximum per surface (eight million triangles); larger grids are thinned and reported."""
 PIXELS_PER_STEP = 4_000_000
 MAX_HEIGHT_M = 1e5
 # Values that programs write for "no data" without declaring them.
@@ -158,7 +158,7 @@ def _read_crs(dataset: Any, path: Path, findings: list[Finding]) -> tuple[str | 
     if "VOM Studio view plane" in text:
         raise InputError(Finding("dem.depths"), file=path)
     keys = read_tiff_keys(path)
-    if not keys.directory:  # named by a file beside it
+    if not keys.directory:  # stated by a sidecar file
         return text, None
     reference = decode_keys(keys)
     if stated_axes(text).kind != "local":

@@ -37,7 +37,7 @@ from vomstudio.io.models.formats._common import (
 from vomstudio.io.models.reader import LoadedModel, Reader
 
 _UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
-"""Unit names from `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
+"""Unit names from `vomstudio.geometry.units.METRES_PER_UNIT` by the value of $INSUNITS."""
 _FROZEN_FLAG, _INVISIBLE_FLAG, _PAPER_SPACE_FLAG = 1, 1, 1
 _BYLAYER_COLOR_NUMBER = 256
 _CLOSED_M_FLAG, _CLOSED_N_FLAG = 1, 32
@@ -130,9 +130,9 @@ class _Drawing:
 
     Attributes
     ----------
-    colors
+    colors : dict of bytes to int
         Colour number of each layer.
-    hidden
+    hidden_layers : set of bytes
         Layers that are off or frozen.
     """
 

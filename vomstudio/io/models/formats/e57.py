@@ -215,7 +215,7 @@ def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
 
 
 def _to_cartesian(rae: AnyArray) -> AnyArray:
-    """Convert range, azimuth from x to y, and elevation above x-y in radians (E57 8.4.4.1)."""
+    """Convert range, azimuth from x to y, and elevation, in radians, to x, y, z (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     horizontal_distance = distance * np.cos(elevation)
     return np.column_stack(

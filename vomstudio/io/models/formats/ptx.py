@@ -1,7 +1,7 @@
 """PTX scans of Leica Cyclone and other programs: text with the pose of each scan.
 
 A scan begins with its number of columns and rows, the position and the three axes of the scanner,
-and a 4 x 4 matrix that leads from the scanner to the common frame, with the translation in its last
+and a 4 x 4 matrix that maps from the scanner to the common frame, with the translation in its last
 row. A line with x, y, z, intensity and perhaps red, green and blue follows for each point of the
 grid; a point without a return is 0 0 0. Further scans follow (Leica Geosystems, "Cyclone PTX file
 format").

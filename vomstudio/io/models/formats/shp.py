@@ -1,8 +1,8 @@
 """Shapefiles as models: points with heights as a cloud or multipatches as a mesh.
 
 The formats are those of the ESRI Shapefile Technical Description (1998) and dBase III. They are
-parsed here and not by a library so that attributes keep every digit (written by
-`vomstudio.io.gis.shapefile`).
+parsed here and not by a library so that attributes keep every digit that
+`vomstudio.io.gis.shapefile` writes.
 """
 
 from __future__ import annotations

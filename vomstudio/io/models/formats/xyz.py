@@ -80,7 +80,7 @@ class Layout:
 
 @dataclass
 class ColumnUses:
-    """Uses of the columns by 0-based column number."""
+    """Column numbers, from 0, by the use of the columns."""
 
     xyz: list[int]
     rgb: list[int] = field(default_factory=list)
@@ -94,7 +94,7 @@ def matches(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, progress: Progress) -> LoadedModel:
-    """Read the points of a text table according to the rules of `text_tables`.
+    """Read the points of a text table by the rules of `vomstudio.io.text.tables`.
 
     Colours (0..1, 0..255 or 16 bits), normals and scalar fields are read. Rows without finite
     coordinates are dropped and counted. Raises InputError with the line if a coordinate is a word

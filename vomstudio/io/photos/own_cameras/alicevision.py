@@ -31,7 +31,7 @@ _BROWN_TYPES = ("brown",)
 _RADIAL_TYPES = ("pinhole", "radial1", "radialk1", "radial3", "radialk3", "none")
 _FISHEYE_TYPES = ("fisheye4",)
 _HALF_TURN = np.diag([1.0, -1.0, -1.0])
-"""Half a turn about x, by which Meshroom turns the models that it writes as OBJ."""
+"""Rotation by 180 degrees about x that Meshroom applies to models written as OBJ."""
 
 
 def is_alicevision(data: Any) -> bool:
@@ -50,14 +50,14 @@ def read_alicevision(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     Parameters
     ----------
     path : Path
-        File, for errors and for the files beside it.
-    data : object
+        Path of the file, for error messages and for finding files next to it.
+    data : mapping
         Content of the file.
 
     Raises
     ------
     InputError
-        States the field.
+        If the file is not valid; states the field.
     """
     fields = JsonFields(path, "AliceVision")
     version = tuple(int(value) for value in fields.numbers("", data, "version", 3))
@@ -128,7 +128,7 @@ def _lens(row: Mapping[str, Any], version: Sequence[int]) -> tuple[Intrinsics, s
 
 
 def _focal(row: Mapping[str, Any], version: Sequence[int], width: int) -> tuple[float, float]:
-    """Return the focal lengths in x and y, pixels."""
+    """Return the focal lengths in x and y, in pixels."""
     if tuple(version) < (1, 2, 0):
         focal = float(row["pxFocalLength"])
         return focal, focal

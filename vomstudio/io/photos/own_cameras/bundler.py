@@ -1,7 +1,7 @@
 """Cameras of Bundler: `bundle.out`, which many programs write.
 
 The rotation and translation of a camera are from the World frame to the camera, with x right, y up,
-z backward. The origin of pixels is the centre of the photo. The photos are named in another file
+z backward. Pixel coordinates are relative to the centre of the photo. Another file lists the photos
 (Bundler User's Manual, version 0.4, "Output format and scene representation").
 """
 
@@ -32,11 +32,11 @@ FILE_NAMES = ("bundle.out",)
 _SIGNATURE = "# bundle file"
 _MAX_LINES = 100_000_000
 _AXES = np.diag([1.0, -1.0, -1.0])
-"""From a camera with y up and z backward to one with y down and z forward."""
+"""Rotation from a camera frame with y up, z backward to one with y down, z forward."""
 
 
 def is_bundler(head: bytes) -> bool:
-    """Return whether the beginning of a file is that of a file of Bundler."""
+    """Return whether the first bytes of a file are those of a Bundler file."""
     return head.decode("utf-8", "replace").lower().startswith(_SIGNATURE)
 
 
@@ -85,7 +85,7 @@ def _lens(row: FloatArray, size: Size | None) -> Intrinsics:
 
 
 def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
-    """Return the numbers and cells of the first lines, without comments."""
+    """Return the line numbers and cells of the first `count` lines, skipping comments."""
     numbered_lines = ((n, line) for n, line in enumerate(io.StringIO(text), 1))
     lines = (
         row for row in numbered_lines if row[1].strip() and not row[1].lstrip().startswith("#")
@@ -94,7 +94,7 @@ def _rows(text: str, count: int) -> list[tuple[int, list[str]]]:
 
 
 def _photo_names(path: Path, count: int) -> list[str]:
-    """Return the names of the photos, one per line of the list beside the file."""
+    """Return the names of the photos, from the list (one per line) next to the file."""
     candidates = [path.with_name(path.name + ".list.txt"), path.with_suffix(".list.txt")]
     candidates += [path.with_name(name) for name in ("list.txt", "list_images.txt")]
     candidates += [path.parent.parent / "list.txt"]

@@ -37,7 +37,7 @@ def open_table(path: Path) -> NamedTable:
     Raises
     ------
     InputError
-        States the line.
+        If the table is not valid; states the line.
     """
     return NamedTable(path, ("photo", "x", "y", "z"))
 
@@ -54,7 +54,7 @@ def read_centres(path: Path, table: NamedTable) -> ModelCameras:
     Raises
     ------
     InputError
-        States line and column.
+        If the table is not valid; states line and column.
     """
     names = [name.replace("\\", "/") for name in table.words(PHOTO_NAMES, "photo")]
     table.require_unique(names)

@@ -28,7 +28,7 @@ from vomstudio.io.photos.own_cameras.result import (
 from vomstudio.io.text.file_text import read_bytes, read_text
 
 Lenses = dict[int, tuple[Intrinsics, str | None]]
-"""Lenses by number, with the name of the lens model if it is not supported here."""
+"""Lenses by camera ID, with the name of the lens model if it is not supported."""
 
 FILE_NAMES = ("images.bin", "images.txt")
 # Number, name and parameter count of the lens models of COLMAP 4.2.
@@ -73,7 +73,7 @@ def read_colmap(folder: Path) -> ModelCameras:
     Raises
     ------
     InputError
-        States file and line or field.
+        If a file is not valid; states the file and the line or field.
     """
     is_binary = (folder / FILE_NAMES[0]).is_file() and (folder / "cameras.bin").is_file()
     images = folder / FILE_NAMES[0 if is_binary else 1]
@@ -163,7 +163,7 @@ def _binary_lenses(path: Path) -> Lenses:
 
 # --- images -----------------------------------------------------------------------------------
 def _text_images(path: Path, lenses: Lenses) -> Iterator[tuple[int, View]]:
-    """Yield the images; each has a line with the pose and one, maybe empty, with points."""
+    """Yield camera ID and view of each image; a line of points follows each pose line."""
     is_pose_line = True
     for line_number, line in _lines(path):
         if not is_pose_line:

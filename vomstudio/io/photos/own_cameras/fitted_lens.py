@@ -1,4 +1,4 @@
-"""Fit of lenses of other programs whose formula this program lacks."""
+"""Fit of a supported lens model to the lenses of other programs."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cameras import Intrinsics
 
 MAX_ERROR_PX = 0.5
-"""Largest error of a fitted lens, pixels; features are located to about this accuracy."""
+"""Maximum error of a fitted lens in pixels; features are located to about this accuracy."""
 _GRID_SIZE = 25
 _MIN_POINTS = 50
-"""Smallest number of places in the photo by which a lens is fitted."""
+"""Minimum number of points in the photo to which a lens is fitted."""
 
 
 def fit_lens(
@@ -24,18 +24,18 @@ def fit_lens(
     Parameters
     ----------
     width, height : int
-        Size of the photos, pixels.
+        Size of the photos in pixels.
     focal : float
-        Approximate focal length, pixels.
+        Approximate focal length in pixels.
     project : callable
-        Converts ideal image coordinates (n, 2), x to the right and y down in units of the focal
-        length, to pixels (n, 2).
+        Function that converts ideal image coordinates (n, 2), x to the right and y down in units of
+        the focal length, to pixels (n, 2).
 
     Returns
     -------
     lens : Intrinsics
     error_px : float
-        Largest difference within the photo, pixels.
+        Largest difference within the photo in pixels.
     """
     from scipy.optimize import least_squares
 

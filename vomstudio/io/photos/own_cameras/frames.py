@@ -70,7 +70,7 @@ def not_facing_finding(path: Path) -> Finding:
 
 
 def facing_share(views: Sequence[View], bounds: FloatArray) -> float:
-    """Return the share of cameras whose axis hits the enlarged box (2, 3) at valid distance."""
+    """Return the share of cameras whose axis hits the enlarged box (2, 3) within range."""
     if not len(views):
         return 0.0
     size = bounds[1] - bounds[0]

@@ -4,7 +4,7 @@ A point P in the camera (x right, y down, z forward) is at R P + C in the World 
 rows of R are L1, L2, L3 (convention `eConvApero_DistM2C`). Distortion is applied to ideal pixels:
 a radial part with even powers of the distance from its centre, a decentring part with P1 and P2,
 and an affine part with b1 and b2 (MicMac documentation, "Camera calibration and orientation"). The
-files contain points with their pixels, by which the cameras are checked here.
+files contain points with their pixel coordinates, which are used here to check the cameras.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from vomstudio.io.text.xml_tree import Element, read_xml
 _PREFIX = "Orientation-"
 _CONVENTION = "eConvApero_DistM2C"
 _MAX_CHECK_PX = 2.0
-"""Largest error of the points by which MicMac's files are checked, pixels."""
+"""Maximum error, in pixels, of the points with which MicMac's files are checked."""
 
 Distortion = Callable[[FloatArray], FloatArray]
-"""Converts ideal pixels (n, 2) to distorted ones."""
+"""Function that converts ideal pixels (n, 2) to distorted ones."""
 
 
 def find_folder(path: Path) -> Path | None:
@@ -52,7 +52,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
     Raises
     ------
     InputError
-        States file and line.
+        If a file is not valid; states file and line.
     """
     lenses: dict[Path, tuple[Intrinsics, str | None]] = {}
     views, unknown_models, invalid_names = list[View](), list[str](), list[str]()
@@ -86,7 +86,7 @@ def read_micmac(folder: Path) -> list[Candidate]:
 
 
 def _check_error_px(path: Path, orientation: Element, view: View) -> float:
-    """Return the largest point error in the file, pixels; 0 if it has no points."""
+    """Return the largest point error in the file in pixels; 0 if it has no points."""
     rows = orientation.findall("Verif/Appuis")
     if not rows:
         return 0.0

@@ -1,4 +1,4 @@
-"""Cameras of nerfstudio, instant-ngp and other such programs: `transforms.json`.
+"""Cameras of nerfstudio, instant-ngp and similar programs: `transforms.json`.
 
 The matrix of a frame is from the camera to the World frame, with x right, y up, z backward.
 Parameters of the lens are in pixels, with the names of OpenCV, for the file or for each frame
@@ -33,7 +33,7 @@ from vomstudio.io.photos.own_cameras.result import (
 
 FILE_NAMES = ("transforms.json",)
 _AXES = np.diag([1.0, -1.0, -1.0])
-"""From a camera with y up and z backward to one with y down and z forward."""
+"""Rotation from a camera frame with y up, z backward to one with y down, z forward."""
 _KNOWN_MODELS = ("OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "PERSPECTIVE")
 
 
@@ -47,20 +47,20 @@ def is_nerfstudio(data: Any) -> bool:
 def read_nerfstudio(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     """Read the cameras.
 
-    The candidates are the frame of the file, and the one before the transform that nerfstudio
+    The candidates are the frame of the file, and the frame before the transform that nerfstudio
     applied, which is that of a model from COLMAP.
 
     Parameters
     ----------
     path : Path
-        File, for errors and for the files beside it.
-    data : object
+        Path of the file, for error messages and for finding files next to it.
+    data : mapping
         Content of the file.
 
     Raises
     ------
     InputError
-        States the field.
+        If the file is not valid; states the field.
     """
     fields = JsonFields(path, "transforms.json")
     names = [

@@ -28,7 +28,7 @@ from vomstudio.io.photos.own_cameras.result import (
 
 FILE_NAMES = ("sfm_data.json",)
 _DISTORTIONS = {"disto_k1": 1, "disto_k3": 3, "disto_t2": 5, "fisheye": 4}
-"""Keys of the distortion with the number of its parameters."""
+"""Number of distortion parameters by key."""
 
 
 def is_openmvg(data: Any) -> bool:
@@ -42,14 +42,14 @@ def read_openmvg(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     Parameters
     ----------
     path : Path
-        File, for errors and for the files beside it.
-    data : object
+        Path of the file, for error messages and for finding files next to it.
+    data : mapping
         Content of the file.
 
     Raises
     ------
     InputError
-        States the field.
+        If the file is not valid; states the field.
     """
     fields = JsonFields(path, "OpenMVG")
     lenses = {}

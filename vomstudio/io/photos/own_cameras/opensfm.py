@@ -66,14 +66,14 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
     Parameters
     ----------
     path : Path
-        File, for errors and for the files beside it.
-    data : object
+        Path of the file, for error messages and for finding files next to it.
+    data : sequence of mapping
         Content of the file.
 
     Raises
     ------
     InputError
-        States the field.
+        If the file is not valid; states the field.
     """
     reconstruction = max(data, key=lambda entry: len(entry["shots"]))
     warnings = []
@@ -112,14 +112,14 @@ def read_shots(path: Path, data: Mapping[str, Any]) -> list[Candidate]:
     Parameters
     ----------
     path : Path
-        File, for errors and for the files beside it.
-    data : object
+        Path of the file, for error messages and for finding files next to it.
+    data : mapping
         Content of the file.
 
     Raises
     ------
     InputError
-        States the field.
+        If the file is not valid; states the field.
     """
     fields = JsonFields(path, _FORMAT)
     views: list[View] = []

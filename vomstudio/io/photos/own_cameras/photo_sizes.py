@@ -13,7 +13,7 @@ from vomstudio.io.photos.own_cameras.result import pinhole_lens
 from vomstudio.io.photos.pixels import open_photo
 
 Size = tuple[int, int]
-"""Width and height, pixels, as stored in the file."""
+"""Width and height in pixels, as stored in the file."""
 
 
 def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
@@ -22,7 +22,7 @@ def read_sizes(path: Path, names: Sequence[str]) -> dict[str, Size]:
     Parameters
     ----------
     path : Path
-        Camera file, near which the photos are searched.
+        Camera file; the photos are searched for in folders near it.
     names : sequence of str
         Names of the photos.
     """

@@ -41,7 +41,7 @@ JSON_FORMATS: tuple[tuple[Callable[[Any], bool], Callable[[Path, Any], list[Cand
     (alicevision.is_alicevision, alicevision.read_alicevision),
     (nerfstudio.is_nerfstudio, nerfstudio.read_nerfstudio),
 )
-"""Formats in JSON: whether the content has the format, and its reader."""
+"""JSON formats: function that detects the format from the content, and its reader."""
 EXTENSIONS = (".json", ".sfm", ".geojson", ".xml", ".csv", ".txt", ".bin", ".out")
 _CAMERA_FILES = (
     FILE_NAME,

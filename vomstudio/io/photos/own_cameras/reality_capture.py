@@ -1,9 +1,9 @@
 """Cameras of RealityCapture and RealityScan: tables "Internal/External camera parameters".
 
 Positions are in the output coordinate system of the project, and angles in degrees. The rotation
-from the camera (x right, y up, z backward) to the World frame is a turn about z by minus the
+from the camera (x right, y up, z backward) to the World frame rotates about z by minus the
 heading, then about x by the pitch, then about y by the roll. Focal length and principal point are
-in units of 35 mm film and of the longer side of the photo. The table states no sizes of photos.
+in units of 35 mm film and of the longer side of the photo. The table does not state photo sizes.
 The convention is that of nerfstudio's reader `realitycapture_utils`.
 """
 
@@ -33,7 +33,7 @@ _ANGLE_COLUMNS = (("heading", "yaw"), ("pitch",), ("roll",))
 _LENS_COLUMNS = ("f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2")
 _FILM_WIDTH_MM = 36.0
 _AXES = np.diag([1.0, -1.0, -1.0])
-"""From a camera with y up and z backward to one with y down and z forward."""
+"""Rotation from a camera frame with y up, z backward to one with y down, z forward."""
 
 
 def is_reality_capture(table: NamedTable) -> bool:
@@ -47,14 +47,14 @@ def read_reality_capture(path: Path, table: NamedTable) -> list[Candidate]:
     Parameters
     ----------
     path : Path
-        File, beside which the photos are searched.
+        Path of the file; the photos are searched for in folders near it.
     table : NamedTable
         Content of the file.
 
     Raises
     ------
     InputError
-        States line and column.
+        If the table is not valid; states line and column.
     """
     names = [name.replace("\\", "/") for name in table.words(PHOTO_NAMES, "photo")]
     table.require_unique(names)
@@ -90,7 +90,7 @@ def _rotation(angles_deg: FloatArray) -> FloatArray:
 
 
 def _lens(value_by_column: dict[str, float], size: Size | None) -> tuple[Intrinsics, float]:
-    """Return the lens and its error, pixels."""
+    """Return the lens and its error in pixels."""
     if size is None:
         return placeholder_lens(), 0.0
     width, height = size

@@ -51,12 +51,12 @@ def cameras_from_views(
     photos: Path | None = None,
     warnings: Sequence[Finding] = (),
 ) -> ModelCameras:
-    """Return cameras from views.
+    """Create the cameras of a model from its views.
 
     Raises
     ------
     InputError
-        If names repeat, or all views are missing.
+        If a name is repeated, or there are no views.
     """
     views_by_name: dict[str, View] = {}
     for view in views:
@@ -92,7 +92,7 @@ def local_cameras(cameras: ModelCameras) -> Cameras:
 def view_from_pose(
     name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray
 ) -> View:
-    """Return a view with an exact rotation.
+    """Return a view from a pose, restoring the orthogonality of its rotation.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def missing_lens_findings(photos: Mapping[str, object]) -> tuple[Finding, ...]:
     Parameters
     ----------
     photos : mapping of str to object
-        Id of the missing lens by photo name.
+        ID of the missing lens by photo name.
     """
     if not photos:
         return ()

@@ -97,7 +97,7 @@ class ShownPhoto:
 
 
 def to_image(pixels: ByteArray) -> QImage:
-    """Convert RGB values (h, w, 3) to an image with its own memory."""
+    """Convert RGB values (h, w, 3) to an image that owns its memory."""
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]
     image = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
@@ -262,7 +262,7 @@ class AlignmentData(QObject):
         self._requests[task_name] = (token, job)
 
     def read_coverage(self, name: str, callback: Callable[[float | None], None]) -> None:
-        """Pass the share of pixels with a depth to `callback`; None if there is no depth map."""
+        """Pass the share of pixels with a depth, or None without a depth map, to `callback`."""
 
         def compute() -> float | None:
             if self._is_closed:

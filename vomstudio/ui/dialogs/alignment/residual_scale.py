@@ -23,7 +23,7 @@ def exaggeration(lengths: npt.ArrayLike, long_side_px: float) -> int:
     Returns
     -------
     int
-        Factor, which is 1 without residuals.
+        Exaggeration factor; 1 if there are no residuals.
     """
     lengths_px = np.asarray(lengths, np.float64)
     median_px = float(np.median(lengths_px)) if len(lengths_px) else 0.0

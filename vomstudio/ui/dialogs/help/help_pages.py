@@ -77,7 +77,7 @@ def _title(path: Path) -> str:
 
 
 def figure_heading(figure: Figure) -> str:
-    """Return the heading under which the page of numbers explains a figure."""
+    """Return the heading under which the page on numbers explains a figure."""
     return f"{figure.title} ({figure.name})"
 
 

@@ -49,7 +49,7 @@ class FitCopyButton(CopyCommandButton):
         self._find_model, self._reference_view = find_model, reference_view
 
     def refresh(self, pending_finding: Finding | None) -> None:
-        """Enable the button unless the fit is pending or cannot be made by a command."""
+        """Enable the button unless the fit is pending or no command can reproduce it."""
         self.set_enabled(
             pending_finding
             or command_problem(self._studio, self._reference_view.model, self._stable_part_box)
@@ -71,7 +71,7 @@ class FitCopyButton(CopyCommandButton):
 def command_problem(
     studio: Studio, reference: OtherModel | None, stable_part_box: StablePartBox
 ) -> Finding | None:
-    """Return why no command can make the same fit, or None if a command can."""
+    """Return why no command can reproduce the fit, or None if a command can."""
     if reference is None:
         return Finding("action.no-other-model")
     record = studio.records.get(reference.id)

@@ -46,9 +46,9 @@ from vomstudio.ui.dialogs.model_fit.stable_part import StablePartBox
 from vomstudio.ui.widgets.other_model_box import OtherModel, OtherModelBox, project_model
 
 MIN_PAIRS = 3
-"""Minimum number of point pairs that place a model."""
+"""Minimum number of point pairs required to place a model."""
 _MAX_IMMEDIATE_POINTS = 20
-"""Maximum number of points that are solved without a thread, whose start would take longer."""
+"""Maximum number of points solved immediately; starting a thread would take longer."""
 
 
 class FitDialog(QDialog):

@@ -20,7 +20,7 @@ _WHOLE_REFERENCE, _NEAR_POINTS, _CLIPPING_BOX, _POLYGONS, _NEAR_MODEL = range(5)
 
 
 class StablePartBox(QWidget):
-    """Selection of the stable part. `changed` reports a selection, `message` the progress."""
+    """Selection of the stable part; `changed` reports selections, `message` progress."""
 
     changed = Signal()
     message = Signal(str)
@@ -120,5 +120,5 @@ class StablePartBox(QWidget):
         return None
 
     def cancel_reading(self) -> None:
-        """Cancel reading; no model is reported afterwards."""
+        """Stop reading a model; no model is reported afterwards."""
         self.stable_model.cancel_reading()

@@ -133,7 +133,7 @@ class PlanDrawing(QWidget):
         scale: float,
         is_terrain: bool,
     ) -> None:
-        """Draw the rock as a band, with the camera below it or above flat ground."""
+        """Draw the rock as a band, with the cameras below it or, for terrain, above it."""
         max_distance_m = max(s.away_m for s in plan.positions)
         rock_y = y0 + max_distance_m * scale if is_terrain else y0
         self._draw_rock(

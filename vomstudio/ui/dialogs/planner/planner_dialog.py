@@ -50,12 +50,12 @@ from vomstudio.ui.widgets.search_field import Match, SearchField
 _VIEW_KEY = "survey_plan"
 _TYPING_DELAY_MS = 200
 _TARGET_DEFAULTS = {"distance_m": 30.0, "gsd_m": 0.01, "plane_m": 5.0}
-"""Default value of each option that may be the target, of which the dialog uses one."""
+"""Default value of each option that can be the target; only one is used at a time."""
 _PRINT_DPI = 300
 
 
 class PlannerDialog(QDialog):
-    """Dialog that plans a survey while typing. The input is saved with the project."""
+    """Dialog that updates a survey plan as the user types; the project stores the input."""
 
     def __init__(self, parent: QWidget, studio: Studio, survey: PhotoSurvey) -> None:
         super().__init__(parent)
@@ -166,7 +166,7 @@ class PlannerDialog(QDialog):
 
     # --- input -------------------------------------------------------------------------------
     def _propose_manner(self, text: str) -> None:
-        """Propose a method by drone for the camera of a drone, and by hand for others."""
+        """Propose a drone survey for a drone camera, and a handheld survey for other cameras."""
         model = find_camera(text.strip())
         manner = self.options.options().manner
         if model is not None and model.is_drone != (manner != "handheld"):
@@ -191,7 +191,7 @@ class PlannerDialog(QDialog):
             self.options.fields[name].setVisible(name == self.target.currentData())
 
     def _plan_options(self) -> PlanOptions:
-        """Return the options of the plan, with one target. Raises InputError, UsageError."""
+        """Return the options of the plan, with one target. Raises InputError or UsageError."""
         target = self.target.currentData()
         options = self.options.options(
             **{name: None for name in _TARGET_DEFAULTS if name != target}
@@ -330,7 +330,7 @@ class PlannerDialog(QDialog):
 
 
 def _camera_matches(text: str) -> list[Match]:
-    """Return the lines and names of the cameras in the table that match a text."""
+    """Return the list lines and names of the cameras in the table that match a text."""
     return [
         (
             model.common_label

@@ -57,7 +57,7 @@ class AgreementTable(QWidget):
         """Show the agreement of two models, given by id.
 
         An empty id represents a model outside the project. The same pair is recomputed only after a
-        call of `invalidate`.
+        call to `invalidate`.
         """
         if self._model_ids == (model_id, other_id):
             return

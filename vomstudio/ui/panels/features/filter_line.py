@@ -18,7 +18,7 @@ class FilterLine(QLineEdit):
     Attributes
     ----------
     test : callable or None
-        Last valid test, or None without a filter.
+        Last valid test, or None if there is no filter.
     problem : Label
         Error message of an invalid filter; the owner adds it to a layout.
     """

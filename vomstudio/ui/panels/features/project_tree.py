@@ -154,7 +154,7 @@ class ProjectTree(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Rebuild the tree from the project; the features are added in portions."""
+        """Rebuild the tree from the project; the features are added in batches."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
             self._items.clear()
@@ -182,7 +182,7 @@ class ProjectTree(QWidget):
         self._filling_work.start(self._fill())
 
     def _fill(self) -> Iterator[None]:
-        """Add the features in order, yielding after each portion."""
+        """Add the features in order, yielding after each batch."""
         features = list(self._studio.session.features())
         if len(features) > _PORTION:
             # All panels refresh when a project opens; this one lets them go first.

@@ -220,7 +220,7 @@ class PropertiesPanel(QWidget):
         self._change(**{field: plane_id}, **({"slip": ""} if has_slip and not plane_id else {}))
 
     def _show_relation(self) -> None:
-        """Show the relation of two selected planes, and that of bed traces of one type."""
+        """Show the relation of two selected planes, and that of bedding traces of one type."""
         intersection = plane_relations.selected_intersection(self._studio)
         bed_lines = describe_parallel_beds(self._studio)
         self._relation_label.setVisible(intersection is not None or bool(bed_lines))

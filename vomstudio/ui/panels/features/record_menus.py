@@ -113,7 +113,7 @@ class RecordMenus(QObject):
         self.change_type(self._studio.selection.ids, type_id)
 
     def change_type(self, ids: Iterable[str], type_id: str) -> None:
-        """Change the type of features in one edit, except those that it does not suit."""
+        """Change the type of features in one edit, skipping those that it does not suit."""
         records = self._studio.records
         feature_type = records.get(type_id)
         features = [

@@ -1,4 +1,4 @@
-"""Runs of consecutive rows, because Qt takes ranges faster than rows."""
+"""Runs of consecutive rows, because Qt handles ranges faster than single rows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def find_runs(rows: Iterable[int], max_count: int | None = None) -> list[tuple[i
     ----------
     rows : iterable of int
     max_count : int, optional
-        Number of runs above which a single run, which contains all rows, is returned.
+        Number of runs above which a single run that spans all rows is returned.
     """
     numbers = np.unique(np.fromiter(rows, np.int64))
     if not len(numbers):

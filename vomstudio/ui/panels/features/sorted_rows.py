@@ -65,7 +65,7 @@ class SortedRows(QAbstractTableModel):
         return self._source.index(self._shown_rows[index.row()], index.column())
 
     def mapFromSource(self, index: _Index) -> QModelIndex:  # noqa: N802 - as Qt's proxies have it
-        """Return the index of a source index, which is invalid if its row is not shown."""
+        """Return the index in this model of a source index, invalid if its row is not shown."""
         row = self._positions.get(index.row()) if index.isValid() else None
         return QModelIndex() if row is None else self.index(row, index.column())
 
@@ -120,7 +120,7 @@ class SortedRows(QAbstractTableModel):
         return self.test is None or self.test(self._source.row(source_row))
 
     def _sort_rows(self) -> list[int]:
-        """Return the passing source rows in sort order; undefined values always come last."""
+        """Return the sorted source rows that pass the filter, undefined values always last."""
         passing_rows = [
             source_row for source_row, is_passing in enumerate(self._passing_flags) if is_passing
         ]

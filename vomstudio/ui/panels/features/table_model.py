@@ -264,7 +264,7 @@ class OrientationModel(QAbstractTableModel):
             )
 
     def used_columns(self, ids: Iterable[str] | None = None) -> set[int]:
-        """Return the sparse columns in which any of the rows has a value; by default all rows."""
+        """Return the sparse columns in which any of these rows (by default, all) has a value."""
         rows = self._rows
         if ids is not None:
             rows = [self._rows[i] for id_ in ids if (i := self._source_rows.get(id_)) is not None]

@@ -49,7 +49,7 @@ MAX_SINGLE_ITEMS = 20
 
 
 class TreeItem(QTreeWidgetItem):
-    """Item that is sorted by its SORT data."""
+    """Item that is sorted by its SORT_ROLE data."""
 
     def __lt__(self, other: QTreeWidgetItem) -> bool:
         return bool(self.data(NAME, SORT_ROLE) < other.data(NAME, SORT_ROLE))
@@ -170,7 +170,7 @@ class FeatureTree(QTreeWidget):
         header.resizeSection(SET, max(MIN_SET_WIDTH_PX, min(width, MAX_SET_WIDTH_PX)))
 
     def _name_width(self) -> int:
-        """Return the width of the longest name, also of rows out of sight, which Qt ignores."""
+        """Return the width of the longest name, including invisible rows, which Qt ignores."""
         width = self.sizeHintForColumn(NAME)
         for row in range(self.topLevelItemCount()):
             if row not in self._longest_items:
@@ -332,7 +332,7 @@ class FeatureTree(QTreeWidget):
         return None
 
     def _highlight(self, group: QTreeWidgetItem | None) -> None:
-        """Highlight the group that receives the dropped features, or none."""
+        """Highlight the group that receives the dropped features, or no group if None."""
         if group is self._target_group:
             return
         with QSignalBlocker(self):

@@ -197,7 +197,7 @@ class FracturesPanel(AnalysisPanel[FractureRequest, FractureResult]):
         self.region_field.setText(", ".join(f"{v:g}" for v in self._region_numbers(ends)))
 
     def _selected_line(self) -> FloatArray | None:
-        """Return the points (n, 3) of the selected line in the World frame, or None."""
+        """Return the World points (n, 3) of the selected line, or None if none is selected."""
         line = current_line(self._studio, PickedFeature)
         return None if line is None else self._studio.measured([line.id])[line.id].points
 

@@ -42,8 +42,8 @@ class FeaturePhoto(QObject):
     sightings_ready : Signal
         Emitted with the token of a request and the photos that show the target.
     clicked : Signal
-        Emitted when the user clicks without a tool, with the click and the Hit on the model or
-        None.
+        Emitted when the user clicks while no tool is active, with the click and the Hit on the
+        model or None.
     """
 
     pointer = Signal(object)
@@ -81,7 +81,7 @@ class FeaturePhoto(QObject):
     # --- photo -------------------------------------------------------------------------------
     @property
     def name(self) -> str | None:
-        """Name of the displayed photo, or None."""
+        """Name of the displayed photo, or None if no photo is displayed."""
         if self.photos is None or self.view is None:
             return None
         return self.photos.views.views[self.view].name

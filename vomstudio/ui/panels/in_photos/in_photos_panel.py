@@ -131,7 +131,7 @@ class InPhotosPanel(QWidget):
     # --- state -------------------------------------------------------------------------------
     @property
     def photo(self) -> str | None:
-        """Name of the displayed photo, or None."""
+        """Name of the displayed photo, or None if no photo is displayed."""
         return self.feature_photo.name
 
     @property
@@ -224,7 +224,7 @@ class InPhotosPanel(QWidget):
         return self._studio.visible(model_id) and self._studio.visible("models")
 
     def _find_target(self) -> tuple[FloatArray, str]:
-        """Return the points (n, 3), World frame, that should be visible, and their description."""
+        """Return the World points (n, 3) that should be visible, and their description."""
         tool = self._studio.open_tool
         feature = getattr(tool, "feature", None)
         if feature is not None and (vertices := getattr(tool, "vertices", ())):
@@ -331,7 +331,7 @@ class InPhotosPanel(QWidget):
             self.show_point(None if event.hit is None else world_point(self._studio, event.hit))
 
     def _navigate(self, pointer: PhotoPointer, hit: Hit | None) -> None:
-        """Select the feature at a click made without a tool, or move the pivot of the viewport."""
+        """Select the feature at a click without an active tool, or move the viewport's pivot."""
         feature_id = self.canvas.feature_at(pointer.x, pointer.y)
         self._is_user_choice = True
         is_adding = pointer.ctrl or pointer.shift

@@ -107,7 +107,7 @@ class DrawnNet:
         return cls(artists, request.ratio, canvas, request.paper)
 
     def _paper_image(self, is_drawn: BoolArray, color: str) -> QImage:
-        """Return paper behind the net and, with a margin, behind all that is drawn beside it."""
+        """Return an image of the paper under the net and, with a margin, under other artists."""
         height, width = is_drawn.shape
         x_px, y_px = self.artists.centre_px
         rows, columns = np.ogrid[:height, :width]
@@ -182,7 +182,7 @@ def _canvas_image(canvas: Any, ratio: float) -> QImage:
 
 
 def _box_sums(mask: BoolArray, reach: int) -> NDArray[np.int64]:
-    """Return, for each pixel, how many pixels are set in the square around it."""
+    """Return, for each pixel, the number of set pixels in the square around it."""
     sums, side = mask.astype(np.int64), 2 * reach + 1
     for axis in (0, 1):
         margins = [(0, 0), (0, 0)]

@@ -101,7 +101,7 @@ class ContourButton(QToolButton):
         )
 
     def nextCheckState(self) -> None:  # noqa: N802
-        """Open the menu instead; the check state follows the contouring method."""
+        """Open the menu instead of toggling: the check state follows the contouring method."""
         self.showMenu()
 
     def _store_method(self, method: str | None) -> None:

@@ -75,9 +75,9 @@ _REDRAW_DELAY_MS, _MAX_DIRECT_REDRAW_MS, _MAX_REDRAW_DELAY_MS = 30, 60, 500
 _LABEL_WIDTH_SHARE = 0.4
 """Width of the corner label as a fraction of the canvas width."""
 _MIN_CANVAS_PX = 140
-"""Minimum width and height of the canvas, which the overlay can have."""
+"""Minimum width and height of the canvas, also in the overlay."""
 _MIN_LEGEND_PX = 360
-"""Minimum width of the overlay for the whole legend."""
+"""Minimum width of the overlay at which the whole legend is shown."""
 _NET_KEY = "net"
 _STOP_TIMEOUT_S = 5.0
 _OVERLAY_OPACITY = "dd"
@@ -93,8 +93,8 @@ class StereonetPanel(QWidget):
     """Panel with the stereonet, in which a click or a lasso selects features."""
 
     menu_requested = Signal(str, QPoint)
+    """Emits the id of the feature under the cursor and the screen position for its menu."""
     paper_changed = Signal(QRegion)
-    """Emits the id of the feature under the cursor and the place on the screen of its menu."""
 
     def __init__(self, studio: Studio, actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -214,7 +214,7 @@ class StereonetPanel(QWidget):
 
     @property
     def _is_brief(self) -> bool:
-        """Whether the net has no room for its legend."""
+        """Whether the overlay is too narrow for the legend of the net."""
         return bool(self._paper_opacity) and self.canvas.width() < _MIN_LEGEND_PX
 
     def _place_corner_label(self) -> None:
@@ -238,7 +238,7 @@ class StereonetPanel(QWidget):
             self._schedule_redraw()
 
     def _show_proposed_planes(self, owner: str, planes: ProposedPlanes | None) -> None:
-        """Show the proposed features of a panel, or none of them."""
+        """Show the proposed features of a panel, or hide them if None."""
         previous = self._source.proposed.get(owner)
         if planes is None:
             self._source.proposed.pop(owner, None)
@@ -582,7 +582,7 @@ class StereonetPanel(QWidget):
             self.menu_requested.emit(feature_id, self.canvas.mapToGlobal(position))
 
     def _describe_selection(self) -> None:
-        """Show the selected feature in the corner label; the status line counts several."""
+        """Show a single selected feature in the corner label, with its attitude and verdict."""
         ids = self._studio.selection.ids
         net_contents = self.artists.contents if self.artists else None
         shown_ids = {i for s in net_contents.sets for i in s.ids} if net_contents and ids else set()
@@ -604,7 +604,7 @@ class StereonetPanel(QWidget):
         self._report_paper()
 
     def _report_paper(self) -> None:
-        """Report the area of the net and its texts, so that the rest of an overlay is free."""
+        """Report the area of the net and its texts, to which an overlay limits itself."""
         region = QRegion() if self._net is None else self._net.paper_region
         if not region.isEmpty():
             region = region.united(self._corner_label.paper_rect())
@@ -613,7 +613,7 @@ class StereonetPanel(QWidget):
 
 
 class _CornerLabel(ElidedLabel):
-    """Label on paper of its own, with a coloured mark at the end of its last line."""
+    """Label with its own paper and a coloured mark at the end of its last line."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -622,7 +622,7 @@ class _CornerLabel(ElidedLabel):
         self._paper = QColor()
 
     def set_text(self, text: str, mark: QIcon | None = None) -> None:
-        """Show a text, with a mark if there is one."""
+        """Show a text, optionally with a mark."""
         self._mark = mark or QIcon()
         self.setText(text)
         self.update()

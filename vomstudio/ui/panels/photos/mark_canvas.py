@@ -30,7 +30,7 @@ from vomstudio.ui.widgets.photo_canvas import HANDLE_PICK_DISTANCE_PIXELS, Photo
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
-"""Colours from the palette of Okabe and Ito; lists also name the role."""
+"""Colour of each role of a point (Okabe-Ito); lists also show the role as text."""
 
 _MASK_RGBA = (213, 60, 40, 110)
 _LOUPE_RADIUS_PX = 84.0

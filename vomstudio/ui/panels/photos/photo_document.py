@@ -90,7 +90,7 @@ class PhotoDocument(QObject):
         return next((path for path in paths if is_folder(path)), None)
 
     def find_moved_set(self) -> PhotoSet | None:
-        """Return the set whose missing folder has the same name, or None."""
+        """Return the only set whose missing folder has this name, or None if not unique."""
         if self.folder is None or self.photo_set is not None:
             return None
         project_folder = self._studio.project.folder

@@ -41,7 +41,7 @@ class PhotoExports(QObject):
     tables_written : Signal
         Emitted when control.csv or marks.csv has been written.
     mask_written : Signal
-        Emitted with the name of a photo and the file of its mask, or None without a mask.
+        Emitted with the name of a photo and the file of its mask, or None if it has no mask.
     problem : Finding or None
         Reason why the files are not up to date.
     foreign_files : list of str
@@ -167,7 +167,7 @@ class PhotoExports(QObject):
         return folder, fallback_folder(self._document.project_folder, folder.resolve())
 
     def table(self, name: str) -> Path | None:
-        """Return the file of a table, beside the photos or else in the project, or None."""
+        """Return the file of a table, beside the photos or else in the project; None if missing."""
         paths = (folder / name for folder in self._folders)
         return next((path for path in paths if is_regular_file(path)), None)
 
@@ -316,7 +316,7 @@ class PhotoExports(QObject):
 
 
 class _OneTimeTask:
-    """Task that runs only once, in a worker thread or in a caller that cannot wait for it."""
+    """Task that runs only once, in a worker thread or in the first thread that needs it."""
 
     def __init__(self, name: str, work: Callable[[], object]) -> None:
         self.name = name
@@ -342,7 +342,7 @@ def _is_same(first: ControlMarks, second: ControlMarks) -> bool:
 
 
 def _hash_file(path: Path | None) -> str:
-    """Return the SHA-256 of a file, or an empty string without a readable file."""
+    """Return the SHA-256 of a file, or an empty string if it is missing or unreadable."""
     try:
         if path is None:
             return ""

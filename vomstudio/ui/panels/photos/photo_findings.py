@@ -37,7 +37,7 @@ def control_findings(facts: ControlSummary | None, note: Finding | None) -> list
 
 
 def placement_findings(model: Model, resolution: float | None) -> list[Finding]:
-    """Return the scale, north and resolution of a placed model, and what limits its accuracy.
+    """Return a finding on the placement of a model, and the warnings of its registration.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
 
 
 def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
-    """Return the residual RMS of control and check points or of positions, if known."""
+    """Return the RMS residual of the control and check points or the positions, if known."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
         return Finding("registration.check-rms", control_m=control, check_m=check)

@@ -62,7 +62,7 @@ class PhotoImport:
         user_tables : (Path or None, Path or None)
             Files of control points and marks, used for photos that have no such files beside them.
         callback : callable
-            Called with None, or with the failure.
+            Called with None on success, or with the failure.
         is_repeat : bool, default False
             Whether to repeat an earlier import.
 

@@ -49,7 +49,7 @@ class _MaskCache:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """The shape drawn last, and whether it masks pixels or unmasks them."""
+    """Shape that was drawn last, and whether it masks or unmasks pixels."""
 
     areas: tuple[PixelArea, ...]
     is_masking: bool
@@ -97,7 +97,7 @@ class PhotoMasks(QObject):
         return self._masks.get(name)
 
     def open(self, name: str) -> None:
-        """Read the mask of a photo; emits `mask_changed`."""
+        """Read the mask of a photo, then emit `mask_changed`."""
         self._current_photo = name
         if name in self._masks:
             self.mask_changed.emit(name)
@@ -290,7 +290,7 @@ class PhotoMasks(QObject):
         self.busy_changed.emit()
 
     def _trim(self) -> None:
-        """Remove masks from memory, which is too small for the masks of a thousand photos."""
+        """Remove the oldest masks, because those of a thousand photos do not fit in memory."""
         for name in [n for n in self._masks if n != self._current_photo][:-_MAX_MASKS]:
             del self._masks[name]
 

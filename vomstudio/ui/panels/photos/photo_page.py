@@ -429,7 +429,7 @@ class PhotoPage(QWidget):
         self.end()
 
     def end(self) -> None:
-        """Release all resources, even if releasing one raises. Further calls have no effect."""
+        """Release all resources, even if releasing one fails. Further calls have no effect."""
         if not self.is_open:
             return
         self.is_open = False

@@ -89,7 +89,7 @@ class PhotoSurvey(QObject):
         self.exclusions: list[Finding] = []
         self.problem = ""
         self.frame: Frame | None = None
-        """Frame of the positions of the rows; None for positions by GPS."""
+        """Frame of the positions of the rows; None for GPS positions."""
         self.control_finding: Finding | None = None
         self.result: Reconstruction | None = None
         self._list_job: RunningJob | None = None
@@ -164,7 +164,7 @@ class PhotoSurvey(QObject):
 
     @property
     def control_facts(self) -> ControlSummary | None:
-        """Facts about the control points; None without points or before they are checked."""
+        """Facts about the control points, or None if there are none or they are unchecked."""
         return None if self.forecast is None else self.forecast.control
 
     def output_folder(self) -> Path | None:
@@ -231,7 +231,7 @@ class PhotoSurvey(QObject):
     def _read_photos(
         self, request: JobRequest[Request, Result], title: str, callback: Callable[[Result], None]
     ) -> RunningJob:
-        """Start a job whose result is used unless another folder is opened meanwhile."""
+        """Start a job whose result is used unless another folder is opened in the meantime."""
 
         def end() -> bool:
             if job is self._list_job:
@@ -285,7 +285,7 @@ class PhotoSurvey(QObject):
         return self._forecast_job is not None
 
     def update_forecast(self) -> None:
-        """Compute the forecast for these photos and settings; emits `changed`."""
+        """Compute the forecast for these photos and settings, then emit `changed`."""
         from vomstudio.ui.panels.photos.survey_requests import forecast_request
 
         if self.folder is None:
@@ -345,7 +345,7 @@ class PhotoSurvey(QObject):
         return control_findings(self.control_facts, self.control_finding)
 
     def placed_models(self) -> list[Model]:
-        """Return the models reconstructed in the current quality that have scale or north."""
+        """Return the models reconstructed at the current quality that have scale or north."""
         out = self.output_folder()
         if out is None:
             return []
@@ -398,9 +398,9 @@ class PhotoSurvey(QObject):
 
     # --- masks and marks ---------------------------------------------------------------------
     def tables(self) -> tuple[Path | None, Path | None]:
-        """Return the files of the control points and of the marks, or None if missing.
+        """Return the files of the control points and of the marks; a missing file is None.
 
-        Files of the project beside the photos precede those of other programs.
+        The project's files beside the photos take precedence over those of other programs.
         """
         if self.folder is None:
             return None, None
@@ -442,7 +442,10 @@ class PhotoSurvey(QObject):
         return settings.replace_control(control, marks, is_sidecar=True)
 
     def alignment_folder(self) -> Path | None:
-        """Return the reconstruction in this quality if it has cameras, else the newest one."""
+        """Return the folder of the reconstruction at this quality, or else of the newest one.
+
+        Only reconstructions with cameras are considered.
+        """
         out = self.output_folder()
         if out is None or self.folder is None:
             return None

@@ -16,7 +16,7 @@ from vomstudio.ui.panels.photos.photo_row import PhotoRow
 
 _MARGIN = 26.0
 _GPS_FRAME = Frame("local")
-"""Frame of positions by GPS, which are in metres with north up."""
+"""Frame of GPS positions, which are in metres with north up."""
 _GOOD_COLOR, _FLAGGED_COLOR, _SELECTED_COLOR = "#0072b2", "#e69f00", "#d55e00"
 
 
@@ -43,7 +43,7 @@ class PlanView(QWidget):
         return QSize(260, 220)
 
     def show_rows(self, rows: Sequence[PhotoRow], selection: set[str], frame: Frame | None) -> None:
-        """Show the photos of these rows; positions by GPS have no `frame`."""
+        """Show the photos of these rows; `frame` is None for GPS positions."""
         self._frame = _GPS_FRAME if frame is None else frame
         self._has_photos = bool(rows)
         self._rows = [row for row in rows if row.place is not None]

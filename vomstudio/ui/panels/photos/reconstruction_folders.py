@@ -40,7 +40,7 @@ _MIN_ARROW_LENGTH = 0.2
 
 
 def reconstruction_folder(project: Path, photos: Path, quality: str) -> Path:
-    """Return the folder for a reconstruction of these photos in this quality.
+    """Return the folder for a reconstruction of these photos at this quality.
 
     Folders are not reused if they belong to another quality, or to other photos whose folder has
     the same name.
@@ -83,7 +83,7 @@ def report_failure(studio: Studio, out: Path, event: Failed) -> None:
 
 
 def read_failure(out: Path) -> str:
-    """Return why the last run failed, as a sentence that is empty if it did not fail."""
+    """Return why the last run failed, as a sentence; empty if it did not fail."""
     try:
         return read_small_file(out / _FAILURE_FILE).decode("utf-8", "replace").strip()
     except (InputError, OSError):

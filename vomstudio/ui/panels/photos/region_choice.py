@@ -23,13 +23,13 @@ from vomstudio.ui.panels.photos.photo_survey import PhotoSurvey
 class RegionChoice:
     """Converts between the region of a reconstruction and the clipping box of the outcrop.
 
-    A region is in the frame of the reconstructed model, and the clipping box in that of the World,
-    into which the model may have been registered since.
+    A region is in the frame of the reconstruction. The clipping box is in the World frame, in which
+    the model may have been registered since.
 
     Attributes
     ----------
     display_changed : Signal
-        Emits "clip" or "box" when the clipping box changes, as `Display.changed`.
+        Emits "clip" or "box" when the clipping box changes, like `Display.changed`.
     """
 
     def __init__(self, studio: Studio, survey: PhotoSurvey) -> None:
@@ -37,7 +37,7 @@ class RegionChoice:
         self.display_changed = studio.display.changed
 
     def proposal(self) -> tuple[float, ...] | None:
-        """Return the box around the rock of the last reconstruction, or None if there is none."""
+        """Return the box around the rock of the last reconstruction, or None if unavailable."""
         from vomstudio.photogrammetry.base.region import Region
 
         folder = self._survey.alignment_folder()
@@ -69,7 +69,7 @@ class RegionChoice:
             return None
         corners = transform.apply(transform.invert(self._to_world()), box.corners())
         low, high = corners.min(axis=0), corners.max(axis=0)
-        # A hundredth of a percent of its size is finer than it can be dragged.
+        # The box cannot be dragged more precisely than 0.01 % of its size.
         digits = max(0, 4 - int(np.floor(np.log10(max(float((high - low).max()), 1e-9)))))
         return tuple(round(float(value), digits) for value in (*low, *high))
 

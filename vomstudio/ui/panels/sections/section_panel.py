@@ -78,7 +78,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     Attributes
     ----------
     line : (n, 3) float64 or None
-        Vertices of the line on the outcrop in the World frame; None until a line is taken.
+        Vertices of the line on the outcrop in the World frame; None until a line is selected.
     """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:

@@ -263,7 +263,7 @@ def propose(candidates: Candidates, options: SetOptions) -> ProposalResult:
 
 
 def _new_name(type_name: str, reserved_names: set[str]) -> str:
-    """Return the first free name of a set, such as J1 for joints."""
+    """Return the first unused set name, such as J1 for joints."""
     initial = next((c for c in type_name if c.isalpha()), "S").upper()
     names = (f"{initial}{number}" for number in count(1))
     return next(name for name in names if name not in reserved_names)

@@ -44,7 +44,7 @@ _MODES = (
         to_translate("Direct toppling, % of intersections"),
     ),
 )
-"""Name, column title and description, including the quantity that is counted."""
+"""Name, column title and description of each failure mode, with the counted quantity."""
 _MIN_TABLE_HEIGHT_PX = 110
 
 
@@ -175,7 +175,7 @@ class FacetSlopesView(QWidget):
             self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
     def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
-        """Fill the table; `look` is the name of the outcrop colours when no mode is shown."""
+        """Fill the table; `look` names the outcrop colours that the reset button restores."""
         self.reset_button.setText(look)
         rows = []
         for facet in () if result is None else result.analysis.facets:

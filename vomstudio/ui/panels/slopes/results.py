@@ -36,7 +36,7 @@ _MODES = (
     ("direct_toppling", to_translate("Direct toppling"), False),
     ("bases", to_translate("Toppling bases"), True),
 )
-"""Name, title, and whether the mode counts planes (True) or intersections (False)."""
+"""Name and title of each failure mode, and whether it counts planes or intersections."""
 _COLUMNS = (
     (to_translate("Mode"), to_translate("Click a mode to list its critical planes.")),
     (to_translate("Critical"), to_translate("Number in the critical zone.")),

@@ -68,7 +68,7 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
 
 
 def domain_rows(domains: Mapping[str, DomainFigures], one_axis_test: OneAxisTest) -> Rows:
-    """Return rows with the fold axis of each domain and the reasons of the one-axis test."""
+    """Return rows with the fold axis of each domain and the reasons from the one-axis test."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
     return [*rows, *(("•", reason.message) for reason in one_axis_test.reasons)]
 
@@ -175,7 +175,7 @@ def _line_text(figures: LineAttitude) -> str:
 
 
 def _fit_text(p: float | None) -> str:
-    """Return whether the distribution fits; a p value without this is easily misread."""
+    """State whether the distribution fits, because a bare p-value is easily misread."""
     if p is None:
         return ""
     if p < 0.05:

@@ -19,7 +19,7 @@ _SELECTED = "selected"
 
 
 class MeasurablePlane(QWidget):
-    """Form for a plane: a typed plane, the mean of a set, or that of the selected feature."""
+    """Form for a plane: typed, the mean of a set, or the plane of the selected feature."""
 
     changed = Signal()
 

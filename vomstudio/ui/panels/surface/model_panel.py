@@ -179,7 +179,7 @@ class ProposalsPanel(ModelPanel):
         self._studio.proposals_picked.connect(self._select_picked)
 
     def _follow_type(self) -> None:
-        """Propose the active type."""
+        """Propose the active feature type for accepted features."""
         self.type.select_type(self._studio.next_type_id)
 
     # --- list --------------------------------------------------------------------------------
@@ -258,7 +258,7 @@ class ProposalsPanel(ModelPanel):
         return [self._index(item.row()) for item in self.table.selectionModel().selectedRows()]
 
     def _current(self) -> int | None:
-        """Return the index of the most recently selected proposal, or None."""
+        """Return the index of the proposal selected last, or None if none is selected."""
         current, selection = self.table.currentIndex(), self._selection()
         if not current.isValid() or not selection:
             return None
@@ -281,11 +281,11 @@ class ProposalsPanel(ModelPanel):
         )
 
     def _reason_text(self, index: int) -> str:
-        """Return why a proposal is doubtful, or an empty text."""
+        """Return why a proposal is doubtful; empty if it is not."""
         raise NotImplementedError
 
     def _highlight_area(self, indices: Sequence[int]) -> Area | None:
-        """Return the area that is highlighted for proposals, or None."""
+        """Return the area that is highlighted for proposals, or None if there is no area."""
         raise NotImplementedError
 
     def _handle_click(self, hit: Hit) -> None:
@@ -308,7 +308,7 @@ class ProposalsPanel(ModelPanel):
             ancestor.ensureWidgetVisible(self.table, 0, 0)
 
     def _index_at(self, hit: Hit) -> int | None:
-        """Return the index of the proposal at a point on the outcrop, or None."""
+        """Return the index of the proposal at an outcrop point, or None if there is no match."""
         raise NotImplementedError
 
     # --- decision ----------------------------------------------------------------------------
@@ -333,7 +333,7 @@ class ProposalsPanel(ModelPanel):
             self._studio.preview.emit(None)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        """Accept the selected proposals on Enter, reject them on Delete."""
+        """Accept the selected proposals on Enter, and reject them on Delete."""
         if watched is self.table and isinstance(event, QKeyEvent) and event.key() in _DECISION_KEYS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()

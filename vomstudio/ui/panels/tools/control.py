@@ -525,7 +525,7 @@ class ControlPanel(QWidget):
         """Report an invalid coordinate, and show the previous one."""
         self._studio.warn(reason)
         if self._points[item.row()].position is None:
-            # The other coordinates, which have been typed before, remain.
+            # The coordinates that were typed before remain.
             with QSignalBlocker(self.table):
                 item.setText("")
             return

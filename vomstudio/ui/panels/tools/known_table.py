@@ -132,7 +132,7 @@ class KnownTable(QTableWidget):
 
 
 def apply_cell(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -> KnownLine:
-    """Return the line with the edited cell applied; planes are parsed in the notation.
+    """Return the line with the edited cell applied; planes are parsed in this notation.
 
     Raises
     ------

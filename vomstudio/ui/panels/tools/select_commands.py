@@ -114,7 +114,7 @@ class _SelectCommands:
         return None if self.tool.changes.has_hidden_elements() else Finding("action.nothing-hidden")
 
     def find_patch(self) -> Patch | None:
-        """Return the most recently selected plane with known elements, or None."""
+        """Return the plane with known elements that was selected last, or None if none was."""
         studio = self._studio
         patches = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in patches if patch is not None), None)

@@ -55,7 +55,7 @@ class BeddingAxis:
     def disabled_reason(self) -> Finding | None:
         """Return why the axis cannot be computed, or None if it can be computed.
 
-        The axis itself is not computed if two available planes already give the answer.
+        The axis is not computed for this check if there are at least two planes.
         """
         if self._axis is None and self._studio.fold.has_planes(2):
             return None
