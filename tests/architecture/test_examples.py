@@ -45,7 +45,7 @@ from pathlib import Path
 import numpy as np
 
 from vomstudio.project import edits
-from vomstudio.project.kinds import kind_named
+from vomstudio.project.kinds import find_kind
 from vomstudio.project.kinds.remark import Remark
 from vomstudio.geometry.frames import Frame
 from vomstudio.project.records import Model
@@ -90,7 +90,7 @@ project.close()
 again = ProjectFolder.open(here / "p.vom")
 (remark,) = again.session.of(Remark)
 result["remark"] = [remark.name, remark.notes, list(remark.vertices[0])]
-result["kind"] = kind_named("remark").title
+result["kind"] = find_kind("remark").title
 again.close()
 print(json.dumps(result))
 """
