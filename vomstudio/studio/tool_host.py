@@ -162,7 +162,7 @@ class ToolHost:
     @property
     def clicks_select(self) -> bool:
         """Whether clicks select features: while navigating, or if a tool requests a feature."""
-        return self.active is None or bool(getattr(self.active, "selects", False))
+        return self.active is None or bool(getattr(self.active, "selects_feature", False))
 
     @property
     def open_tool(self) -> Tool | None:
