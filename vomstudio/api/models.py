@@ -122,7 +122,7 @@ class _Model:
 
     @property
     def colours(self) -> ByteArray | None:
-        """Red, green and blue (n, 3) uint8 values of the points; None if there are none."""
+        """Red, green and blue (n, 3) uint8 values of the points; None if missing."""
         return self._data.colors  # type: ignore[no-any-return]
 
     @property
@@ -257,7 +257,7 @@ class Mesh(_Model):
     textures
         Texture files of the materials.
     uv
-        (n, 2) float32 texture coordinates, origin at the lower left; None if there are none.
+        (n, 2) float32 texture coordinates, origin at the lower left; None if missing.
 
     Examples
     --------
@@ -368,7 +368,7 @@ class Mesh(_Model):
 
     @property
     def uv(self) -> Float32Array | None:
-        """Texture coordinates (n, 2) float32; None if there are none."""
+        """Texture coordinates (n, 2) float32; None if missing."""
         return self._data.uv  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> PolyData | MultiBlock:
@@ -408,9 +408,9 @@ class PointCloud(_Model):
     points
         (n, 3) float64.
     colours
-        (n, 3) uint8 RGB values; None if there are none.
+        (n, 3) uint8 RGB values; None if missing.
     normals
-        (n, 3) float32 unit vectors; None if there are none.
+        (n, 3) float32 unit vectors; None if missing.
     fields
         Additional fields (n,) by name.
 
@@ -432,7 +432,7 @@ class PointCloud(_Model):
 
     @property
     def normals(self) -> Float32Array | None:
-        """Unit normals (n, 3) float32; None if there are none."""
+        """Unit normals (n, 3) float32; None if missing."""
         return self._data.normals  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> PolyData:

@@ -26,7 +26,7 @@ class PointResidual:
     error_m : float
         Length of the residual.
     pixels : float or None
-        RMS distance from the marks of the point in photos, or None if there are none.
+        RMS distance from the marks of the point in photos, or None if missing.
     """
 
     label: str
@@ -123,7 +123,7 @@ class ModelPlacement(PrintableResult):
         Inputs of the adjustment, by kind.
     north_sigma_deg : float or None
         One-sigma error common to all azimuths and compass readings in the adjustment, or None
-        if there are none.
+        if missing.
     click_sigma_m : float or None
         One-sigma error of each coordinate of a click on the model, metres, in addition to the
         stated accuracies of the points; None if no point was clicked.

@@ -97,7 +97,7 @@ class ControlReport(Placement):
     points : tuple of PointFit
         All points of the table, in its order.
     control_rms_m, check_rms_m : float or None
-        RMS length of the residuals of the control and check points; None if there are none.
+        RMS length of the residuals of the control and check points; None if missing.
     mark_scatter_px : float
         Error of a mark in one direction, in pixels; included in the stated errors.
     drift : float

@@ -92,7 +92,7 @@ def short_reason(reason: Finding) -> str:
 
 
 def remedy_command(reason: Finding) -> str:
-    """Return the name of the command that resolves a reason, or "" if there is none.
+    """Return the name of the command that resolves a reason, or "" if missing.
 
     Parameters
     ----------
