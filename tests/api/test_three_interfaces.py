@@ -29,7 +29,7 @@ from vomstudio.studio.headless_project import HeadlessProject
 from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest
 from vomstudio.studio.models import placed_model
 from vomstudio.studio.placing.registering import create_registration, place_by_points
-from vomstudio.studio.project_summary import fitted
+from vomstudio.studio.project_summary import table_orientations
 from vomstudio.studio.surfaces.facet_proposals import assess_facets
 from vomstudio.studio.tools.local_surface import measure_surroundings
 
@@ -121,7 +121,7 @@ def by_window(study: Path, folder: Path) -> None:
 
 
 def figures(folder: Path) -> list[dict[str, Any]]:
-    rows = [dict(row) for row in fitted(folder).rows]
+    rows = [dict(row) for row in table_orientations(folder).rows]
     for row in rows:
         for column in NAMED_BY_DOOR:
             row.pop(column)

@@ -61,7 +61,7 @@ def test_the_worker_of_a_bundle_ignores_other_pythons(interpreter: Path, tmp_pat
     script = """
         import sys, threading
         from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, ModelFile
-        from vomstudio.studio.jobs.supervisor import Worker
+        from vomstudio.studio.jobs.supervisor import WorkerSupervisor
         from pathlib import Path
         end = threading.Event()
         events = []
@@ -69,7 +69,7 @@ def test_the_worker_of_a_bundle_ignores_other_pythons(interpreter: Path, tmp_pat
             events.append(event)
             if type(event).__name__ in ("Done", "Failed"):
                 end.set()
-        worker = Worker()
+        worker = WorkerSupervisor()
         worker.submit(LOAD_MODEL, ModelFile(Path("gone.obj"), Path(sys.argv[1])), listen)
         end.wait(60)
         import psutil

@@ -5,11 +5,11 @@
 A hilly square of 10 x 10 m with a dark bed in noisy grey, as a mesh over a grid with colours or a
 texture, and as a cloud. Paths of 1, 3 and 9 m along the bed: `live` is the path to the cursor,
 which moves a little from one path to the next (the first of each cost computes what is cached),
-`whole` the best path of all, and `scipy` the plain shortest path over the same arcs and costs, once
-these are a matrix. Medians of wall and processor seconds, and the mean distance of the path from
-the bed's middle. The time of preparing 1/16, 1/4 and all of the points shows the growth. `--growth`
-prints the preparation of coloured meshes of so many million vertices instead, the paths of 9 m over
-them, and the exponents of both.
+`whole_graph` the best path of all, and `scipy` the plain shortest path over the same arcs and
+costs, once these are a matrix. Medians of wall and processor seconds, and the mean distance of the
+path from the bed's middle. The time of preparing 1/16, 1/4 and all of the points shows the growth.
+`--growth` prints the preparation of coloured meshes of so many million vertices instead, the paths
+of 9 m over them, and the exponents of both.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def moving_ends(points: np.ndarray, length: float) -> Iterator[np.ndarray]:
 
 def plain(surface: SurfaceGraph, ends: np.ndarray, repeats: int) -> float:
     """scipy's seconds."""
-    graph = surface.whole
+    graph = surface.whole_graph
     first = np.repeat(np.arange(len(graph.places)), np.diff(graph.starts))
     length = np.linalg.norm(graph.places[first] - graph.places[graph.neighbours], axis=1)
     costs = node_costs(graph, "dark")
@@ -132,10 +132,10 @@ def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -
             line = f"  {cost:7s}{length:4.0f} m  live {live[0]:.3f} s, then {live[1]:.3f} s"
             line += f" (CPU {live[2]:.3f} s)"
             if not surface.can_refine:
-                whole = seconds(
+                whole_s = seconds(
                     lambda f=follower, e=ends: f.follow(next(e), uses_whole_surface=True), repeats
                 )
-                line += f"  whole {whole[0]:.3f} s, then {whole[1]:.3f} s"
+                line += f"  whole {whole_s[0]:.3f} s, then {whole_graph[1]:.3f} s"
             beside = np.abs((follower.follow(next(ends)).points - MIDDLE) @ NORMAL).mean()
             wanted = f"; wanted {WANTED_9_M_S}" if length == LENGTHS_M[-1] else ""
             print(f"{line}  from the middle {1e3 * beside:.0f} mm{wanted}", flush=True)

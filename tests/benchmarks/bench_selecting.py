@@ -89,7 +89,7 @@ def run(data: Mesh | PointCloud, spacing: float, repeats: int) -> None:
     ring = [(400.0, 250.0), (1200.0, 300.0), (1150.0, 760.0), (450.0, 700.0)]
 
     def shape(through: bool) -> np.ndarray:
-        return look.inside(data, here, look.filled(ring), is_through=through, spacing=spacing)
+        return look.inside(data, here, look.outline_mask(ring), is_through=through, spacing=spacing)
 
     seen = timed("lasso, what is seen", lambda: shape(False), repeats)
     timed("lasso, through", lambda: shape(True), repeats)

@@ -99,7 +99,7 @@ def test_the_best_of_all_paths_costs_no_more_than_one_in_a_corridor() -> None:
     follower = Follower(SurfaceGraph(mesh), "dark")
     way_points = clicks(mesh, off)
     assert mesh.colors is not None
-    costs = follower._compute_costs(follower.surface.whole, None)
+    costs = follower._compute_costs(follower.surface.whole_graph, None)
     place = {tuple(v): i for i, v in enumerate((mesh.vertices - follower.surface.origin).tolist())}
 
     def cost_of(points: np.ndarray) -> float:
@@ -263,7 +263,7 @@ def test_a_corridor_bends_as_the_whole_surface_does_at_their_common_vertices(
     part = surface.corridor(one, other, 1.4, 0.2)
     own = part.row >= 0
     assert own.sum() < len(part.row)  # it is subdivided
-    rough = dict(zip(surface.whole.row, surface.whole.roughness, strict=True))
+    rough = dict(zip(surface.whole_graph.row, surface.whole_graph.roughness, strict=True))
     np.testing.assert_allclose(part.roughness[own], [rough[row] for row in part.row[own]])
 
 

@@ -33,7 +33,7 @@ def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
     rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
     around, seen = find_neighbourhoods(grid, rows, few, known, 20.0, SilentProgress())
     assert around == known
-    thin = few[grid.cells_of(rows)]
+    thin = few[grid.find_cells(rows)]
     assert thin.any()
     assert np.array_equal(np.unique(seen.point_counts[thin]), [NORMAL_POINT_COUNTS[0]])
     assert np.array_equal(np.unique(seen.point_counts[~thin]), [known])

@@ -68,7 +68,7 @@ def centres(mesh: Mesh) -> np.ndarray:
 def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
     mesh, look = sheet(y=lambda x, z: 0.3 * np.sin(x) + 0.2 * z), looking(parallel=parallel)
     ring = [(90.0, 40.0), (310.0, 70.0), (200.0, 150.0), (330.0, 260.0), (60.0, 230.0)]
-    result = look.inside(mesh, HERE, look.filled(ring), is_through=True)
+    result = look.inside(mesh, HERE, look.outline_mask(ring), is_through=True)
     camera = Camera()
     camera.position, camera.distance = look.position, 20.0
     camera.orthographic = parallel
@@ -84,7 +84,7 @@ def test_what_lies_inside_a_shape_is_what_shapely_finds_there(parallel):
 
 def test_a_model_placed_elsewhere_is_chosen_where_it_is_seen():
     mesh, look = sheet(), looking()
-    shape = look.filled([(100.0, 100.0), (300.0, 100.0), (300.0, 200.0), (100.0, 200.0)])
+    shape = look.outline_mask([(100.0, 100.0), (300.0, 100.0), (300.0, 200.0), (100.0, 200.0)])
     expected = look.inside(mesh, HERE, shape, is_through=True)
     to_world = np.eye(4)
     to_world[:3, :3] = 0.01 * rotation(np.array([0.0, 0.0, 1.0]), 30.0)
@@ -105,7 +105,7 @@ def test_only_what_the_sphere_shows_is_seen():
     with np.errstate(invalid="ignore"):
         depth = 20.0 - np.sqrt(9.0 - x * x - z * z)
     look = looking(parallel=True, depth=np.nan_to_num(depth, nan=np.inf).astype(np.float32))
-    whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
+    whole = look.outline_mask([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
     cloud = PointCloud(points + UTM)
     seen = look.inside(cloud, HERE, whole, is_through=False)
     off = points[:, 1] / 3.0
@@ -118,7 +118,7 @@ def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
     mesh = joined(sheet(), Mesh(sheet().vertices - [0.0, 40.0, 0.0], sheet().faces))
     box = ClipBox(tuple(UTM - 10.0), tuple(UTM + [0.0, 10.0, 10.0]))
     look = looking(clip=box)
-    whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
+    whole = look.outline_mask([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
     result = look.inside(mesh, HERE, whole, is_through=True)
     half = len(result) // 2
     assert not result[half:].any()
@@ -127,9 +127,9 @@ def test_what_is_cut_away_or_behind_the_viewer_is_not_chosen():
 
 def test_a_line_is_no_shape_and_nan_is_nowhere():
     look = looking()
-    assert not look.filled([(0.0, 0.0), (200.0, 200.0)]).any()
+    assert not look.outline_mask([(0.0, 0.0), (200.0, 200.0)]).any()
     cloud = PointCloud(np.array([UTM, UTM * np.nan]))
-    whole = look.filled([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
+    whole = look.outline_mask([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
     assert look.inside(cloud, HERE, whole, is_through=True).tolist() == [True, False]
 
 

@@ -28,7 +28,7 @@ def arcs(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_cloud_names_each_neighbour_once_and_on_both_sides() -> None:
-    graph = SurfaceGraph(PointCloud(sheets(4000, np.random.default_rng(0)))).whole
+    graph = SurfaceGraph(PointCloud(sheets(4000, np.random.default_rng(0)))).whole_graph
     first, second = arcs(graph)
     pairs = set(zip(first.tolist(), second.tolist(), strict=True))
     assert len(pairs) == len(first)
@@ -42,10 +42,10 @@ def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, m
     other = one + [length, 0.0, 0.0]
     result = surface.corridor(one, other, 1.4, 0.2)
     reach = 1.4 * length + 0.2
-    whole, places = surface.whole, surface.places
+    whole_graph, places = surface.whole_graph, surface.places
     by_way = sum(np.linalg.norm(places - end, axis=1) for end in (one, other))
     inside = by_way <= reach
-    first, second = arcs(whole)
+    first, second = arcs(whole_graph)
     both = inside[first] & inside[second]
     n = len(places)
     joined = csr_array((np.ones(both.sum()), (first[both], second[both])), (n, n))
@@ -90,7 +90,7 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
 @pytest.mark.parametrize("count", [500, 130_000])
 def test_smoothing_is_the_mean_of_each_point_and_its_neighbours(count: int) -> None:
     """Of few in one piece, of many in one on each processor."""
-    graph = SurfaceGraph(PointCloud(sheets(count, np.random.default_rng(3)))).whole
+    graph = SurfaceGraph(PointCloud(sheets(count, np.random.default_rng(3)))).whole_graph
     n = len(graph.places)
     first, second = arcs(graph)
     joined = csr_array((np.ones(len(first)), (first, second)), (n, n))
@@ -121,10 +121,10 @@ def test_smooth_colours_are_computed_once_for_several_targets() -> None:
     rng = np.random.default_rng(7)
     colours = rng.integers(0, 256, (400, 3)).astype(np.uint8)
     surface = SurfaceGraph(PointCloud(sheets(400, rng), colors=colours))
-    graph = surface.whole
+    graph = surface.whole_graph
     first = smooth_opponent_colours(graph)
     node_costs(graph, "colour", np.zeros((1, 3)))
     assert smooth_opponent_colours(graph) is first
-    fresh = SurfaceGraph(surface.data).whole
+    fresh = SurfaceGraph(surface.data).whole_graph
     target = np.array([[40.0, 5.0, -3.0], [90.0, 0.0, 8.0]])
     assert np.array_equal(node_costs(graph, "colour", target), node_costs(fresh, "colour", target))

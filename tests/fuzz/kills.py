@@ -227,7 +227,7 @@ class Editor:
         if grid is None:
             return None
         cell = self.chance.randrange(6)
-        others = [m for m in grid_edits.MARKS if m != grid_edits.marks_of(grid)[cell]]
+        others = [m for m in grid_edits.MARKS if m != grid_edits.grid_marks(grid)[cell]]
         return grid_edits.mark_cells(self.records, grid.id, [cell], self.chance.choice(others))
 
     def photos(self) -> Edit:

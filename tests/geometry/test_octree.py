@@ -140,7 +140,7 @@ def test_the_most_needed_come_first_and_no_more_than_the_budget() -> None:
     most = int(nodes.counts[everything[:7]].sum())
     assert nodes.select_nodes(seen, most).tolist() == everything[:7].tolist()
     assert nodes.select_nodes(seen, most - 1).tolist() == everything[:6].tolist()
-    assert nodes.total == nodes.counts.sum()
+    assert nodes.point_count == nodes.counts.sum()
     assert len(nodes) == len(nodes.counts)
 
 
@@ -289,7 +289,7 @@ def test_runs_of_a_cloud_hold_all_that_its_points_have() -> None:
 
 def test_the_streamed_cloud_speaks_for_the_whole() -> None:
     file = File()
-    assert file.cloud.count == len(file.whole.points) == file.store.total
+    assert file.cloud.count == len(file.whole.points) == file.store.point_count
     assert np.array_equal(file.cloud.bounds, file.whole.bounds)
     overview = file.cloud.overview()
     assert type(overview) is PointCloud
@@ -300,7 +300,7 @@ def test_the_streamed_cloud_speaks_for_the_whole() -> None:
         assert np.array_equal(getattr(overview, name), getattr(file.whole, name)[rows])
     intensity = file.whole.fields["intensity"][rows]
     assert np.array_equal(overview.fields["intensity"], intensity)
-    half = file.store.total / 2
+    half = file.store.point_count / 2
     finer = file.counts[file.store.spacing < file.store.median_spacing].sum()
     coarser = file.counts[file.store.spacing > file.store.median_spacing].sum()
     assert finer <= half

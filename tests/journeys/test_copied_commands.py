@@ -120,7 +120,7 @@ def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
         assert [s["n"] for s in found["sets"]] == [s.n for s in mine.sets]
         for theirs, ours in zip(found["sets"], mine.sets, strict=True):
             assert theirs["dip_deg"] == pytest.approx(ours.dip_deg, abs=1e-6)
-        assert found["unassigned"] == mine.unassigned
+        assert found["unassigned"] == mine.unassigned_count
 
 
 @pytest.mark.full

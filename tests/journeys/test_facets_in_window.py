@@ -190,10 +190,12 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
     driver.settled(window)
     driver.keep_picture(window, "facets-on-net")
     panel.filter.setText("quality:good dip>60 area>1m2")
-    driver.wait(lambda: len(panel.listed()) < len(panel._facets.open_rows), "the filtered list")
-    listed = panel.listed()
-    assert listed
-    for row in listed:
+    driver.wait(
+        lambda: len(panel.listed_indices()) < len(panel._facets.open_rows), "the filtered list"
+    )
+    listed_indices = panel.listed_indices()
+    assert listed_indices
+    for row in listed_indices:
         measured = proposals.measured[row]
         assert measured.verdict.quality == "good"
         assert measured.plane.dip_deg > 60.0
@@ -213,19 +215,23 @@ def test_facets_are_filtered_and_picked_on_the_net(window, panel) -> None:
     window.studio.proposals_picked.emit(last.ids[:2], False)
     assert len(panel._selection()) == 2
     assert net.artists.feature_at(x, y, 4.0) in last.ids
-    count = len(panel.listed())
+    count = len(panel.listed_indices())
     driver.click(panel.accept_all, panel.accept_all.rect().center())
     assert len(patches(window)) == count
     assert {patch.type_id for patch in patches(window)} == {"joint"}
     panel.filter.clear()
-    assert len(panel.listed()) == len(panel._facets.open_rows) == len(proposals.patches) - count
+    assert (
+        len(panel.listed_indices())
+        == len(panel._facets.open_rows)
+        == len(proposals.patches) - count
+    )
     assert panel._selection() == []
 
 
 @pytest.mark.full
 def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # On its box: a click beside the words means nothing.
-    driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))
+    driver.click(panel.preview_box, QPoint(8, panel.preview_box.rect().center().y()))
     driver.wait(lambda: panel._facets.proposals is not None, "facets of the part", 60.0)
     first = panel._facets.proposals
     assert not first.is_whole_model

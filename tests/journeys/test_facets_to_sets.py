@@ -59,7 +59,7 @@ def test_facets_become_coloured_sets_on_the_net(window, screen) -> None:
     driver.keep_picture(window, f"facets-{screen}")
     assert panel.table.accessibleName() in net_sets(window)
     panel.filter.setText("quality:good area>0.3m2")
-    listed = len(panel.listed())
+    listed = len(panel.listed_indices())
     assert listed >= 20
     press(window, panel.accept_all)
     patches = studio.session.of(Patch)

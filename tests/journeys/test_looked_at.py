@@ -15,7 +15,7 @@ from tests.messages import figures, shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.geology.coverage.cells import measure_faces
 from vomstudio.project import grid_edits
-from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.grid_edits import grid_marks
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import world_grid
 from vomstudio.studio.tools.cells import CellsTool
@@ -40,11 +40,11 @@ def grid_of(window) -> FaceGrid:
 def middles(window) -> dict[int, np.ndarray]:
     """A World point on the surface in each cell that holds some of it, near its middle."""
     grid = grid_of(window)
-    exposed = window.studio.workspace.grids.exposed(grid.id)
+    exposure = window.studio.workspace.grids.exposure(grid.id)
     cells = world_grid(grid, window.studio.records[grid.model_id])
     found = {}
-    for cell in np.unique(exposed.cell).tolist():
-        own = exposed.pieces[exposed.cell == cell].mean(axis=1)
+    for cell in np.unique(exposure.cell).tolist():
+        own = exposure.pieces[exposure.cell == cell].mean(axis=1)
         row, column = divmod(cell, grid.columns)
         near = own[np.abs(own[:, :2] - [column + 0.5, row + 0.5]).max(axis=1).argmin()]
         axes = np.stack([cells.right, cells.up, cells.normal])
@@ -64,7 +64,7 @@ def laid(window, outcrop):
     assert not panel.figures.toPlainText()
     press(panel.create_button)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")
-    wait(lambda: window.studio.workspace.grids.exposed(grid_of(window).id), "its cells")
+    wait(lambda: window.studio.workspace.grids.exposure(grid_of(window).id), "its cells")
     settle(panel)
     return panel
 
@@ -74,43 +74,43 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     panel, studio = laid, window.studio
     assert studio.tool_name == CellsTool.name
     grid = grid_of(window)
-    exposed = studio.workspace.grids.exposed(grid.id)
+    exposure = studio.workspace.grids.exposure(grid.id)
     # The whole model faces the viewer or away from him: all of it lies in some cell.
     model = studio.session.of(Model)[0]
     data = studio.models[model.id].data
     alone = measure_faces(world_grid(grid, model), data.vertices, data.faces)
-    assert exposed.covered.sum() == pytest.approx(alone.covered.sum())
-    assert panel.result.cells == (exposed.covered > 0).sum()
+    assert exposure.covered.sum() == pytest.approx(alone.covered.sum())
+    assert panel.result.cells == (exposure.covered > 0).sum()
     places = middles(window)
     # Those in the middle of the face, which nothing hides.
     one, two, three, four = sorted(
-        (c for c in places if exposed.covered[c] > 0.99 * grid.cell**2),
+        (c for c in places if exposure.covered[c] > 0.99 * grid.cell**2),
         key=lambda c: np.linalg.norm(places[c] - np.mean(list(places.values()), axis=0)),
     )[:4]
     viewport = window.viewport
     driver.focus(window)
     driver.click(viewport, driver.pixel(window, places[one]))
-    assert marks_of(grid_of(window))[one] == "d"
+    assert grid_marks(grid_of(window))[one] == "d"
     driver.move(viewport, driver.pixel(window, places[two]))
     driver.key(window, Qt.Key.Key_W)
     driver.move(viewport, driver.pixel(window, places[three]))
     driver.key(window, Qt.Key.Key_X)
     driver.click(viewport, driver.pixel(window, places[four]))
-    marks = marks_of(grid_of(window))
+    marks = grid_marks(grid_of(window))
     assert [marks[c] for c in (one, two, three, four)] == ["d", "e", "u", "u"]
     # A second click takes the mark away, and undo brings it back.
     QTest.qWait(600)
     driver.click(viewport, driver.pixel(window, places[four]))
-    assert marks_of(grid_of(window))[four] == "-"
+    assert grid_marks(grid_of(window))[four] == "-"
     studio.undo()
-    assert marks_of(grid_of(window))[four] == "u"
+    assert grid_marks(grid_of(window))[four] == "u"
     settle(panel)
     found = panel.result
     assert (found.done.cells, found.empty.cells, found.unmeasurable.cells) == (1, 1, 2)
     assert found.looked_at_share == pytest.approx(
-        exposed.covered[[one, two, three, four]].sum() / exposed.covered.sum()
+        exposure.covered[[one, two, three, four]].sum() / exposure.covered.sum()
     )
-    assert found.counted_m2 == pytest.approx(exposed.covered[[one, two]].sum())
+    assert found.counted_m2 == pytest.approx(exposure.covered[[one, two]].sum())
     left_out = [2, round(100.0 * found.unmeasurable.share)]
     assert left_out in [figures(line)[:2] for line in panel.figures.toPlainText().splitlines()]
     told = driver.tool_panel(window, CellsPanel).count.text()
@@ -121,7 +121,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     assert not studio.session.of(FaceGrid)
     assert not any(key.startswith(grid.id) for key in viewport.features.drawings)
     studio.undo()
-    assert marks_of(grid_of(window)) == marks
+    assert grid_marks(grid_of(window)) == marks
     wait(lambda: any(key.startswith(grid.id) for key in viewport.features.drawings), "the cells")
 
 

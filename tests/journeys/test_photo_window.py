@@ -310,7 +310,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     sight = photo.marks.prediction("tie1")
     third = seen[2]
     assert np.hypot(*(np.array(sight.expected[third]) - views[third].project(place)[0])) < 2.0
-    assert sight.worst[1] < 0.2
+    assert sight.worst_mark[1] < 0.2
     assert photo.list.names[:3] == [*sorted(seen[:2]), sight.unmarked_photos[0]], "by their use"
     photo.show_photo(third)
     ready(photo)
@@ -323,13 +323,13 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
 
     # A mark that is wrong shows itself, and is dragged to its place.
     click(photo.canvas, middle.toPoint() + QPoint(40, 0))
-    worst = photo.marks.prediction("tie1").worst
-    assert worst[1] > 2.0
+    worst_mark = photo.marks.prediction("tie1").worst_mark
+    assert worst_mark[1] > 2.0
     driver.keep_picture(photo, "photo-window-5-wrong")
     (now,) = photo.canvas.to_widget(photo.marks.marking.of("tie1")[third])
     start = QPoint(round(now[0]), round(now[1]))
     drag(photo.canvas, start, start - QPoint(40, 0))
-    assert photo.marks.prediction("tie1").worst[1] < 1.5
+    assert photo.marks.prediction("tie1").worst_mark[1] < 1.5
     table = read_marks(photos / "marks.csv")
     assert {(m.label, m.photo) for m in table} == {("tie1", name) for name in seen[:3]}
     assert {m.photo: (m.x, m.y) for m in table} == photo.marks.marking.of("tie1")

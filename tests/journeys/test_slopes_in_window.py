@@ -174,7 +174,7 @@ def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
     settle(panel)
     assert panel.face.text() == "030/70 RHR"
     assert [cell(panel, row, 1) for row in range(5)] == before
-    assert panel.result.question.face.plane.dip_direction_deg == 120.0
+    assert panel.result.request.face.plane.dip_direction_deg == 120.0
 
 
 @pytest.mark.full

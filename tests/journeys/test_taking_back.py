@@ -235,7 +235,7 @@ def test_mistakes_of_marking_cells(ready):
     takes_back(window, lambda: lay(window, panel), UNDO)
     lay(window, panel)
     (grid,) = studio.session.of(FaceGrid)
-    wait(lambda: studio.workspace.grids.exposed(grid.id), "its cells")
+    wait(lambda: studio.workspace.grids.exposure(grid.id), "its cells")
     assert studio.tool_name == "cells"
     driver.focus(window)
     at = window.viewport.rect().center()
@@ -243,10 +243,10 @@ def test_mistakes_of_marking_cells(ready):
     driver.move(window.viewport, at)
     takes_back(window, lambda: key(window, Qt.Key.Key_X), UNDO)
     # A double click is no mark and its contrary.
-    before = grid_edits.marks_of(studio.records[grid.id])
+    before = grid_edits.grid_marks(studio.records[grid.id])
     QTest.mouseClick(window.viewport, LEFT, NONE, at)
     QTest.mouseDClick(window.viewport, LEFT, NONE, at)
-    assert grid_edits.marks_of(studio.records[grid.id]) != before
+    assert grid_edits.grid_marks(studio.records[grid.id]) != before
     takes_back(window, lambda: studio.attempt(grid_edits.remove_grid, grid.id), UNDO)
 
 

@@ -283,7 +283,7 @@ def test_the_picture_in_memory_is_that_of_the_files(
         assert figures.holes_filled_px == drawn.filled
         assert figures.holes_filled_up_to_m == drawn.hole_m
     # Written from memory, nothing is drawn or counted twice.
-    again = write_orthophoto(data, planned, tmp_path / "again.tif", drawn=drawn)
+    again = write_orthophoto(data, planned, tmp_path / "again.tif", drawn_source=drawn)
     assert again.metadata["holes_filled_px"] == drawn.filled
     assert again.image.read_bytes()[-1000:] == output.image.read_bytes()[-1000:]
     with rasterio.open(again.image) as image:

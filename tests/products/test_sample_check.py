@@ -52,7 +52,7 @@ from vomstudio.products.sample.photo_check import (
     check_photos,
     photo_findings,
 )
-from vomstudio.products.sample.report import format_html, format_text, tally
+from vomstudio.products.sample.report import coverage_finding, format_html, format_text
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
@@ -293,7 +293,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         Check("two", angle, angle, 3.0, 2.0, False),
         Check("three", 2.0, 2.5, 0.5, None, None, "m"),
     ]
-    assert tally(checks) == Finding("sample.tally", held=1, count=2)
+    assert coverage_finding(checks) == Finding("sample.tally", held=1, count=2)
     note = Finding("action.no-model")
     lines = format_text(checks, [note]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]

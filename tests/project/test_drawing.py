@@ -24,12 +24,12 @@ from vomstudio.project.kind import (
     GisLayer,
     KindGroup,
     NetAppearance,
-    group_of,
     has_plane,
     is_picked_plane,
     may_have_plane,
     midpoint,
     select_plane_features,
+    visibility_group,
 )
 from vomstudio.project.kinds import ATTRIBUTES, GROUPS, KINDS, find_kind, get_kind
 from vomstudio.project.kinds.dimension import Dimension
@@ -209,8 +209,8 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 def test_what_has_no_type_is_listed_and_hidden_together():
     assert GROUPS[1] == KindGroup(id="dimensions", title="Measurements", icon="ruler")
     untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.has_feature_type]
-    assert [group_of(feature) for feature in untyped] == [group.id for group in GROUPS]
-    assert group_of(ONE_OF_EACH["contact"]) == "fault"
+    assert [visibility_group(feature) for feature in untyped] == [group.id for group in GROUPS]
+    assert visibility_group(ONE_OF_EACH["contact"]) == "fault"
 
 
 def test_planes_are_told_from_what_has_none():

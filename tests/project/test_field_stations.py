@@ -21,7 +21,7 @@ from vomstudio.project.imports.field_columns import geometry_of_type, guess
 from vomstudio.project.imports.field_table import read_field_table
 from vomstudio.project.imports.readings import make_readings, read_readings
 from vomstudio.project.kinds.reading import Reading
-from vomstudio.project.kinds.station import KIND, Station, get_readings, photos_of
+from vomstudio.project.kinds.station import KIND, Station, get_readings, station_photos
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Model
 from vomstudio.project.tables.project_table import project_table
@@ -125,7 +125,7 @@ def test_rows_of_one_station_become_one_station_with_all_photos(tmp_path: Path) 
     found = read_listed_features(path, MODEL, {**TYPES, "m1": MODEL}, "EPSG:32633")
     first, far, other = found.features
     assert isinstance(first, Station)
-    assert photos_of(first) == ["a.jpg", "b.jpg"]
+    assert station_photos(first) == ["a.jpg", "b.jpg"]
     assert first.notes == "base\ntop"
     assert [f.number for f in (first, far, other)] == ["KB-17", "KB-17", "KB-18"]
 

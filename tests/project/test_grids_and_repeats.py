@@ -68,8 +68,8 @@ def test_cells_that_are_not_there_and_marks_that_are_none(cells, mark) -> None:
 
 
 def test_marks_of_a_damaged_grid_are_of_every_cell() -> None:
-    assert grid_edits.marks_of(replace(GRID, marks="dX")) == "d-----"
-    assert grid_edits.marks_of(replace(GRID, marks="d" * 99)) == "dddddd"
+    assert grid_edits.grid_marks(replace(GRID, marks="dX")) == "d-----"
+    assert grid_edits.grid_marks(replace(GRID, marks="d" * 99)) == "dddddd"
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from vomstudio.project.kinds import (
     RECORDS,
     _merge_attributes,
     get_kind,
-    group_of,
+    visibility_group,
 )
 from vomstudio.project.measurement_cache import Measurements, depends_on, measure_all
 from vomstudio.project.records import Feature, Model, ModelFeature, PickedFeature
@@ -137,8 +137,8 @@ def test_what_lay_on_a_plane_that_is_gone_looks_different():
 
 
 def test_what_has_no_type_is_in_a_group_of_its_kind():
-    assert group_of(ONE_OF_EACH["dimension"]) == "dimensions"
-    assert group_of(ONE_OF_EACH["patch"]) == "joint"
+    assert visibility_group(ONE_OF_EACH["dimension"]) == "dimensions"
+    assert visibility_group(ONE_OF_EACH["patch"]) == "joint"
 
 
 def test_the_records_load_no_kind_and_the_kinds_nothing_slow():

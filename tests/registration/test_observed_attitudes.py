@@ -59,7 +59,7 @@ def test_a_wrong_north_is_one_error_of_all() -> None:
             else replace(right, azimuth=np.radians(read[:, 0]))  # type: ignore[type-var]
         )
         change = wrong.rows(FIT, np.zeros(3)).residuals
-        north = rows.shared[:, 0]
+        north = rows.shared_design[:, 0]
         # By the first shared error, and by nothing else, up to its sign.
         amount = float(change @ north) / float(north @ north)
         np.testing.assert_allclose(change, amount * north, atol=1e-6)
@@ -77,7 +77,7 @@ def test_what_is_out_of_line_is_one_error_of_all(axis: int) -> None:
     felt = (off.T @ -CAMERAS[:, 2, :, None])[:, :, 0]
     fell = replace(verticals, model=np.einsum("nij,nj->ni", MODEL, felt))
     for right, wrong, first in ((attitudes, read, 1), (verticals, fell, 0)):
-        column = right.rows(FIT, np.zeros(3)).shared[:, first + axis]
+        column = right.rows(FIT, np.zeros(3)).shared_design[:, first + axis]
         change = wrong.rows(FIT, np.zeros(3)).residuals
         np.testing.assert_allclose(change, -1e-3 * column, atol=2e-6)
 

@@ -25,9 +25,11 @@ def taught(seconds_per_part: float) -> Pace:
 
 def test_what_was_learned_is_expected() -> None:
     pace = taught(0.004)
-    assert pace.expected([Part(), Part()]) == pytest.approx(0.008, rel=0.01)
-    assert pace.expected([Part(is_uploaded=False)]) > pace.expected([Part()])
-    assert pace.expected([Part(weight=point_weight(9.0))]) > 3.0 * pace.expected([Part()])
+    assert pace.estimate_seconds([Part(), Part()]) == pytest.approx(0.008, rel=0.01)
+    assert pace.estimate_seconds([Part(is_uploaded=False)]) > pace.estimate_seconds([Part()])
+    assert pace.estimate_seconds([Part(weight=point_weight(9.0))]) > 3.0 * pace.estimate_seconds(
+        [Part()]
+    )
 
 
 def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
@@ -41,13 +43,13 @@ def test_a_piece_fills_its_time_and_has_at_least_one_part() -> None:
 def test_a_machine_that_slows_down_is_noticed_at_once() -> None:
     pace = taught(0.002)
     pace.record_frame([Part()], 0.040)
-    assert pace.expected([Part()]) > 0.015
+    assert pace.estimate_seconds([Part()]) > 0.015
 
 
 def test_first_drawings_teach_nothing() -> None:
     pace = taught(0.002)
     pace.record_frame([Part(), Part(is_uploaded=False)], 5.0)
-    assert pace.expected([Part()]) == pytest.approx(0.002, rel=0.01)
+    assert pace.estimate_seconds([Part()]) == pytest.approx(0.002, rel=0.01)
 
 
 def test_moving_pictures_take_as_many_sets_as_there_is_time_for() -> None:

@@ -45,7 +45,7 @@ def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -
         "curvature",
         (A, B),
         is_live=False,
-        answer=lambda path: found.append((path, threading.current_thread())),
+        callback=lambda path: found.append((path, threading.current_thread())),
     )
     assert found == []
     assert loop.run_until(lambda: bool(found) and ended(), 20.0)
@@ -58,10 +58,10 @@ def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -
 def test_of_ways_to_the_cursor_only_the_last_one_comes(loop: Loop, paths: PathFinding) -> None:
     found: list[str] = []
     # The first one makes the graph, while the others wait.
-    paths.follow("m", "curvature", (A, B), is_live=False, answer=lambda _: found.append("leg"))
+    paths.follow("m", "curvature", (A, B), is_live=False, callback=lambda _: found.append("leg"))
     for name, end in (("old", B), ("older", C), ("last", B)):
         paths.follow(
-            "m", "curvature", (A, end), is_live=True, answer=lambda _, n=name: found.append(n)
+            "m", "curvature", (A, end), is_live=True, callback=lambda _, n=name: found.append(n)
         )
     assert loop.run_until(lambda: "last" in found and ended(), 20.0)
     assert found[0] == "leg"
@@ -72,9 +72,9 @@ def test_of_ways_to_the_cursor_only_the_last_one_comes(loop: Loop, paths: PathFi
 def test_what_cannot_be_followed_is_answered_in_a_sentence(loop: Loop, paths: PathFinding) -> None:
     found: list[Any] = []
     far = (101.0, 0.0, 0.0)
-    paths.follow("m", "curvature", (A, far), is_live=False, answer=found.append)
-    paths.follow("m", "dark", (A, B), is_live=False, answer=found.append)
-    paths.follow("gone", "dark", (A, B), is_live=False, answer=found.append)
+    paths.follow("m", "curvature", (A, far), is_live=False, callback=found.append)
+    paths.follow("m", "dark", (A, B), is_live=False, callback=found.append)
+    paths.follow("gone", "dark", (A, B), is_live=False, callback=found.append)
     assert loop.run_until(lambda: len(found) == 3 and ended(), 20.0)
     assert sorted(each.code for each in found) == sorted(
         ["path.separate-parts", "model.no-colours", "model.not-open"]
@@ -84,7 +84,7 @@ def test_what_cannot_be_followed_is_answered_in_a_sentence(loop: Loop, paths: Pa
 def test_after_a_project_is_closed_nothing_is_searched_for(loop: Loop, paths: PathFinding) -> None:
     found: list[Any] = []
     for end in (B, C, B):
-        paths.follow("m", "curvature", (A, end), is_live=False, answer=found.append)
+        paths.follow("m", "curvature", (A, end), is_live=False, callback=found.append)
     paths.clear_state()
     assert loop.run_until(ended, 20.0)
     loop.run_until(lambda: False, 0.1)

@@ -53,7 +53,7 @@ def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(sc
     assert np.linalg.norm(way.points[[0, -1]] - ends, axis=1).max() < 0.03
     assert way.photo == "p0.png"
     assert set(way.voters) == {"p1.png", "p2.png"}
-    assert way.confirmed >= 0.9 * way.judged > 0
+    assert way.confirmed_count >= 0.9 * way.checked_count > 0
     assert way.is_final
 
 

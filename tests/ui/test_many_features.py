@@ -176,8 +176,10 @@ def test_the_tree_computes_only_the_rows_in_sight(window, studio, ids, monkeypat
     window.resize(1000, 500)
     QApplication.processEvents()
     rows: set[str] = set()
-    compute = ProjectTree._row_of
-    monkeypatch.setattr(ProjectTree, "_row_of", lambda self, f: rows.add(f.id) or compute(self, f))
+    compute = ProjectTree._cached_row
+    monkeypatch.setattr(
+        ProjectTree, "_cached_row", lambda self, f: rows.add(f.id) or compute(self, f)
+    )
     tree = window.tree
     studio.selection.set(ids[::2])
     studio.attempt(edits.set_attributes, ids[::2], set_name="J1", notes="wet")

@@ -285,12 +285,12 @@ def test_cameras_stand_where_the_registration_of_the_model_puts_them(tmp_path: P
     quarter = ((0.0, -2.0, 0.0, 10.0), (2.0, 0.0, 0.0, 20.0), (0.0, 0.0, 2.0, 0.0), (0.0, 0, 0, 1))
     placed = Registration("r", "r", "points", Frame("local"), quarter, scale_error=1e-3)
     model = Model("m", "m", "model.obj", "mesh", "0" * 64, placed)
-    looked = [row.looks for row in rows]
+    looked = [row.look_direction for row in rows]
     assert fill_camera_positions(tmp_path, rows, model) == Frame("local")
     after = np.array([row.place for row in rows])
     np.testing.assert_allclose(after, before[:, ::-1] * [-2.0, 2.0] + [10.0, 20.0])
     for row, look in zip(rows, looked, strict=True):
-        assert row.looks == pytest.approx((-look[1], look[0]))
+        assert row.look_direction == pytest.approx((-look[1], look[0]))
 
 
 def test_the_pause_has_its_place_while_nothing_runs(window: Any) -> None:

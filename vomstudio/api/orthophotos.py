@@ -127,7 +127,7 @@ class Orthophoto(OrthophotoFigures):
                 content_hash=self._model._source.content_hash,
                 sheet=sheet_path,
                 force=check_flag(force, "force"),
-                drawn=self._picture,
+                drawn_source=self._picture,
             )
         files = (result.image, result.depth, result.sidecar, result.world_file, result.sheet)
         return tuple(file for file in files if file is not None)

@@ -79,7 +79,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.output,
         files=files,
         world=model.crs,
-        is_north_known=model.placed,
+        is_north_known=model.is_placed,
         model=str(model.loaded.path),
         content_hash=model.loaded.content_hash,
         warnings=(*model.warnings, *plan.notes),

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings: list[Finding] = []
     with step_reporter.step("measure", tr("Measuring the sample")):
         from vomstudio.products.sample.check import check_sample
-        from vomstudio.products.sample.report import format_html, format_text, tally
+        from vomstudio.products.sample.report import coverage_finding, format_html, format_text
         from vomstudio.project.sample import read_picks, read_truth
 
         picks = read_picks()
@@ -115,7 +115,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "photos": photos,
             "files": [str(file) for file in files],
             "seconds": step_reporter.seconds,
-            "summary": tally(checks).message,
+            "summary": coverage_finding(checks).message,
             "warnings": warnings,
         }
     )

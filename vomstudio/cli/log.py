@@ -214,7 +214,7 @@ def _project_log(
     progress.stage(tr("Measuring thicknesses"))
     with name_input_in_errors(args.table):
         project_log = compute_log(log_request)
-    q = project_log.question
+    q = project_log.request
     names = tuple(q.names[id_] for id_ in project_log.bed_ids)
     return _LogResult(
         project_log.log,

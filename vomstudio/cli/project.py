@@ -210,9 +210,9 @@ def _id_and_name_rows(features: Sequence[Feature]) -> list[dict[str, str]]:
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.studio.project_summary import fitted
+    from vomstudio.studio.project_summary import table_orientations
 
-    orientations = fitted(Path(args.project), args.ids)
+    orientations = table_orientations(Path(args.project), args.ids)
     result = {
         "planes": [row for row in orientations.rows if row["element"] == "plane"],
         "lines": [row for row in orientations.rows if row["element"] == "line"],

@@ -111,7 +111,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         crs=model.crs,
         model=str(model.loaded.path),
         is_metric=model.has_metric_unit,
-        is_north_known=model.placed,
+        is_north_known=model.is_placed,
         warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing_findings),
         force=args.force,
     )

@@ -321,7 +321,7 @@ def _separate_scattered_points(
 
     The area of each scattered point is also returned.
     """
-    is_in_sparse_cell = is_sparse[grid.cells_of(open_rows)]
+    is_in_sparse_cell = is_sparse[grid.find_cells(open_rows)]
     if is_in_sparse_cell.sum() < _MIN_SPARSE_POINTS:
         return open_rows, open_rows[:0], 0.0
     is_scattered = np.zeros(len(open_rows), np.bool_)

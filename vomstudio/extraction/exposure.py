@@ -111,7 +111,7 @@ def measure_exposure(
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     is_inside = labels >= 0
     variation = _smooth_variation(elements)
-    is_in_volume = fills_volume(elements, variation)
+    is_in_volume = find_volume_elements(elements, variation)
     if is_in_volume.any() and not is_in_volume.all():
         # The distance between points that fill a volume or are isolated does not correspond to the
         # side of a surface element.
@@ -146,7 +146,7 @@ def measure_exposure(
     )
 
 
-def fills_volume(
+def find_volume_elements(
     elements: Elements, variation: FloatArray | None = None, includes_surface: bool = False
 ) -> BoolArray:
     """Find the points (n,) that scatter in all directions or are not part of a surface.
@@ -241,9 +241,9 @@ def _find_jumbled_areas(elements: Elements, is_candidate: BoolArray) -> BoolArra
         tensor[:, i, j] = tensor[:, j, i] = means[:, position]
         covariance[:, i, j] = covariance[:, j, i] = means[:, 9 + position] - mean[:, i] * mean[:, j]
     # Share of the squared normals perpendicular to their common axis.
-    is_jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
+    is_scattered = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _MIN_JUMBLED_SHARE
     upward_cosine = np.abs(np.linalg.eigh(covariance)[1][:, 2, 0])
     is_gentle = upward_cosine >= np.cos(np.radians(_MAX_GENTLE_DIP_DEG))
     result = np.zeros(len(elements), np.bool_)
-    result[rows[(is_jumbled & is_gentle)[cell_rows]]] = True
+    result[rows[(is_scattered & is_gentle)[cell_rows]]] = True
     return result

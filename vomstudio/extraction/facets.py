@@ -24,7 +24,7 @@ from vomstudio.extraction.exposure import (
     MAX_LEVEL_DIP_DEG,
     MIN_NEAR_PLANAR_SHARE,
     Exposure,
-    fills_volume,
+    find_volume_elements,
     is_grass,
     measure_exposure,
 )
@@ -198,7 +198,7 @@ def find_facets(
         known_labels=elements.initial_labels,
     )
     colors = _element_colors(data, elements)
-    labels = _remove_excluded_facets(labels, fills_volume(elements, includes_surface=True))
+    labels = _remove_excluded_facets(labels, find_volume_elements(elements, includes_surface=True))
     if colors is not None:
         elements, labels = _remove_grass_facets(elements, labels, colors)
     facets, labels = _fit_facets(

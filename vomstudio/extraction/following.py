@@ -124,7 +124,7 @@ class Follower:
             and not surface.can_refine
             and len(surface.places) <= _MAX_WHOLE_SURFACE_NODES
         ):
-            legs = self._follow_legs(surface.whole, local_points, target_colours)
+            legs = self._follow_legs(surface.whole_graph, local_points, target_colours)
         else:
             for i in range(len(local_points) - 1):
                 legs.append(self._find_leg(local_points[i], local_points[i + 1], target_colours, i))
@@ -196,7 +196,7 @@ class Follower:
     def _find_leg_on_whole_surface(
         self, start: FloatArray, goal: FloatArray, target_colours: FloatArray | None, number: int
     ) -> PathLeg:
-        graph = self.surface.whole
+        graph = self.surface.whole_graph
         ends = np.asarray(self.surface.tree.query(np.stack([start, goal]))[1], np.int64)
         costs, typical_cost = self._whole_surface_costs(target_colours)
         path = straightest_path(graph, int(ends[0]), int(ends[1]), costs)
@@ -209,7 +209,7 @@ class Follower:
         colours = b"" if target_colours is None else target_colours.tobytes()
         cached_costs = self.surface.cached_costs.get(self.cost)
         if cached_costs is None or cached_costs[0] != colours:
-            costs = self._compute_costs(self.surface.whole, target_colours)
+            costs = self._compute_costs(self.surface.whole_graph, target_colours)
             cached_costs = colours, costs, float(np.median(costs))
             self.surface.cached_costs[self.cost] = cached_costs
         return cached_costs[1:]

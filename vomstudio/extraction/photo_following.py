@@ -348,7 +348,7 @@ class PhotoFollower:
         visible_positions = positions[np.isfinite(positions[:, 0])]
         if not len(visible_positions):
             return 0
-        depth = float(np.median(self.view.depths(views.local(visible_positions))))
+        depth = float(np.median(self.view.depths(views.to_local(visible_positions))))
         pixel = depth / float(np.sqrt(np.prod(self.view.intrinsics.focal)))
         return int(
             np.clip(

@@ -211,7 +211,7 @@ def find_neighbourhoods(
     if is_sparse is None or len(positions) < MIN_CELL_CLOUD_POINTS:
         _search_tree(tree, positions, None, rows, np.arange(k), surroundings, progress)
         return required_count, surroundings
-    cells = grid.cells_of(rows)
+    cells = grid.find_cells(rows)
     is_in_sparse_cell = is_sparse[cells]
     surroundings.point_counts[is_in_sparse_cell] = min(NORMAL_POINT_COUNTS[0], required_count)
     is_open = np.ones(k, np.bool_)

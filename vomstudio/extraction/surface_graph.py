@@ -134,7 +134,7 @@ class SurfaceGraph:
         self._point_nodes = np.full(len(points), -1, np.int64)
         self._point_nodes[rows] = node_indices
         self.cached_costs: dict[str, tuple[bytes, FloatArray, float]] = {}
-        """Cached costs of `whole` by name: the colours that they depend on, costs (n,), median."""
+        """Costs of `whole_graph` by name: the colours that they depend on, costs (n,), median."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
@@ -159,7 +159,7 @@ class SurfaceGraph:
 
     # --- whole surface -----------------------------------------------------------------------
     @cached_property
-    def whole(self) -> Graph:
+    def whole_graph(self) -> Graph:
         """Graph of the whole surface with the colours of its points."""
         starts, neighbours = self._neighbours
         return self._build_graph(np.arange(len(self.places)), self.places, starts, neighbours)
@@ -171,7 +171,7 @@ class SurfaceGraph:
         They are subdivided until all edges are a few pixels long, up to a maximum number of nodes.
         """
         if not self.can_refine:
-            return self.whole
+            return self.whole_graph
         assert self.textures is not None
         faces = np.flatnonzero(self._is_valid_face)
         row, places, triangles, vertex_fields, material = self._textured_part(faces)

@@ -130,8 +130,12 @@ class Intrinsics:
 
         Directions are NaN outside the range of the lens.
         """
-        normalized = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
-        undistorted_points = self._undistort(normalized) if self.has_distortion else normalized
+        normalized_pixels = (
+            np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre
+        ) / self.focal
+        undistorted_points = (
+            self._undistort(normalized_pixels) if self.has_distortion else normalized_pixels
+        )
         return np.column_stack([undistorted_points, np.ones(len(undistorted_points))])
 
     def scaled(self, width: int, height: int) -> Intrinsics:

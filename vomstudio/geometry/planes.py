@@ -157,9 +157,9 @@ class PlaneFits:
     def __getitem__(self, i: int) -> FittedPlane:
         return self.rows(range(i, i + 1))[0] if i >= 0 else self[i + len(self)]
 
-    def rows(self, selected: range | None = None) -> list[FittedPlane]:
+    def rows(self, selected_rows: range | None = None) -> list[FittedPlane]:
         """Return all or the selected fits as a list, ten times faster than by indexing."""
-        rows = range(len(self)) if selected is None else selected
+        rows = range(len(self)) if selected_rows is None else selected_rows
         if len(rows) and not 0 <= min(rows) <= max(rows) < len(self):
             raise IndexError(rows)
         part = slice(rows.start, rows.stop, rows.step)
@@ -292,10 +292,10 @@ def fit_planes(
             points_used, counts[is_valid_group], method, _axis_index(axis), is_ordered
         )
         rows = np.flatnonzero(is_valid_group)
-        failed = [i for i, error in enumerate(errors) if error is not None]
+        failed_rows = [i for i, error in enumerate(errors) if error is not None]
         for name, value in part.items():
             result[name][rows] = value
-        for i in failed:
+        for i in failed_rows:
             reasons[rows[i]] = errors[i]
             for name in part:
                 default_value = False if result[name].dtype == bool else np.nan

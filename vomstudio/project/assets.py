@@ -63,7 +63,7 @@ class Assets:
         self._cached_contents: dict[str, bytes] = {}
         self._bytes = 0
         self._works_offline = False
-        self._pending: set[str] = set()
+        self._pending_paths: set[str] = set()
         self._temporary_folder: tempfile.TemporaryDirectory[str] | None = None
 
     def store(self, data: bytes, suffix: str) -> Asset:
@@ -80,7 +80,7 @@ class Assets:
                 return store_asset(self._folder(), data, suffix)
         except (TargetError, OSError):
             pass
-        self._pending.add(asset.path)
+        self._pending_paths.add(asset.path)
         self._cached_contents[asset.path] = data
         return asset
 
@@ -124,9 +124,9 @@ class Assets:
 
     def write_pending(self) -> None:
         """Write the assets that exist only in memory, before their row. Raises TargetError."""
-        for name in sorted(self._pending):
+        for name in sorted(self._pending_paths):
             store_asset(self._folder(), self._cached_contents[name], Path(name).suffix)
-            self._pending.discard(name)
+            self._pending_paths.discard(name)
 
     def write(self, project: Path) -> None:
         """Write missing or incomplete assets to another folder. Raises TargetError and OSError."""

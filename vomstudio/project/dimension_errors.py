@@ -67,7 +67,7 @@ def registration_errors(
     return {_error_name(name, "registration95"): value for name, value in errors.items()}
 
 
-def direction_of(step: FloatArray, model: Model | None) -> dict[str, float]:
+def direction_figures(step: FloatArray, model: Model | None) -> dict[str, float]:
     """Return the trend and plunge of a distance, and the error of the registration.
 
     Parameters

@@ -44,7 +44,7 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
             Finding("option.not-a-choice", value=mark, choices=list(MARKS)), field="mark"
         )
     count = grid.columns * grid.rows
-    marks = list(marks_of(grid))
+    marks = list(grid_marks(grid))
     selected_cells = sorted(set(cells))
     if not selected_cells or selected_cells[0] < 0 or selected_cells[-1] >= count:
         raise DocumentError(Finding("grid.no-cell", grid=grid.name), field="cells")
@@ -60,7 +60,7 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
     )
 
 
-def marks_of(grid: FaceGrid) -> str:
+def grid_marks(grid: FaceGrid) -> str:
     """Return one letter per cell; a cell without a valid mark counts as not inspected."""
     count = grid.columns * grid.rows
     known_text = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])

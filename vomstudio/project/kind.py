@@ -346,7 +346,7 @@ def is_picked_plane(record: Record | None) -> bool:
     )
 
 
-def group_of(feature: Feature) -> str:
+def visibility_group(feature: Feature) -> str:
     """Return the ID of the group with which a feature is hidden: its type or its kind."""
     if isinstance(feature, TypedFeature):
         return feature.type_id
@@ -358,7 +358,7 @@ def group_and_set(record: Record) -> tuple[str, str, bool] | None:
     """Return the group of a feature, its set ("" for none), and whether it is a picked plane."""
     if not isinstance(record, Feature):
         return None
-    return group_of(record), str(getattr(record, "set_name", "")), is_picked_plane(record)
+    return visibility_group(record), str(getattr(record, "set_name", "")), is_picked_plane(record)
 
 
 # --- drawing ---------------------------------------------------------------------------------

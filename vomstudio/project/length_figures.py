@@ -84,16 +84,16 @@ def headline(measurement: Measurement) -> str | None:
     return "–"
 
 
-def words(measured: Measurement) -> list[str]:
+def words(measurement: Measurement) -> list[str]:
     """Return the figures of a dimension as text, the main one first."""
-    figures = measured.dimension or {}
+    figures = measurement.dimension or {}
 
     def length(value: float, digits: int = 3) -> str:
-        return length_text(value, digits, is_metric=measured.metric)
+        return length_text(value, digits, is_metric=measurement.metric)
 
     def length_with_error(name: str) -> str:
         error = _find_error(name, figures)
-        return _format_with_error(abs(figures[name]), error, is_metric=measured.metric)
+        return _format_with_error(abs(figures[name]), error, is_metric=measurement.metric)
 
     lines = []
     if (value := figures.get("thickness_m")) is not None:
@@ -110,7 +110,7 @@ def words(measured: Measurement) -> list[str]:
         if (registered := figures.get("thickness_registration95_m")) is not None:
             lines.append(tr("Due to registration ± {error}", error=length(registered, 2)))
     if "area_m2" in figures:
-        lines.append(_area(figures, is_metric=measured.metric))
+        lines.append(_area(figures, is_metric=measurement.metric))
     for name, text in (
         ("length_m", _("Length along the line {length}")),
         ("distance_m", _("Distance {length}")),

@@ -40,10 +40,10 @@ def verify(folder: Path) -> Verification:
 
     Raises InputError if the folder is not a project or was written by a newer version.
     """
-    schema, replayed = read_schema_and_replay(folder)
-    records = replayed.records.values()
-    assets_by_name = named_assets(replayed)
-    problems = [*replayed.problems]
+    schema, replay_result = read_schema_and_replay(folder)
+    records = replay_result.records.values()
+    assets_by_name = named_assets(replay_result)
+    problems = [*replay_result.problems]
     for asset in assets_by_name:
         try:
             path = asset_path(folder, asset)
@@ -55,7 +55,7 @@ def verify(folder: Path) -> Verification:
             problems.append(Finding("asset.unreadable", path=asset.path, reason=error))
     return Verification(
         schema,
-        len(replayed.done),
+        len(replay_result.done),
         sum(isinstance(record, Model) for record in records),
         sum(isinstance(record, Feature) for record in records),
         len(assets_by_name),
@@ -63,10 +63,10 @@ def verify(folder: Path) -> Verification:
     )
 
 
-def named_assets(replayed: Replay) -> list[Asset]:
+def named_assets(replay_result: Replay) -> list[Asset]:
     """Return all files that undo, redo or discard may need."""
-    steps = [edit for _, edit in (*replayed.done, *replayed.undone)]
-    return collect_assets(replayed.records.values(), replayed.saved.values(), steps)
+    steps = [edit for _, edit in (*replay_result.done, *replay_result.undone)]
+    return collect_assets(replay_result.records.values(), replay_result.saved.values(), steps)
 
 
 def collect_assets(

@@ -240,12 +240,12 @@ def _separate_variances(
         # Planes have many starts and would take longer than the adjustment.
         if not isinstance(kind, Points | Attitudes) or np.isfinite(kind.sigma).all():
             continue
-        adjusted = adjust([kind, *fixed_scale], centre, size)
-        groups = np.array(adjusted.rows.groups)
-        is_unknown = ~np.isfinite(adjusted.rows.sigma)
-        for name, redundancy in adjusted.redundancy_by_group.items():
+        adjusted_result = adjust([kind, *fixed_scale], centre, size)
+        groups = np.array(adjusted_result.rows.groups)
+        is_unknown = ~np.isfinite(adjusted_result.rows.sigma)
+        for name, redundancy in adjusted_result.redundancy_by_group.items():
             if redundancy >= _MIN_SEPARATE_REDUNDANCY:
-                sigma = adjusted.sigma[is_unknown & (groups == name)]
+                sigma = adjusted_result.sigma[is_unknown & (groups == name)]
                 variances[name] = float(sigma[0] ** 2), redundancy
     return variances
 
@@ -442,7 +442,7 @@ def _iterate(
 
 def _parameter_weights(rows: Rows) -> FloatArray:
     """Return the cost of undetermined changes; tilts cost more than rotations about vertical."""
-    weights = np.ones(7 + rows.shared.shape[1])
+    weights = np.ones(7 + rows.shared_design.shape[1])
     weights[:2] = 1e3
     return weights
 

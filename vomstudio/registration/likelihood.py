@@ -46,7 +46,7 @@ def widen_by_likelihood(
     -------
     Adjustment
     """
-    if result.null_space.shape[1] or result.rows.shared.shape[1]:
+    if result.null_space.shape[1] or result.rows.shared_design.shape[1]:
         return result
     _, inverse = weighted_rows(result)
     values, axes = np.linalg.eigh(inverse[:3, :3])

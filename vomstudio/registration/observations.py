@@ -45,7 +45,7 @@ class Rows:
     sigma : (m,) array
         Stated errors, NaN if not stated.
     groups, parts : (m,) tuple of str
-    shared : (m, k) array
+    shared_design : (m, k) array
         Derivatives by k errors that are common to all rows of a kind.
     shared_sigma : (k,) array
         Prior one-sigma values of the common errors.
@@ -64,7 +64,7 @@ class Rows:
     sigma: FloatArray
     groups: tuple[str, ...]
     parts: tuple[str, ...]
-    shared: FloatArray
+    shared_design: FloatArray
     shared_sigma: FloatArray
     shared_names: tuple[str, ...] = ()
     error_factors: FloatArray | None = None
@@ -536,7 +536,7 @@ def all_rows(
         columns_by_kind.append([columns.setdefault(key, len(columns)) for key in column_keys])
     shared_columns, sizes = np.zeros((starts[-1], len(columns))), np.zeros(len(columns))
     for start, rows, selected_columns in zip(starts, rows_by_kind, columns_by_kind, strict=False):
-        shared_columns[start : start + len(rows.residuals), selected_columns] = rows.shared
+        shared_columns[start : start + len(rows.residuals), selected_columns] = rows.shared_design
         sizes[selected_columns] = rows.shared_sigma
     joined_rows = Rows(
         np.concatenate([rows.residuals for rows in rows_by_kind]),
@@ -598,7 +598,7 @@ def _add_shared_error(rows: Rows, shared_columns: FloatArray, sigma: float, name
     k = shared_columns.shape[1]
     return replace(
         rows,
-        shared=np.hstack([rows.shared, shared_columns]),
+        shared_design=np.hstack([rows.shared_design, shared_columns]),
         shared_sigma=np.concatenate([rows.shared_sigma, np.full(k, sigma)]),
         shared_names=(*rows.shared_names, *(name,) * k),
     )

@@ -264,9 +264,9 @@ def _shape(
     """Return the distance from the centre of the model to its edge, and its mean normal."""
     if extent is None or len(extent) < MIN_BOWING_POINTS:
         return None, None
-    _, axes, reach = model_shape(fit(extent))
+    _, axes, edge_distance = model_shape(fit(extent))
     x, y, z = (float(v) for v in axes[2])
-    return reach, (x, y, z)
+    return edge_distance, (x, y, z)
 
 
 def _require_enough_points(points: Points) -> None:

@@ -46,11 +46,11 @@ def weighted_system(
     units : (7 + k,) array
         Units of the columns.
     """
-    k = rows.shared.shape[1]
+    k = rows.shared_design.shape[1]
     units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
     design = np.vstack(
         [
-            np.hstack([rows.design, rows.shared]) / sigma[:, None] * units,
+            np.hstack([rows.design, rows.shared_design]) / sigma[:, None] * units,
             np.hstack([np.zeros((k, 7)), np.eye(k)]),
         ]
     )
@@ -169,7 +169,7 @@ def estimate_errors(
         if dof >= 0.5:
             squares = float((residuals[: len(sigma)][mask] ** 2).sum())
             variance = float(sigma[mask][0] ** 2) * squares / dof
-            has_shared_angle_error = rows.shared.shape[1] and name not in METRE_GROUPS
+            has_shared_angle_error = rows.shared_design.shape[1] and name not in METRE_GROUPS
             min_error = _MIN_ANGLE_ERROR_RAD if has_shared_angle_error else 1e-12 * size
             separate_variance, separate_redundancy = separate_variances.get(name, (np.inf, dof))
             if variance > separate_variance * max_variance_ratio(dof, separate_redundancy):

@@ -221,7 +221,7 @@ class Background:
             lower_priority(self._niceness)
         request = self._next_request(None)
         while request is not None:
-            self._answer(request)
+            self._process_request(request)
             request = self._next_request(request)
 
     def _next_request(self, last_request: Request[Any] | None) -> Request[Any] | None:
@@ -236,7 +236,7 @@ class Background:
             self._threads.discard(current_thread())
             return None
 
-    def _answer(self, request: Request[Any]) -> None:
+    def _process_request(self, request: Request[Any]) -> None:
         try:
             result = request.work(request)
         except Cancelled:

@@ -36,13 +36,13 @@ class DiscardedWork:
 
     def describe(self) -> str:
         """Return the date, the number of features and the models as text for a menu."""
-        when = self.time.strftime("%Y-%m-%d %H:%M")
+        time_text = self.time.strftime("%Y-%m-%d %H:%M")
         count = tr_n("{count} feature", "{count} features", self.features)
         if not self.models:
-            return tr("{date}: {features}", date=when, features=count)
+            return tr("{date}: {features}", date=time_text, features=count)
         return tr(
             "{date}: {features} on {models}",
-            date=when,
+            date=time_text,
             features=count,
             models=", ".join(self.models[:2]) + (" …" if len(self.models) > 2 else ""),
         )

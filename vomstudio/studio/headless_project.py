@@ -67,7 +67,7 @@ from vomstudio.studio.placing.registering import rotation_deg, set_rotations_deg
 from vomstudio.studio.project_options import FeatureValues
 from vomstudio.studio.project_summary import matching_ids
 from vomstudio.studio.tools.local_surface import (
-    features_of_earlier_rules,
+    find_outdated_features,
     remeasure,
     surroundings_function,
 )
@@ -563,9 +563,9 @@ class HeadlessProject:
             raise GeometryError(measurement.problem)
         edit = edits.add_features(records, [feature])
         self.session.apply(edit)
-        added = edit.after[feature.id]
-        assert isinstance(added, Feature)
-        return added
+        added_feature = edit.after[feature.id]
+        assert isinstance(added_feature, Feature)
+        return added_feature
 
     def add_drawing(
         self,
@@ -738,7 +738,7 @@ class HeadlessProject:
         measured_fields: dict[str, dict[str, Any]] = {}
         findings: list[Finding] = []
         records = self.session.records
-        features = features_of_earlier_rules(records)
+        features = find_outdated_features(records)
         for model in self.session.of(Model):
             outdated_features = [f for f in features if f.model_id == model.id]
             if not outdated_features:

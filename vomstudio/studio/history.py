@@ -69,7 +69,7 @@ class History:
         if self._tools.has_waiting_clicks:
             return "Click"
         tool = self._tools.open_tool
-        if tool is not None and (tool.paints or tool.undo_label is not None):
+        if tool is not None and (tool.can_paint or tool.undo_label is not None):
             # A stroke that is being painted is not a step yet; it must be kept or discarded
             # first.
             return tool.undo_label
@@ -141,7 +141,7 @@ class History:
         if (discarded_work := self._discardable_work()) is not None:
             return discarded_work.label
         tool = self._tools.open_tool
-        if tool is not None and (tool.paints or tool.undo_label is not None):
+        if tool is not None and (tool.can_paint or tool.undo_label is not None):
             return None
         return self._projects.session.redo_label
 

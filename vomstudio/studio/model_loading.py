@@ -207,7 +207,7 @@ class ModelLoader:
         os.close(descriptor)
         out = Path(name)
 
-        def ready(preview: PreviewPoints) -> None:
+        def show_preview(preview: PreviewPoints) -> None:
             if not preview.points or key not in self._running_jobs:
                 out.unlink(missing_ok=True)
                 return
@@ -222,7 +222,7 @@ class ModelLoader:
             PREVIEW_MODEL,
             PreviewRequest(path, out),
             title=tr("Previewing {file}", file=path.name),
-            on_done=ready,
+            on_done=show_preview,
             on_failed=lambda _: out.unlink(missing_ok=True),
             is_quiet=True,
         )

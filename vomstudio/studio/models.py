@@ -297,7 +297,7 @@ class Models:
         beside the file, or the frame stated in the file, in this order. Raises InputError.
         """
         records, bounds = self._projects.records, opened_model.data.bounds
-        file_registration = registration_of_file(records, stored_text)
+        file_registration = find_file_registration(records, stored_text)
         if file_registration is not None:
             return file_registration, check_frame(
                 file_registration.frame,
@@ -379,7 +379,7 @@ def placed_model(record: Model, path: Path, cache: Path) -> PlacedModel:
     return PlacedModel(record.name, path, cache, record.to_world, crs, record.registration)
 
 
-def registration_of_file(records: Mapping[str, Record], stored_text: str) -> Registration | None:
+def find_file_registration(records: Mapping[str, Record], stored_text: str) -> Registration | None:
     """Return the registration of the reconstruction that contains a model."""
     parts = Path(stored_text).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:

@@ -49,9 +49,9 @@ class PathFinding:
         self,
         models: Models,
         background: Background,
-        photos_of: Callable[[str], ModelPhotos | None] = lambda model_id: None,
+        get_photos: Callable[[str], ModelPhotos | None] = lambda model_id: None,
     ) -> None:
-        self._models, self._background, self._get_photos = models, background, photos_of
+        self._models, self._background, self._get_photos = models, background, get_photos
         self._photo_paths = PhotoPaths()
         self._surface: SurfaceGraph | None = None
 
@@ -81,7 +81,7 @@ class PathFinding:
         *,
         photo: str = "",
         is_live: bool,
-        answer: PathCallback,
+        callback: PathCallback,
     ) -> None:
         """Request a path; see `studio.tools.followed_line.PathFinder`."""
         open_model = self._models.open_models.get(model_id)
@@ -91,8 +91,8 @@ class PathFinding:
         # A new search for the cursor replaces the one for its previous position.
         self._background.run(
             partial(self._find_path, search),
-            answer,
-            lambda error: answer(to_finding(error)),
+            callback,
+            lambda error: callback(to_finding(error)),
             key=_LIVE_KEY if is_live else None,
         )
 

@@ -136,7 +136,7 @@ class ProjectOrientations:
     limits: Thresholds
 
 
-def fitted(folder: Path, names: Sequence[str] = ()) -> ProjectOrientations:
+def table_orientations(folder: Path, names: Sequence[str] = ()) -> ProjectOrientations:
     """Return the orientations of features as shown in the table of the window.
 
     Parameters

@@ -16,7 +16,7 @@ from vomstudio.core.signals import Signal
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.studio.jobs.job import Job, Lane, Request, Result
-from vomstudio.studio.jobs.supervisor import Worker
+from vomstudio.studio.jobs.supervisor import WorkerSupervisor
 from vomstudio.studio.owner_thread import Post
 
 
@@ -38,7 +38,7 @@ class RunningJob:
 
     number: int
     title: str
-    worker: Worker
+    worker: WorkerSupervisor
     on_done: Callable[[Any], None]
     on_failed: Callable[[Failed], None]
     is_quiet: bool = False
@@ -98,7 +98,7 @@ class Jobs:
         self.changed: Signal[()] = Signal()
         self.closed: Signal[()] = Signal()
         self._post = post
-        self.workers = {lane: Worker(partial(self._hand_over, lane)) for lane in Lane}
+        self.workers = {lane: WorkerSupervisor(partial(self._hand_over, lane)) for lane in Lane}
         self.jobs: dict[tuple[Lane, int], RunningJob] = {}
         self._next_refused_number = 0
         self._is_closed = False

@@ -16,8 +16,8 @@ from vomstudio.studio.models import Models
 from vomstudio.studio.notices import Notices
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.tools.local_surface import (
-    features_of_earlier_rules,
-    find_model_of_earlier_rule,
+    find_outdated_features,
+    find_outdated_model,
     remeasure,
 )
 
@@ -42,7 +42,7 @@ class SurroundingsUpdate:
         if self._background.is_busy:
             return Finding("surroundings.running")
         # Called after every gesture, for thousands of features on a few models.
-        models = self._projects.records.count_by(find_model_of_earlier_rule)
+        models = self._projects.records.count_by(find_outdated_model)
         if not models:
             return Finding("surroundings.up-to-date")
         hashes = self._hashes()
@@ -78,7 +78,7 @@ class SurroundingsUpdate:
         )
 
     def _outdated_features(self) -> list[SurfaceFeature]:
-        return self._projects.records.cached(features_of_earlier_rules)
+        return self._projects.records.cached(find_outdated_features)
 
     def _hashes(self) -> dict[str, str]:
         """Return the content hashes of the open models, keyed by id."""

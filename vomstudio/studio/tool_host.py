@@ -15,7 +15,7 @@ from vomstudio.core.signals import Signal, group_notifications
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import SelectableSurface
-from vomstudio.project.kinds import group_of
+from vomstudio.project.kinds import visibility_group
 from vomstudio.project.measurement_cache import Measurement
 from vomstudio.project.records import Feature, FeatureType, Model, get
 from vomstudio.project.selection import Selection
@@ -92,7 +92,7 @@ class ToolHost:
         self._selection, self._preferences, self._notices = selection, preferences, notices
         self.paths, self.elements, self._background = paths, elements, background
         self._visibility, self._post = visibility, post
-        self._waiting: list[PointerEvent | None] = []
+        self._queued_events: list[PointerEvent | None] = []
         self._tool_preview: Preview | None = None
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
@@ -160,7 +160,7 @@ class ToolHost:
         return self.tools.get(self.active_name)
 
     @property
-    def clicks_select(self) -> bool:
+    def can_select_by_click(self) -> bool:
         """Whether clicks select features: while navigating, or if a tool requests a feature."""
         return self.active is None or bool(getattr(self.active, "selects_feature", False))
 
@@ -171,14 +171,14 @@ class ToolHost:
 
     def finish(self) -> None:
         """Finish the open feature, or else the current action of the active tool."""
-        if self._waiting:
-            self._waiting.append(None)
+        if self._queued_events:
+            self._queued_events.append(None)
         elif (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
         """Discard the open feature, or else cancel the current action of the active tool."""
-        if self._waiting:
+        if self._queued_events:
             self._drop_waiting_clicks()
         elif (tool := self.open_tool or self.active) is not None:
             tool.cancel()
@@ -186,12 +186,12 @@ class ToolHost:
     @property
     def has_waiting_clicks(self) -> bool:
         """Whether clicks are pending until the feature of another tool is stored."""
-        return bool(self._waiting)
+        return bool(self._queued_events)
 
     def undo_click(self) -> None:
         """Remove the last pending click, or undo the last step of the open feature."""
-        if self._waiting:
-            self._waiting.pop()
+        if self._queued_events:
+            self._queued_events.pop()
             self.show(self._tool_preview)
             self.tool_changed()
         elif (tool := self.open_tool) is not None:
@@ -212,21 +212,21 @@ class ToolHost:
         if busy_tool is None or busy_tool is tool:
             tool.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit:
-            self._waiting.append(event)
+            self._queued_events.append(event)
             self.show(self._tool_preview)
             self.tool_changed()
         elif event.kind is Pointer.DRAG_START:
             self.hint(Finding("tool.path-pending"))
 
     def _drop_waiting_clicks(self) -> None:
-        if self._waiting:
-            self._waiting.clear()
+        if self._queued_events:
+            self._queued_events.clear()
             self.show(self._tool_preview)
             self.tool_changed()
 
     def _pass_waiting_clicks(self) -> None:
         """Pass the pending clicks to the active tool once no other tool has an open feature."""
-        while self._waiting and (tool := self.active) is not None:
+        while self._queued_events and (tool := self.active) is not None:
             busy_tool = self.open_tool
             if (
                 busy_tool is not None
@@ -234,7 +234,7 @@ class ToolHost:
                 and not self._close_for_next(busy_tool)
             ):
                 return
-            event = self._waiting.pop(0)
+            event = self._queued_events.pop(0)
             self.show(self._tool_preview)
             if event is None:
                 tool.finish()
@@ -279,7 +279,7 @@ class ToolHost:
     # --- change of the project ----------------------------------------------------------------
     def clear_state(self) -> None:
         """Close the tools with the project; an unfinished feature is stored as a draft."""
-        self._waiting.clear()
+        self._queued_events.clear()
         for tool in self.tools.values():
             tool.clear_state()
         self.paths.clear_state()
@@ -334,7 +334,9 @@ class ToolHost:
 
     def feature_positions(self) -> dict[str, FloatArray]:
         visible = self._visibility.visible
-        features = [f for f in self.session.features() if visible(f.id) and visible(group_of(f))]
+        features = [
+            f for f in self.session.features() if visible(f.id) and visible(visibility_group(f))
+        ]
         measurements = self._derived.measured(f.id for f in features)
         points = {f.id: np.asarray(measurements[f.id].points).reshape(-1, 3) for f in features}
         return {id_: point.mean(axis=0) for id_, point in points.items() if len(point)}
@@ -352,7 +354,7 @@ class ToolHost:
 
     def show(self, preview: Preview | None) -> None:
         self._tool_preview = preview
-        hits = [event.hit for event in self._waiting if event is not None and event.hit]
+        hits = [event.hit for event in self._queued_events if event is not None and event.hit]
         if hits:
             preview = preview or Preview(np.zeros((0, 3)))
             positions = self.world_positions(hits)
@@ -371,7 +373,7 @@ class ToolHost:
         with group_notifications():
             self.changed.emit()
             self.undo_changed.emit()
-        if self._waiting:
+        if self._queued_events:
             # The tool may still be finishing its feature.
             self._post(self._pass_waiting_clicks)
 

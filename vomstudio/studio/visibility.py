@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from vomstudio.core.signals import Signal
-from vomstudio.project.kinds import group_of
+from vomstudio.project.kinds import visibility_group
 from vomstudio.studio.projects import Projects
 
 VIEW_KEY = "hidden"
@@ -31,7 +31,7 @@ class Visibility:
         """Show only these features and their types, without changing the models."""
         ids = set(ids)
         features = self._projects.session.features()
-        groups = {group_of(f) for f in features if f.id in ids}
+        groups = {visibility_group(f) for f in features if f.id in ids}
         hidden_ids = {f.id for f in features if f.id not in ids}
         changed_ids = (self.hidden & (ids | groups)) | (hidden_ids - self.hidden)
         self._set((self.hidden - ids - groups) | hidden_ids, changed_ids)

@@ -14,7 +14,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import GROUPS, group_of
+from vomstudio.project.kinds import GROUPS, visibility_group
 from vomstudio.project.records import Feature, Model, get_feature
 from vomstudio.project.selection import Selection
 from vomstudio.studio.background import Background
@@ -287,7 +287,7 @@ class Workspace:
             r for i, r in edit.after.items() if isinstance(r, Feature) and not edit.before[i]
         ]
         hidden_groups = {
-            group for f in new_features if not self.visibility.visible(group := group_of(f))
+            group for f in new_features if not self.visibility.visible(group := visibility_group(f))
         }
         if hidden_groups:
             self.visibility.set_visible(hidden_groups, True)

@@ -60,7 +60,7 @@ class WorldModel:
     registration: Registration | None = None
 
     @property
-    def placed(self) -> bool:
+    def is_placed(self) -> bool:
         """Whether the axes of the model are aligned with true north and up.
 
         This is not the case for a model from photos without control points or GPS.
@@ -77,7 +77,7 @@ class WorldModel:
 
         Files that state no unit are assumed to be in metres, except photo models without scale.
         """
-        return self.is_metric or (self.project_model is None and self.placed)
+        return self.is_metric or (self.project_model is None and self.is_placed)
 
     @property
     def registration_in_world(self) -> Registration | None:
@@ -89,7 +89,7 @@ class WorldModel:
     @property
     def axes(self) -> Axes:
         """Meaning of the World axes, for files and labels."""
-        return Axes(self.has_metric_unit, self.placed)
+        return Axes(self.has_metric_unit, self.is_placed)
 
 
 def read_in_world(

@@ -21,7 +21,7 @@ from vomstudio.photogrammetry.align import adjustment, mapping
 from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
 from vomstudio.photogrammetry.align.alignment import Alignment, AlignmentOptions, align
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.mapping import residuals, scene_of
+from vomstudio.photogrammetry.align.mapping import residuals, to_scene
 from vomstudio.photogrammetry.align.match_database import read_pair_matches
 from vomstudio.photogrammetry.align.priors import ALL_FIXED, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
@@ -247,7 +247,7 @@ def test_shared_photos_are_those_of_larger_components(arc: tuple[Made, Alignment
     for part, images in zip(parts, shared, strict=True):
         mapping.remove_images(part, images)
         assert all(frame.has_pose() for frame in part.frames.values())
-        scenes.append(scene_of(part, made.photos, made.features))
+        scenes.append(to_scene(part, made.photos, made.features))
     names = [[view.name for view in scene.views] for scene in scenes]
     assert [len(part) for part in names] == [6, 2]
     assert sorted(itertools.chain(*names)) == sorted(photo.name for photo in made.photos)

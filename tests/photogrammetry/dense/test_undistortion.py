@@ -82,10 +82,10 @@ def test_what_the_mask_leaves_out_stays_out_and_nothing_else():
     mask = np.full((H, W), 255, np.uint8)
     mask[:, 300:] = 0
     task = UndistortTask(png(np.full((H, W, 3), 90, np.uint8)), png(mask), view_of(), 240)
-    valid = undistort(task).valid
-    assert valid.shape == (180, 240)
-    assert valid[:, :149].all()
-    assert not valid[:, 151:].any()
+    valid_mask = undistort(task).valid_mask
+    assert valid_mask.shape == (180, 240)
+    assert valid_mask[:, :149].all()
+    assert not valid_mask[:, 151:].any()
 
 
 def test_pixels_beyond_the_photo_are_masked():
@@ -93,9 +93,9 @@ def test_pixels_beyond_the_photo_are_masked():
     straight = undistort(UndistortTask(photo, None, view_of("SIMPLE_RADIAL")))
     lens = straight.view.intrinsics
     assert lens.width > W
-    assert straight.valid[lens.height // 2].sum() < lens.width
+    assert straight.valid_mask[lens.height // 2].sum() < lens.width
     shown = view_of("SIMPLE_RADIAL").project(
-        np.column_stack([lens.rays(np.argwhere(straight.valid)[::97, ::-1] + 0.5)])
+        np.column_stack([lens.rays(np.argwhere(straight.valid_mask)[::97, ::-1] + 0.5)])
     )
     assert (shown > -0.01).all()
     assert (shown < [W + 0.01, H + 0.01]).all()

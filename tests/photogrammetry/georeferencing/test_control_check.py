@@ -121,7 +121,7 @@ def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Pa
         read_control(folder / "Ground-Pts3D.xml"), read_marks(folder / "GroundMeasure.xml"), photos
     )
     assert found.problem is None
-    assert sum(p.usable for p in found.points) == 6
+    assert sum(p.is_usable for p in found.points) == 6
     (finding,) = with_code(found.warnings, "control.tie-points")
     assert finding.values["labels"] == ("u-of-You",)
 

@@ -201,6 +201,6 @@ def test_heights_above_the_ellipsoid_are_called_so() -> None:
 def test_the_southern_hemisphere_has_zones_of_its_own() -> None:
     ground = made(flight())
     photos = [replace(p, latitude_deg=-p.latitude_deg) for p in ground.with_gps(0.1)]
-    from vomstudio.photogrammetry.georeferencing.georeference import crs_of
+    from vomstudio.photogrammetry.georeferencing.georeference import select_crs
 
-    assert crs_of(photos, None) == "EPSG:32732"
+    assert select_crs(photos, None) == "EPSG:32732"

@@ -16,7 +16,7 @@ from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     ControlMarks,
     PlacedPhotos,
     find_usable_points,
-    missing,
+    missing_marks_findings,
 )
 
 BENT = Intrinsics("OPENCV", 1000, 800, (900.0, 905.0, 510.0, 395.0, -0.12, 0.03, 1e-3, -5e-4))
@@ -74,7 +74,7 @@ def test_one_mark_predicts_nothing() -> None:
     sight = PLACED.predict(set_mark("a.jpg"), "A")
     assert not sight.expected
     assert not sight.residuals_px
-    assert sight.worst is None
+    assert sight.worst_mark is None
 
 
 def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
@@ -99,8 +99,8 @@ def test_a_mark_that_is_wrong_is_the_worst() -> None:
         x, y = by_hand(view, POINT)
         made = made.set_mark("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
     sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
-    assert sight.worst is not None
-    name, residual = sight.worst
+    assert sight.worst_mark is not None
+    name, residual = sight.worst_mark
     assert name == "3.jpg"
     assert 4.0 < residual < 6.0
     assert max(r for n, r in sight.residuals_px.items() if n != name) < residual / 2
@@ -117,8 +117,8 @@ def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> No
         dx, dy = way if number == wrong else (0.0, 0.0)
         made = made.set_mark("A", view.name, (x + dx, y + dy))
     sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
-    assert sight.worst is not None
-    assert sight.worst[0] == f"{wrong}.jpg"
+    assert sight.worst_mark is not None
+    assert sight.worst_mark[0] == f"{wrong}.jpg"
 
 
 def world(point) -> tuple[float, float, float]:
@@ -155,8 +155,8 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     set_coordinates = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
     made = set_mark("a.jpg", "b.jpg").set_mark("A", "pc.jpg", (5.0, 5.0))
     assert set(set_coordinates.predict(made, "A").expected) == {"c.jpg"}
-    assert set_coordinates.part_of("pb.jpg") == 1
-    finding, begun = missing(made, set_coordinates)
+    assert set_coordinates.component_number("pb.jpg") == 1
+    finding, begun = missing_marks_findings(made, set_coordinates)
     assert (finding.code, finding.values["size"]) == ("join.few-markers", 3)
     assert (begun.code, begun.values["component"]) == ("join.begun-markers", 2)
     assert finding.values["not_located"] == ("A",)
@@ -169,16 +169,16 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
         for photo in ("a.jpg", "b.jpg"):
             made = made.set_mark(label, photo, (1.0, 2.0))
     made = made.set_mark("A", "a.jpg", (1.0, 2.0))
-    (finding,) = missing(made)
+    (finding,) = missing_marks_findings(made)
     values = {"count": 2, "total": 3, "least": 3, "photos": 2, "labels": ("A",)}
     assert finding.code == "control.too-few"
     assert values.items() <= finding.values.items()
     assert "A (1 mark)" in finding.message
     assert find_usable_points(made) == ["B", "C"]
-    assert missing(made.set_mark("A", "b.jpg", (3.0, 3.0))) == []
-    (finding,) = missing(made.remove_point("A"))
+    assert missing_marks_findings(made.set_mark("A", "b.jpg", (3.0, 3.0))) == []
+    (finding,) = missing_marks_findings(made.remove_point("A"))
     assert (finding.values["count"], finding.values["total"]) == (2, 2)
-    assert missing(made.remove_point("A").remove_point("B").remove_point("C")) == []
+    assert missing_marks_findings(made.remove_point("A").remove_point("B").remove_point("C")) == []
     assert find_usable_points(made, ["a.jpg"]) == []
 
 
@@ -189,7 +189,7 @@ def test_control_points_in_one_line_are_told_of() -> None:
     for label in "ABC":
         for photo in ("a.jpg", "b.jpg"):
             made = made.set_mark(label, photo, (1.0, 2.0))
-    assert [finding.code for finding in missing(made)] == ["control.collinear"]
+    assert [finding.code for finding in missing_marks_findings(made)] == ["control.collinear"]
 
 
 def test_points_are_changed_renamed_and_removed() -> None:

@@ -36,7 +36,7 @@ from vomstudio.core.paths import resource
 from vomstudio.studio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
 from vomstudio.studio.jobs.job import NoArguments
 from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, ModelFile
-from vomstudio.studio.jobs.supervisor import Worker
+from vomstudio.studio.jobs.supervisor import WorkerSupervisor
 
 
 class Listener:
@@ -70,7 +70,7 @@ def worker(monkeypatch):
         return real([sys.executable, "-P", "-m", "tests.studio.jobs.odd_jobs"], **more)
 
     monkeypatch.setattr("vomstudio.studio.jobs.supervisor.subprocess.Popen", start)
-    made = Worker()
+    made = WorkerSupervisor()
     yield made
     made.close()
 
@@ -331,8 +331,8 @@ def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
         "subprocess.Popen = start\n"
         "from tests.studio.jobs.odd_jobs import DEAFEST\n"
         "from vomstudio.studio.jobs.job import NoArguments\n"
-        "from vomstudio.studio.jobs.supervisor import Worker\n"
-        "worker = Worker()\n"
+        "from vomstudio.studio.jobs.supervisor import WorkerSupervisor\n"
+        "worker = WorkerSupervisor()\n"
         "say = lambda event: print(worker._process.pid, flush=True)\n"
         "worker.submit(DEAFEST, NoArguments(), say)\n"
         "time.sleep(60)\n"
@@ -414,7 +414,7 @@ def test_a_line_that_is_no_command_does_not_deafen_the_worker():
 def test_a_model_crosses_by_the_cache(tmp_path):
     from vomstudio.io.models import model_cache
 
-    worker, heard = Worker(), Listener()
+    worker, heard = WorkerSupervisor(), Listener()
     try:
         worker.submit(LOAD_MODEL, ModelFile(resource("outcrop", "outcrop.obj"), tmp_path), heard)
         end = heard.end(60.0)
@@ -428,7 +428,7 @@ def test_a_model_crosses_by_the_cache(tmp_path):
 
 
 def test_a_missing_file_is_one_sentence(tmp_path):
-    worker, heard = Worker(), Listener()
+    worker, heard = WorkerSupervisor(), Listener()
     try:
         worker.submit(LOAD_MODEL, ModelFile(tmp_path / "gone.obj", tmp_path), heard)
         end = heard.end(60.0)

@@ -15,8 +15,8 @@ class Paths:
         self.asked: list = []
         self.photos: list[str] = []
 
-    def follow(self, model_id, cost, ends, *, photo="", is_live, answer):
-        self.asked.append((model_id, cost, ends, is_live, answer))
+    def follow(self, model_id, cost, ends, *, photo="", is_live, callback):
+        self.asked.append((model_id, cost, ends, is_live, callback))
         self.photos.append(photo)
 
 

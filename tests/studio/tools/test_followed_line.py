@@ -46,8 +46,8 @@ def bowed(ends) -> np.ndarray:
 
 def answer_all(context) -> None:
     asked, context.paths.asked = context.paths.asked, []
-    for _, _, ends, _, answer in asked:
-        answer(FollowedPath(bowed(ends)))
+    for _, _, ends, _, callback in asked:
+        callback(FollowedPath(bowed(ends)))
 
 
 def clicks(tool, *points) -> None:
@@ -95,9 +95,9 @@ def test_a_way_is_asked_for_once(tool, context):
 def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
     clicks(tool, A)
     tool.pointer(event(Pointer.MOVE, at=B))
-    ((_, cost, ends, live, answer),) = context.paths.asked
+    ((_, cost, ends, live, callback),) = context.paths.asked
     assert (cost, ends, live) == ("dark", (A, B), True)
-    answer(FollowedPath(bowed(ends)))
+    callback(FollowedPath(bowed(ends)))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     # The click takes it as it is.
     clicks(tool, B)
@@ -108,11 +108,11 @@ def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
     clicks(tool, A)
     tool.pointer(event(Pointer.MOVE, at=B))
     tool.pointer(event(Pointer.MOVE, at=C))
-    (_, _, first, _, late), (_, _, second, _, answer) = context.paths.asked
+    (_, _, first, _, late), (_, _, second, _, callback) = context.paths.asked
     shown = len(context.shown)
     late(FollowedPath(bowed(first)))
     assert len(context.shown) == shown
-    answer(FollowedPath(bowed(second)))
+    callback(FollowedPath(bowed(second)))
     assert np.allclose(context.shown[-1].ahead, bowed(second))
 
 
@@ -144,8 +144,8 @@ def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context)
 
 def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
     clicks(tool, A, B)
-    ((_, _, _, _, answer),) = context.paths.asked
-    answer(Finding("model.not-open"))
+    ((_, _, _, _, callback),) = context.paths.asked
+    callback(Finding("model.not-open"))
     assert context.said[-1].code == "model.not-open"
     assert not tool.is_searching
     assert np.array_equal(context.shown[-1].path, [A, B])
@@ -205,15 +205,17 @@ def is_in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
 
 
 def voted(ends, photo: str) -> FollowedPath:
-    return FollowedPath(bowed(ends), photo, ("other.jpg", "third.jpg"), judged=8, confirmed=6)
+    return FollowedPath(
+        bowed(ends), photo, ("other.jpg", "third.jpg"), checked_count=8, confirmed_count=6
+    )
 
 
 def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
     tool.pointer(is_in_photo("d/a.jpg", A))
     tool.pointer(is_in_photo("d/a.jpg", B))
     assert context.paths.photos == ["d/a.jpg"]
-    ((_, _, ends, _, answer),) = context.paths.asked
-    answer(voted(ends, "d/a.jpg"))
+    ((_, _, ends, _, callback),) = context.paths.asked
+    callback(voted(ends, "d/a.jpg"))
     assert tool.votes is not None
     assert "a.jpg" in tool.votes
     assert "75 %" in tool.votes
@@ -230,17 +232,17 @@ def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(too
 def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, context):
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B, Pointer.MOVE))
-    ((_, _, ends, live, answer),) = context.paths.asked
+    ((_, _, ends, live, callback),) = context.paths.asked
     assert live
-    answer(FollowedPath(bowed(ends), "a.jpg", is_final=False))
+    callback(FollowedPath(bowed(ends), "a.jpg", is_final=False))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     context.paths.asked = []
     tool.pointer(is_in_photo("a.jpg", B))
-    ((_, _, ends, live, answer),) = context.paths.asked
+    ((_, _, ends, live, callback),) = context.paths.asked
     assert not live
     assert tool.is_searching
     assert np.allclose(context.shown[-1].path, bowed((A, B))), "seen until the votes are there"
-    answer(voted(ends, "a.jpg"))
+    callback(voted(ends, "a.jpg"))
     assert not tool.is_searching
 
 
@@ -265,9 +267,9 @@ def test_what_photos_do_not_show_is_followed_over_the_surface(tool, context):
 def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
     tool.pointer(is_in_photo("a.jpg", A))
     tool.pointer(is_in_photo("a.jpg", B))
-    ((_, _, ends, _, answer),) = context.paths.asked
+    ((_, _, ends, _, callback),) = context.paths.asked
     finding = Finding("photo.not-showing", photo="a.jpg")
-    answer(FollowedPath(bowed(ends), warnings=(finding,)))
+    callback(FollowedPath(bowed(ends), warnings=(finding,)))
     assert context.said == [finding]
     assert tool.votes is None
 
@@ -374,8 +376,8 @@ def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
     clicks(tool, D)
     context.session._journal.refuse = OSError("disk full")
     asked, context.paths.asked = context.paths.asked, []
-    for _, _, ends_, _, answer in asked:
-        answer(FollowedPath(np.array(ends_)))
+    for _, _, ends_, _, callback in asked:
+        callback(FollowedPath(np.array(ends_)))
     assert tool.vertices == straight
 
 
@@ -405,9 +407,9 @@ def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkey
     monkeypatch.setattr(Context, "surface", lambda self, model_id: Rock())
     ends = (0.0, 0.0, 0.0), (2.0, 0.5, 0.0), (3.0, 2.0, 0.0)
     clicks(tool, *ends)
-    for number, (_, _, leg, _, answer) in enumerate(list(context.paths.asked)):
+    for number, (_, _, leg, _, callback) in enumerate(list(context.paths.asked)):
         way = hopping(leg)
-        answer(way if number else replace(way, points=way.points * [1.0, 1.0, 0.0]))
+        callback(way if number else replace(way, points=way.points * [1.0, 1.0, 0.0]))
     assert not tool.is_searching
     (part,) = context.shown[-1].doubtful
     assert part[:, 2] == pytest.approx(0.15, abs=0.151)

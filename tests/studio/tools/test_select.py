@@ -214,8 +214,8 @@ def test_pixels_agree_with_the_shape_that_contains_the_places(context):
     view = context.elements.look
     centres = MESH.vertices[MESH.faces].mean(axis=1)
     pixels = view.pixels(centres)
-    filled = view.filled([(150, 100), (250, 100), (250, 200), (150, 200)])
-    inside = view.inside(MESH, np.eye(4), filled, is_through=True)
+    outline_mask = view.outline_mask([(150, 100), (250, 100), (250, 200), (150, 200)])
+    inside = view.inside(MESH, np.eye(4), outline_mask, is_through=True)
     rows, columns = pixels[inside].astype(int).T[::-1]
-    assert filled[rows, columns].all()
+    assert outline_mask[rows, columns].all()
     assert np.isnan(view.pixels(view.position[None] - view.direction)).all() or view.parallel

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         args.output,
         [(line.name, line.points) for line in projected_lines.lines],
         crs=model.crs,
-        is_north_known=model.placed,
+        is_north_known=model.is_placed,
         source=Path(args.from_ortho).name,
         force=args.force,
     )

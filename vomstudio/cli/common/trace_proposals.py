@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         args.output,
         [(proposal.line, proposal.points) for proposal in proposed_traces.proposals],
         crs=model.crs,
-        is_north_known=model.placed,
+        is_north_known=model.is_placed,
         source=tr("{model}, proposed and not reviewed", model=Path(args.model).name),
         force=args.force,
     )

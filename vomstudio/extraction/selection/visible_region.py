@@ -90,7 +90,7 @@ class ViewSnapshot:
         screen_offsets = self.scale * eye[:, :2] / depth[:, None]
         return np.asarray(0.5 * np.array(self.size) + screen_offsets * [1.0, -1.0])
 
-    def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
+    def outline_mask(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
         """Rasterize a ring of window pixels to (height, width), 1 inside and 0 outside."""
         from PIL import Image, ImageDraw
 

@@ -123,7 +123,9 @@ def bed_log(
     order = np.argsort(heights, kind="stable")
     # The lithology describes the bed above its boundary, even if the log runs from top to bottom.
     expected_order = np.arange(n)[::-1] if heights[-1] < heights[0] else np.arange(n)
-    reordered = [labels[int(i)] for i, j in zip(order, expected_order, strict=True) if i != j]
+    reordered_labels = [
+        labels[int(i)] for i, j in zip(order, expected_order, strict=True) if i != j
+    ]
     has_errors = bool(sigma_m or bed_error_deg)
 
     def true_thickness(low: int, high: int) -> MeasuredValue:
@@ -156,7 +158,7 @@ def bed_log(
                 note_texts[low],
             )
         )
-    if reordered:
-        warnings.append(Finding("log.boundaries-moved", boundaries=reordered))
+    if reordered_labels:
+        warnings.append(Finding("log.boundaries-moved", boundaries=reordered_labels))
     total_thickness = true_thickness(int(order[0]), int(order[-1]))
-    return BedLog(n, tuple(intervals), total_thickness, tuple(reordered), tuple(warnings))
+    return BedLog(n, tuple(intervals), total_thickness, tuple(reordered_labels), tuple(warnings))

@@ -242,8 +242,8 @@ def _starts_with_added_cluster(
 def _densest_poles(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     """Return up to three separate poles where the density of unassigned poles is highest."""
     step = max(1, -(-len(poles) // MAX_COMPARED_POLES))
-    sample, unassigned = poles[::step], posterior[::step, -1]
-    density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned
+    sample, unassigned_shares = poles[::step], posterior[::step, -1]
+    density = np.exp(SEED_CONCENTRATION * ((sample @ sample.T) ** 2 - 1.0)) @ unassigned_shares
     positions: list[FloatArray] = []
     for i in np.argsort(-density, kind="stable"):
         if all(

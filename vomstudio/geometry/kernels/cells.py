@@ -54,7 +54,7 @@ def lower_bound(keys, bound, low, high):  # type: ignore[no-untyped-def]
 
 
 @part
-def cell_of(value, size, count):  # type: ignore[no-untyped-def]
+def cell_index(value, size, count):  # type: ignore[no-untyped-def]
     """Return the index of the cell that contains a coordinate, clipped to the grid."""
     return min(max(math.floor(value / size), 0), count - 1)
 
@@ -135,9 +135,9 @@ def fit_local_planes(  # type: ignore[no-untyped-def]
     limit = radius * radius
     for row in range(len(positions)):
         x, y, z = positions[row, 0], positions[row, 1], positions[row, 2]
-        i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
-        j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
-        k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
+        i0, i1 = cell_index(x - radius, size, nx), cell_index(x + radius, size, nx)
+        j0, j1 = cell_index(y - radius, size, ny), cell_index(y + radius, size, ny)
+        k0, k1 = cell_index(z - radius, size, nz), cell_index(z + radius, size, nz)
         n = 0
         sx, sy, sz = 0.0, 0.0, 0.0
         xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -231,9 +231,9 @@ def measure_along_axes(  # type: ignore[no-untyped-def]
                 or cz - wz > nz * size
             ):
                 continue
-            i0, i1 = cell_of(cx - wx, size, nx), cell_of(cx + wx, size, nx)
-            j0, j1 = cell_of(cy - wy, size, ny), cell_of(cy + wy, size, ny)
-            k0, k1 = cell_of(cz - wz, size, nz), cell_of(cz + wz, size, nz)
+            i0, i1 = cell_index(cx - wx, size, nx), cell_index(cx + wx, size, nx)
+            j0, j1 = cell_index(cy - wy, size, ny), cell_index(cy + wy, size, ny)
+            k0, k1 = cell_index(cz - wz, size, nz), cell_index(cz + wz, size, nz)
             is_last = piece == pieces - 1
             for k in range(k0, k1 + 1):
                 for j in range(j0, j1 + 1):

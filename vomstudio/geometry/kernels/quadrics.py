@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import cell_of, find_slot, lower_bound
+from vomstudio.geometry.kernels.cells import cell_index, find_slot, lower_bound
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _MIN_POINTS = 10
@@ -72,9 +72,9 @@ def fit_local_curvatures(  # type: ignore[no-untyped-def]
         if not math.isfinite(x + y + z + ax + ay + az):
             continue
         ux, uy, uz, vx, vy, vz = _perpendicular_directions(ax, ay, az)
-        i0, i1 = cell_of(x - radius, size, nx), cell_of(x + radius, size, nx)
-        j0, j1 = cell_of(y - radius, size, ny), cell_of(y + radius, size, ny)
-        k0, k1 = cell_of(z - radius, size, nz), cell_of(z + radius, size, nz)
+        i0, i1 = cell_index(x - radius, size, nx), cell_index(x + radius, size, nx)
+        j0, j1 = cell_index(y - radius, size, ny), cell_index(y + radius, size, ny)
+        k0, k1 = cell_index(z - radius, size, nz), cell_index(z + radius, size, nz)
         for i in range(6):
             for j in range(7):
                 rows[i, j] = 0.0

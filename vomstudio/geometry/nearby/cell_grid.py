@@ -78,7 +78,7 @@ class CellGrid:
         count = np.diff(self.starts)
         return np.asarray(np.diff(np.append(0, np.cumsum(count[neighbours]))[starts]) + count)
 
-    def cells_of(self, places: IntArray) -> IntArray:
+    def find_cells(self, places: IntArray) -> IntArray:
         """Return the cell of each of the given positions."""
         return np.asarray(np.searchsorted(self.starts, places, side="right") - 1)
 

@@ -78,7 +78,7 @@ class PointGrid:
         high = local_points.max(axis=0) if len(finite_points) else np.zeros(3)
         self.cell = float(max(cell, high.max() / MAX_CELLS_PER_AXIS, 1e-12))
         self.counts = np.floor(high / self.cell).astype(np.int64) + 1
-        keys = self._cells_of(local_points)
+        keys = self._cell_numbers(local_points)
         order = np.argsort(keys, kind="stable")
         self._row_order = order if is_finite.all() else np.flatnonzero(is_finite)[order]
         self._points = to_kernel_array(local_points[order], np.float64)
@@ -214,7 +214,7 @@ class PointGrid:
         run_in_blocks(process_block, k, progress or SilentProgress())
         return CylinderStatistics(count, mean, deviation)
 
-    def _cells_of(self, local_points: FloatArray) -> IntArray:
+    def _cell_numbers(self, local_points: FloatArray) -> IntArray:
         cells = np.clip((local_points / self.cell).astype(np.int64), 0, self.counts - 1)
         return np.asarray(
             cells[:, 0] + self.counts[0] * (cells[:, 1] + self.counts[1] * cells[:, 2]), np.int64
@@ -223,7 +223,7 @@ class PointGrid:
     def _order_positions(self, positions: FloatArray) -> IntArray:
         """Order positions so that points shared by neighbours remain in the processor cache."""
         with np.errstate(invalid="ignore"):
-            return np.argsort(self._cells_of(positions - self.corner), kind="stable")
+            return np.argsort(self._cell_numbers(positions - self.corner), kind="stable")
 
     def _sorted_tables(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray]:
         return self._points, self._columns, self._names, self._ends

@@ -104,7 +104,7 @@ class CloudNodes:
     ) -> None:
         self.bounds, self.spacing, self.counts = bounds, spacing, counts
         self.parents, self.budget, self.first = parents, max_points, first
-        self.total = int(counts.sum())
+        self.point_count = int(counts.sum())
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -219,7 +219,9 @@ class NodeStore(CloudNodes):
         """Median spacing of the nodes, weighted by their number of points."""
         order = np.argsort(self.spacing)
         cumulative_counts = np.cumsum(self.counts[order])
-        return float(self.spacing[order][np.searchsorted(cumulative_counts, self.total / 2.0)])
+        return float(
+            self.spacing[order][np.searchsorted(cumulative_counts, self.point_count / 2.0)]
+        )
 
     def loaded(self) -> dict[int, PointCloud]:
         """Return the loaded nodes, keyed by row."""
@@ -337,7 +339,7 @@ class StreamedCloud(PointCloud):
 
     @property
     def count(self) -> int:
-        return self.store.total
+        return self.store.point_count
 
     def position(self, row: int) -> FloatArray:
         return np.asarray(self.store.points_of(np.array([row]))[0])

@@ -47,7 +47,7 @@ class StreamedSurface(CloudSurface):
 
     @property
     def count(self) -> int:
-        return self._store.total
+        return self._store.point_count
 
     @property
     def extent(self) -> float:

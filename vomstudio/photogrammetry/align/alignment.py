@@ -210,7 +210,7 @@ def align(
         # Not before the adjustment, because the shared photos help to connect this part.
         mapping.remove_images(reconstruction, shared_images[number])
         reconstructions[number] = reconstruction
-        parts.append(mapping.scene_of(reconstruction, photos, features))
+        parts.append(mapping.to_scene(reconstruction, photos, features))
         cameras += _limit_to_photos(part_cameras, {view.name for view in parts[-1].views})
     for number, reconstruction in enumerate(reconstructions):
         model = work_folder / f"part{number}" / "colmap"

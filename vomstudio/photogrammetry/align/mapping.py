@@ -246,7 +246,7 @@ def convert_camera(camera: Any) -> Intrinsics:
     )
 
 
-def scene_of(
+def to_scene(
     reconstruction: Any, photos: Sequence[PhotoLike], features: Sequence[Features]
 ) -> SparseScene:
     """Convert a reconstruction, in which image i + 1 is photo number i, to a scene.

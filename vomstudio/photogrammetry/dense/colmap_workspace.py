@@ -115,7 +115,7 @@ def write_workspace(
     for number, (photo, file) in enumerate(zip(photos, files, strict=True), 1):
         lens = photo.view.intrinsics
         picture = photo.pixels()
-        picture[~photo.valid] = 0
+        picture[~photo.valid_mask] = 0
         bgr = np.ascontiguousarray(picture[..., ::-1])
         (folder / "images" / file).write_bytes(cv2.imencode(".png", bgr)[1].tobytes())
         camera = pycolmap.Camera(
@@ -156,7 +156,7 @@ def _convert_depth_map(photo: UndistortedPhoto, depth: Any, normal: Any, plan: A
             Finding("dense.map-size", width=depth.shape[1], height=depth.shape[0]),
             file=photo.view.name,
         )
-    is_valid = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)
+    is_valid = (depth > plan.near) & (depth < plan.far) & photo.valid_mask & normal.any(axis=2)
     depth[~is_valid] = 0.0
     normal[~is_valid] = 0.0
     # These depths are consistent with at least two other photos, or COLMAP would have dropped them.

@@ -162,11 +162,11 @@ def depth_map(task: DepthTask) -> DepthMap:
         If a photo cannot be read.
     """
     _check_task(task)
-    view, is_valid = task.reference.view, task.reference.valid
+    view, is_valid = task.reference.view, task.reference.valid_mask
     if not is_valid.any():
         return _empty_depth_map(view, is_valid.shape)
     reference = (view, task.reference.gray(), is_valid)
-    other_photos = [(source.view, source.gray(), source.valid) for source in task.sources]
+    other_photos = [(source.view, source.gray(), source.valid_mask) for source in task.sources]
     inverse_depths, agreement_counts = _match_rectified_pairs(task, reference, other_photos)
     # Remove the noise that small windows leave, without smoothing across edges.
     inverse_depths = _fit_planes(view, inverse_depths, 1.0, 1, 1)[1]
@@ -224,7 +224,7 @@ def _match_rectified_pairs(
 
 def _measured_share(task: DepthTask, inverse_depths: Float32Array) -> float:
     """Return the share of the photo's unmasked tie points that have a depth."""
-    view, is_valid = task.reference.view, task.reference.valid
+    view, is_valid = task.reference.view, task.reference.valid_mask
     pixels = view.project(task.points)
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     column, row = np.floor(pixels).astype(int).T

@@ -63,7 +63,7 @@ class UndistortedPhoto:
     view: View
 
     @cached_property
-    def valid(self) -> BoolArray:
+    def valid_mask(self) -> BoolArray:
         """Mask (h, w) of usable pixels."""
         lens = self.view.intrinsics
         if self.mask is None:

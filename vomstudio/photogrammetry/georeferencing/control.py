@@ -159,7 +159,7 @@ def place_by_control(
         _fit_point(
             placed_scene,
             point,
-            ground_points.local[i],
+            ground_points.local_positions[i],
             ground_points.control_marks[i],
             i in used_rows,
         )
@@ -171,7 +171,7 @@ def place_by_control(
             cameras,
             scatter,
             lambda other: ground_points.locate_points(other, used_rows),
-            ground_points.local[used_rows],
+            ground_points.local_positions[used_rows],
             lenses=None if bending.scene is None else bending.lenses,
             points=ground_points.known_points(used_rows, control_fit.sigma),
         ),
@@ -232,7 +232,7 @@ def _marked_points(
             rows, outliers = find_misplaced_marks(
                 point.label,
                 point_marks,
-                ground_points.local[i],
+                ground_points.local_positions[i],
                 max_mark_distance_px(mark_px),
                 limit,
             )

@@ -68,7 +68,7 @@ class GroundPoints:
     ----------
     control, control_marks : sequence
         The control points and their marks.
-    local : (n, 3) array
+    local_positions : (n, 3) array
         Coordinates of the control points minus `origin`.
     fitting_rows : list of int
         Rows of the points that can place the scene.
@@ -86,7 +86,7 @@ class GroundPoints:
 
     control: Sequence[ControlPoint]
     control_marks: list[PointMarks]
-    local: FloatArray
+    local_positions: FloatArray
     origin: tuple[int, int, int]
     fitting_rows: list[int]
     ties: list[PointMarks]
@@ -108,7 +108,7 @@ class GroundPoints:
         positions = self.locate_points(scene, self.fitting_rows)
         if not np.isfinite(positions).all():
             raise GeometryError(Finding("control.not-located"))
-        targets = self.local[list(self.fitting_rows)]
+        targets = self.local_positions[list(self.fitting_rows)]
         require_width(positions)
         fit, is_inlier = fit_robustly(positions, targets, min_sigma=self.min_sigma)
         misses = (fit(positions) - targets)[is_inlier]
@@ -144,12 +144,12 @@ class GroundPoints:
 
     def rms_residual_m(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Return the RMS residual of points in a placed scene, in metres."""
-        squared_distances = ((self.locate_points(scene, rows) - self.local[list(rows)]) ** 2).sum(
-            axis=1
-        )
+        squared_distances = (
+            (self.locate_points(scene, rows) - self.local_positions[list(rows)]) ** 2
+        ).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squared_distances, nan=np.inf).mean()))
 
-    def adjusted(
+    def adjust_scene(
         self,
         placed_scene: SparseScene,
         fit: ControlFit,
@@ -166,7 +166,7 @@ class GroundPoints:
         mark_px = max(HAND_MARK_ERROR_PX, self.mark_px)
         known_points = [
             KnownPoint(
-                self.local[i],
+                self.local_positions[i],
                 self.control[i].sigma_m or usual_sigma,
                 self.control_marks[i].views,
                 self.control_marks[i].pixels,
@@ -203,7 +203,7 @@ def bend_to_control(
     progress: Progress | None,
 ) -> BendingResult:
     """Adjust the scene with the control points if this improves it."""
-    adjusted_scene, lenses = ground_points.adjusted(placed_scene, first_fit, threads, progress)
+    adjusted_scene, lenses = ground_points.adjust_scene(placed_scene, first_fit, threads, progress)
     second_fit = _fitted_or_none(ground_points, adjusted_scene)
     # A wrong lens makes good points scatter and contradict each other, so judge them again without
     # it.
@@ -211,7 +211,9 @@ def bend_to_control(
         second_fit.used != first_fit.used
         or (not ground_points.surveyed_sigma and second_fit.sigma < 0.7 * first_fit.sigma)
     ):
-        adjusted_scene, lenses = ground_points.adjusted(placed_scene, second_fit, threads, progress)
+        adjusted_scene, lenses = ground_points.adjust_scene(
+            placed_scene, second_fit, threads, progress
+        )
         second_fit = _fitted_or_none(ground_points, adjusted_scene)
     # Control points that no bundle of rays can fit bend the model, which shows in the tie points.
     if second_fit is None or not mean_error(adjusted_scene) <= 1.2 * mean_error(placed_scene) + 0.1:
@@ -281,10 +283,10 @@ def _cross_validation_residuals(
         left_out_rows = fit.used[k::_N_FOLDS]
         other_rows = [i for i in fit.used if i not in left_out_rows]
         try:
-            require_width(ground_points.local[other_rows])
+            require_width(ground_points.local_positions[other_rows])
             second_fit = fit_similarity(
                 ground_points.locate_points(placed_scene, other_rows),
-                ground_points.local[other_rows],
+                ground_points.local_positions[other_rows],
             )
         except GeometryError:
             continue

@@ -46,7 +46,7 @@ class PointCheck:
     photos: int
 
     @property
-    def usable(self) -> bool:
+    def is_usable(self) -> bool:
         """Whether the point is marked in enough photos to be located."""
         return self.photos >= MIN_PHOTOS
 
@@ -54,7 +54,11 @@ class PointCheck:
     def quality(self) -> str:
         """Quality "good", "doubtful" or "poor", depending on the number of photos."""
         return (
-            "good" if self.photos >= RECOMMENDED_PHOTOS else "doubtful" if self.usable else "poor"
+            "good"
+            if self.photos >= RECOMMENDED_PHOTOS
+            else "doubtful"
+            if self.is_usable
+            else "poor"
         )
 
 
@@ -79,7 +83,7 @@ class ControlCheck(Result):
     warnings: tuple[Finding, ...]
 
     def _points_by_use(self, use: str) -> list[PointCheck]:
-        return [point for point in self.points if point.use == use and point.usable]
+        return [point for point in self.points if point.use == use and point.is_usable]
 
     @property
     def summary(self) -> Finding:
@@ -90,7 +94,7 @@ class ControlCheck(Result):
             control=tr_n("{count} control point", "{count} control points", control),
             check=tr_n("{count} check point", "{count} check points", check),
         )
-        photo_counts = [point.photos for point in self.points if point.usable]
+        photo_counts = [point.photos for point in self.points if point.is_usable]
         return Finding(
             "control.usable",
             points=points,
@@ -166,7 +170,7 @@ def _find_problem(
     positions = [
         p.position
         for p, point_check in zip(control, points, strict=True)
-        if point_check.usable and point_check.use == "control"
+        if point_check.is_usable and point_check.use == "control"
     ]
     if len(positions) < MIN_POINTS:
         reasons = []
@@ -194,12 +198,12 @@ def _find_problem(
 def _table_findings(
     points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
 ) -> Iterator[Finding]:
-    used_points = [p for p in points if p.usable and p.use == "control"]
-    unseen_labels = [p.label for p in points if not p.usable]
+    used_points = [p for p in points if p.is_usable and p.use == "control"]
+    unseen_labels = [p.label for p in points if not p.is_usable]
     points_with_few_marks = [p.label for p in used_points if p.photos < RECOMMENDED_PHOTOS]
     if MIN_POINTS <= len(used_points) < RECOMMENDED_POINTS:
         yield Finding("control.no-redundancy", count=len(used_points), least=RECOMMENDED_POINTS)
-    if not any(p.usable and p.use == "check" for p in points):
+    if not any(p.is_usable and p.use == "check" for p in points):
         yield Finding("control.no-check-points")
     if unseen_labels:
         yield Finding("control.few-marks", labels=sorted(unseen_labels))
@@ -225,15 +229,15 @@ def _determine_crs(
 ) -> tuple[str | None, Finding, list[Finding]]:
     """Return the CRS, its source, and findings about it."""
     from vomstudio.photogrammetry.georeferencing.georeference import (
-        crs_of,
         has_position,
+        select_crs,
         world_positions,
     )
 
     placed_photos = [photo for photo in photos if has_position(photo)]
     if not placed_photos or not control:
         return crs, reason if crs else Finding("control.crs-local"), []
-    guess = crs or crs_of(placed_photos, None)
+    guess = crs or select_crs(placed_photos, None)
     try:
         cameras = np.median(world_positions(placed_photos, guess), axis=0)
     except GeometryError as error:

@@ -106,7 +106,7 @@ def place_by_gps(
         If the CRS cannot be used.
     """
     rows, placed_photos = _photos_with_position(scene, photos)
-    crs = crs_of(placed_photos, crs)
+    crs = select_crs(placed_photos, crs)
     world = world_positions(placed_photos, crs)
     spread = world - world.mean(axis=0)
     # Use the horizontal spread: a receiver that has lost its satellites repeats a position,
@@ -236,7 +236,7 @@ def _estimate_scatter(
     return scatter
 
 
-def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
+def select_crs(photos: Sequence[PhotoLike], crs: str | None) -> str:
     """Return the requested CRS after checking it, or the UTM zone of the photos."""
     from vomstudio.io.gis.crs import parse_crs, utm_zone
 

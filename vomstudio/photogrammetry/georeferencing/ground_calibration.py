@@ -176,7 +176,7 @@ def _lens_verdict(
     adjusted_lens: Intrinsics,
     ground_sigma: float,
     sigma: float,
-    is_freed: bool,
+    is_estimated: bool,
 ) -> LensVerdict:
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
     focal_before, focal = lens.focal[0], adjusted_lens.focal[0]
@@ -187,8 +187,8 @@ def _lens_verdict(
         "sigma_px": sigma * focal,
         "change_percent": 100 * (focal / focal_before - 1),
     }
-    code = "lens.ground-estimated" if is_freed else "lens.ground-held"
+    code = "lens.ground-estimated" if is_estimated else "lens.ground-held"
     reason = Finding(code, count=len(photos), **values)
     return LensVerdict(
-        photos, is_freed, focal_before, focal, sigma * focal if is_freed else 0.0, reason
+        photos, is_estimated, focal_before, focal, sigma * focal if is_estimated else 0.0, reason
     )

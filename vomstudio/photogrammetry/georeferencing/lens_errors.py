@@ -182,8 +182,8 @@ def _focal_errors(
             continue
         count[view.intrinsics] = count.get(view.intrinsics, 0) + 1
         focal_error = _EXIF_SIGMA if camera.exif_px is not None else UNKNOWN_FOCAL_SIGMA
-        is_freed = camera.focal == "freed" or view.name in freed_photos
-        focal_errors[view.intrinsics] = 0.0 if is_freed else focal_error
+        is_focal_free = camera.focal == "freed" or view.name in freed_photos
+        focal_errors[view.intrinsics] = 0.0 if is_focal_free else focal_error
     maximum = sorted(count, key=lambda lens: -count[lens])[:_MAX_LENSES]
     return [(lens, focal_errors[lens]) for lens in maximum]
 

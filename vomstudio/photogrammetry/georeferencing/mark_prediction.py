@@ -196,7 +196,7 @@ class MarkPrediction:
     suspect: str | None = None
 
     @property
-    def worst(self) -> tuple[str, float] | None:
+    def worst_mark(self) -> tuple[str, float] | None:
         """Photo and residual of the mark with the largest residual."""
         if not self.residuals_px:
             return None
@@ -228,7 +228,7 @@ class PlacedPhotos:
             number += 1
         return cls(tuple(parts))
 
-    def part_of(self, photo: str) -> int | None:
+    def component_number(self, photo: str) -> int | None:
         """Return the number of the component that contains a photo, or None if it has no pose."""
         for number, views in enumerate(self._views):
             if photo in views:
@@ -278,7 +278,7 @@ class PlacedPhotos:
 
         The result is empty if two marks determine the position.
         """
-        number = self.part_of(photo)
+        number = self.component_number(photo)
         if number is None or photo in marking.of(label):
             return np.zeros((0, 2))
         views = self._views[number]
@@ -355,7 +355,7 @@ def usable_tables(
     marking = ControlMarks(tuple(read_control(control)), usable_marks)
     usable_labels = find_usable_points(marking)
     if len(usable_labels) < MIN_POINTS or _is_collinear(marking, usable_labels):
-        return None, marks, missing(marking)
+        return None, marks, missing_marks_findings(marking)
     return control, marks, []
 
 
@@ -370,7 +370,9 @@ def find_usable_points(marking: ControlMarks, photos: Iterable[str] | None = Non
     ]
 
 
-def missing(marking: ControlMarks, placed_photos: PlacedPhotos | None = None) -> list[Finding]:
+def missing_marks_findings(
+    marking: ControlMarks, placed_photos: PlacedPhotos | None = None
+) -> list[Finding]:
     """Report what is still needed to register by control points and to join components."""
     findings = []
     allowed_photos = (

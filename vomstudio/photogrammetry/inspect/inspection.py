@@ -251,7 +251,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
     if undistorted_folder is not None and _depth_path(undistorted_folder, name).exists():
         undistorted = load_undistorted(_depth_path(undistorted_folder, name))
         if undistorted.pixels().shape == photo.shape:
-            photo, is_usable = undistorted.pixels(), undistorted.valid
+            photo, is_usable = undistorted.pixels(), undistorted.valid_mask
     has_depth = depth_map.depth > 0
     low, high = depth_range(depth_map.depth)
     table = color_table()
@@ -283,7 +283,7 @@ def coverage(out: Path, name: str) -> float | None:
             has_depth = arrays["depth"] > 0
         undistorted_folder = stage_folder(out, "straight")
         if undistorted_folder is not None:
-            usable_pixels = load_undistorted(_depth_path(undistorted_folder, name)).valid
+            usable_pixels = load_undistorted(_depth_path(undistorted_folder, name)).valid_mask
             if usable_pixels.shape == has_depth.shape:
                 return float((has_depth & usable_pixels).sum() / max(1, usable_pixels.sum()))
     except (OSError, ValueError, KeyError, EOFError):

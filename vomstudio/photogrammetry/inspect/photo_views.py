@@ -131,7 +131,7 @@ class PhotoViews:
         direction = np.linalg.solve(self._from_file, self.views[view].direction)
         return np.asarray(direction / np.linalg.norm(direction))
 
-    def local(self, world: npt.ArrayLike) -> FloatArray:
+    def to_local(self, world: npt.ArrayLike) -> FloatArray:
         """Transform World points (n, 3) to the cameras' frame."""
         points = np.asarray(world, np.float64).reshape(-1, 3)
         return np.asarray((points - self._world_origin) @ self._from_file.T)
@@ -142,7 +142,7 @@ class PhotoViews:
 
         Hidden points and pixels outside the photo are included.
         """
-        return self.views[view].project(self.local(world))
+        return self.views[view].project(self.to_local(world))
 
     def shows(self, view: int, world: npt.ArrayLike, slack_m: float | None = None) -> BoolArray:
         """Return a mask (n,) of the World points that a photo shows and that are not hidden.
@@ -150,7 +150,7 @@ class PhotoViews:
         slack_m : maximum distance behind the first surface, in the model's unit; default: twice the
         model's resolution
         """
-        local_points = self.local(world)
+        local_points = self.to_local(world)
         return self._shows(view, local_points, self.views[view].project(local_points), slack_m)
 
     def _shows(
@@ -165,13 +165,13 @@ class PhotoViews:
     def _is_hidden(
         self, centre: FloatArray, local_points: FloatArray, slack_m: float | FloatArray | None
     ) -> BoolArray:
-        ways = local_points - centre
-        distances = np.linalg.norm(ways, axis=1)
+        sight_lines = local_points - centre
+        distances = np.linalg.norm(sight_lines, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
         # A line of sight hits every cloud point that is closer to it than `tree.max_distance`.
         slack = np.minimum(slack + self.tree.max_distance, 0.5 * distances) + 1e-9 * distances
         max_fractions = 1.0 - slack / np.maximum(distances, 1e-300)
-        hits = self.tree.cast(centre + self._origin, ways, max_fractions)
+        hits = self.tree.cast(centre + self._origin, sight_lines, max_fractions)
         return np.asarray(hits.index >= 0)
 
     def sightings(self, world: npt.ArrayLike, slack_m: float | None = None) -> list[Sighting]:
@@ -180,7 +180,7 @@ class PhotoViews:
         Photos are sorted by their share of visible points, in fifths and largest first, then by
         pixel size on the surface, finest first.
         """
-        local_points = self.local(world)
+        local_points = self.to_local(world)
         if not len(local_points) or not self.views:
             return []
         sightings = []
@@ -232,7 +232,7 @@ class PhotoViews:
 
         step_px : approximate spacing of the pixels
         """
-        local_points = self.local(line)
+        local_points = self.to_local(line)
         if len(local_points) < 2:
             return np.zeros((0, 2)), np.zeros(0, np.bool_)
         steps = self._steps(view, local_points, step_px)

@@ -75,8 +75,8 @@ def usable_photos(
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.georeferencing.control_check import check_control
     from vomstudio.photogrammetry.georeferencing.georeference import (
-        crs_of,
         has_position,
+        select_crs,
         world_positions,
     )
     from vomstudio.photogrammetry.georeferencing.mark_observations import report_coincident_marks
@@ -109,7 +109,7 @@ def usable_photos(
                 ),
                 file=folder,
             )
-        world_positions(placed_photos, crs_of(placed_photos, settings.crs))
+        world_positions(placed_photos, select_crs(placed_photos, settings.crs))
     return photo_folder
 
 

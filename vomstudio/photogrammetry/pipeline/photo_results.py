@@ -84,14 +84,14 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
         ) from error
 
 
-def save_undistorted(path: Path, undistorted: UndistortedPhoto) -> None:
+def save_undistorted(path: Path, photo: UndistortedPhoto) -> None:
     """Write an undistorted photo with its mask and view as npz."""
     arrays = {
-        "photo": np.frombuffer(undistorted.photo, np.uint8),
-        "view": _encode_view(undistorted.view),
+        "photo": np.frombuffer(photo.photo, np.uint8),
+        "view": _encode_view(photo.view),
     }
-    if undistorted.mask is not None:
-        arrays["mask"] = np.frombuffer(undistorted.mask, np.uint8)
+    if photo.mask is not None:
+        arrays["mask"] = np.frombuffer(photo.mask, np.uint8)
     _save(path, arrays)
 
 

@@ -401,8 +401,8 @@ def _decimate(
     mesh = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(faces))
     reduction = 1 - target / len(faces)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        simplified = mesh.simplify_quadric_decimation(reduction)
-        result = simplified.vertex.positions.numpy(), simplified.triangle.indices.numpy()
+        simplified_mesh = mesh.simplify_quadric_decimation(reduction)
+        result = simplified_mesh.vertex.positions.numpy(), simplified_mesh.triangle.indices.numpy()
         if not 0.5 * target <= len(result[1]) <= 1.05 * target or not np.isfinite(result[0]).all():
             legacy_mesh = o3d.geometry.TriangleMesh(
                 o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces)

@@ -171,7 +171,7 @@ def _is_covered(offsets: FloatArray, is_above: BoolArray) -> BoolArray:
     # other.
     is_outward = np.einsum("nki,ni->nk", offsets, upper_centre) < 0
     is_inside = (is_outward & is_above).any(axis=1) | ~(is_outward & ~is_above).any(axis=1)
-    is_mingled = (counts >= MIN_POINTS_ABOVE) & (separated_share < MIN_SEPARATED_SHARE) & is_inside
+    is_mixed = (counts >= MIN_POINTS_ABOVE) & (separated_share < MIN_SEPARATED_SHARE) & is_inside
     # An isolated point of the lower sheet has points above on all sides.
     is_right, is_below = offsets[:, :, 0] >= 0, offsets[:, :, 1] >= 0
     sides = np.zeros(len(offsets), np.int64)
@@ -183,7 +183,7 @@ def _is_covered(offsets: FloatArray, is_above: BoolArray) -> BoolArray:
     ):
         sides += (quarter & is_above).any(axis=1)
     is_surrounded = (is_above.shape[1] - counts <= MAX_POINTS_BELOW) & (sides >= 3)
-    return np.asarray(is_mingled | is_surrounded)
+    return np.asarray(is_mixed | is_surrounded)
 
 
 def average_top_points(points: FloatArray, cell_size: float) -> FloatArray:

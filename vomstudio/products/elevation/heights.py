@@ -97,7 +97,7 @@ class MeshHeights:
         self._members = Members.of(bin_faces, self._view, self._faces, grid, gsd)
 
     def draw(self, tile: Tile) -> FloatArray:
-        members = self._members.members_of(tile)
+        members = self._members.tile_rows(tile)
         return _cast_rays(self._view, self._faces, members, self._grid, tile)
 
 
@@ -114,7 +114,7 @@ class CloudHeights:
         self._members = Members.of(bin_points, self._view, radii, grid, limit + gsd)
 
     def draw(self, tile: Tile) -> FloatArray:
-        members = self._members.members_of(tile)
+        members = self._members.tile_rows(tile)
         points = self._view[members]
         if len(points) > TILE_POINTS:
             points = average_top_points(points, self._grid.gsd)

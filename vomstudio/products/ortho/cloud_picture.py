@@ -52,7 +52,7 @@ class CloudSource:
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._splat_kernels import splat
 
-        members = self._members.members_of(tile)
+        members = self._members.tile_rows(tile)
         if not len(members):
             return empty_picture(tile)
         gsd, halo = self._grid.gsd, self._margin

@@ -62,7 +62,7 @@ class MeshSource:
     def draw(self, tile: Tile) -> TilePicture:
         from vomstudio.products.ortho._mesh_kernels import find_edges
 
-        members = self._members.members_of(tile)
+        members = self._members.tile_rows(tile)
         if not len(members):
             return empty_picture(tile)
         gsd = self._grid.gsd

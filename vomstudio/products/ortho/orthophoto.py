@@ -93,7 +93,7 @@ def write_orthophoto(
     force: bool = False,
     progress: Progress | None = None,
     threads: int | None = None,
-    drawn: TileSource | None = None,
+    drawn_source: TileSource | None = None,
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
     domain_extent: DomainExtent | None = None,
@@ -114,7 +114,7 @@ def write_orthophoto(
     force : bool
     progress : Progress, optional
     threads : int, optional
-    drawn : TileSource, optional
+    drawn_source : TileSource, optional
         The picture, if it has already been drawn for this plan.
     features : tuple of Item, optional
         Features in the World frame, which are written as vector data.
@@ -152,7 +152,7 @@ def write_orthophoto(
     picture_crs = crs if is_map else view_plane_crs(plan.view.is_metric, picture_id(metadata))
     raster = Raster(grid.width, grid.height, "rgba", transform, picture_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = _mask_domain(drawn or create_source(data, plan), plan, domain_extent)
+    source = _mask_domain(drawn_source or create_source(data, plan), plan, domain_extent)
     reduced_picture = _ReducedPicture(grid) if sheet is not None or drawings else None
     with atomic_group(targets, force, named_files=pages) as temporary_paths:
         paths = dict(zip(targets, temporary_paths, strict=True))

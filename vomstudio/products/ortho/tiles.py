@@ -125,7 +125,7 @@ class Members:
             bin_elements(*bin_arguments, starts[:-1].copy(), rows)
         return cls(rows, starts)
 
-    def members_of(self, tile: Tile) -> Int32Array:
+    def tile_rows(self, tile: Tile) -> Int32Array:
         return self.rows[self.starts[tile.number] : self.starts[tile.number + 1]]
 
 

@@ -24,14 +24,14 @@ def format_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
         for row in rows
     ]
     title = f"{tr(TITLE)} (VOM Studio {__version__})"
-    return "\n".join([title, "", *lines, "", *map(str, (tally(checks), *notes))])
+    return "\n".join([title, "", *lines, "", *map(str, (coverage_finding(checks), *notes))])
 
 
 def _headings() -> tuple[str, ...]:
     return ("", tr("truth"), tr("measured"), tr("error"), tr("stated 95 %"), tr("within"))
 
 
-def tally(checks: Sequence[Check]) -> Finding:
+def coverage_finding(checks: Sequence[Check]) -> Finding:
     """Report how often the true value lies within the stated region."""
     stated_checks = [check for check in checks if check.within is not None]
     within_count = sum(bool(check.within) for check in stated_checks)
@@ -54,7 +54,9 @@ def format_html(
         f"<figcaption>{escape(text)}</figcaption></figure>"
         for name, text in images.items()
     )
-    paragraphs = "".join(f"<p>{escape(note)}</p>" for note in map(str, (tally(checks), *notes)))
+    paragraphs = "".join(
+        f"<p>{escape(note)}</p>" for note in map(str, (coverage_finding(checks), *notes))
+    )
     title = escape(tr(TITLE))
     units = escape(
         tr(

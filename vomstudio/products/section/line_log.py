@@ -62,7 +62,7 @@ class LogRequest:
         Lithology and notes (RockDescription) by the key of their boundary.
     is_metric : bool
         Whether lengths are in metres.
-    marked : frozenset of str
+    overturned_ids : frozenset of str
         Ids of traces whose bed is marked as overturned.
     """
 
@@ -76,7 +76,7 @@ class LogRequest:
     reach_m: float | None
     words: Mapping[str, RockDescription]
     is_metric: bool
-    marked: frozenset[str] = frozenset()
+    overturned_ids: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class LogResult:
         Ids of the traces to which the bedding was fitted.
     """
 
-    question: LogRequest
+    request: LogRequest
     boundaries: tuple[Boundary, ...]
     bed: Plane
     bed95_deg: float
@@ -127,25 +127,25 @@ def read_rock_descriptions(line: Feature) -> dict[str, RockDescription]:
     return {key: RockDescription(lithology, notes) for key, lithology, notes in beds}
 
 
-def compute_log(question: LogRequest) -> LogResult:
+def compute_log(request: LogRequest) -> LogResult:
     """Compute a log along a line, as `vomstudio log` does. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
-    max_distance = _max_distance(question)
-    boundaries = _boundaries(question, max_distance)
-    bed = _determine_bedding(question, boundaries, max_distance)
-    sigma = question.options.sigma_m
+    max_distance = _max_distance(request)
+    boundaries = _boundaries(request, max_distance)
+    bed = _determine_bedding(request, boundaries, max_distance)
+    sigma = request.options.sigma_m
     if sigma is None:
         crossing_traces = [
-            question.traces[boundary.key]
+            request.traces[boundary.key]
             for boundary in boundaries
-            if boundary.key in question.traces
+            if boundary.key in request.traces
         ]
         # The line itself follows the face, so its deviation from a plane is not an error.
-        sigma = pick_scatter_m([replace(question.line, fit=None), *crossing_traces])
+        sigma = pick_scatter_m([replace(request.line, fit=None), *crossing_traces])
     # Intervals refer to their boundaries by name, so the names must be unique.
     labels = unique_names([boundary.name for boundary in boundaries])
-    descriptions = [question.words.get(boundary.key, RockDescription()) for boundary in boundaries]
+    descriptions = [request.words.get(boundary.key, RockDescription()) for boundary in boundaries]
     log = bed_log(
         [boundary.position for boundary in boundaries],
         bed.plane,
@@ -154,19 +154,19 @@ def compute_log(question: LogRequest) -> LogResult:
         notes=[word.notes for word in descriptions],
         sigma_m=sigma,
         bed_error_deg=bed.error95_deg,
-        overturned=question.options.overturned,
+        overturned=request.options.overturned,
     )
     if not bed.are_parallel or bed.fit95_deg > _MAX_BEDDING_ERROR_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         log = replace(log, warnings=(*log.warnings, warning))
-    overturned = sum(boundary.key in question.marked for boundary in boundaries)
-    if overturned and not question.options.overturned:
+    overturned = sum(boundary.key in request.overturned_ids for boundary in boundaries)
+    if overturned and not request.options.overturned:
         warning = Finding("log.overturned-beds", count=overturned)
         log = replace(log, warnings=(*log.warnings, warning))
     keys = dict(zip(labels, (boundary.key for boundary in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in log.intervals)
     return LogResult(
-        question,
+        request,
         tuple(boundaries),
         bed.plane,
         bed.error95_deg,
@@ -178,17 +178,17 @@ def compute_log(question: LogRequest) -> LogResult:
     )
 
 
-def _max_distance(question: LogRequest) -> float:
+def _max_distance(request: LogRequest) -> float:
     from vomstudio.geometry.lines import path_length
 
     return (
-        _DEFAULT_REACH_SHARE * path_length(question.line.points)
-        if question.reach_m is None
-        else question.reach_m
+        _DEFAULT_REACH_SHARE * path_length(request.line.points)
+        if request.reach_m is None
+        else request.reach_m
     )
 
 
-def _boundaries(question: LogRequest, max_distance: float) -> list[Boundary]:
+def _boundaries(request: LogRequest, max_distance: float) -> list[Boundary]:
     """Find the boundaries in order along the line.
 
     Raises InputError if there are fewer than two.
@@ -196,8 +196,8 @@ def _boundaries(question: LogRequest, max_distance: float) -> list[Boundary]:
     from vomstudio.geology.beds.log_boundaries import crossings
 
     boundaries: list[tuple[float, Boundary]] = []
-    points = question.line.points
-    if question.of in (POINTS, BOTH):
+    points = request.line.points
+    if request.of in (POINTS, BOTH):
         distances_along = np.concatenate(
             [[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()]
         )
@@ -206,18 +206,18 @@ def _boundaries(question: LogRequest, max_distance: float) -> list[Boundary]:
         ):
             key = f"{POINT_PREFIX}{i}"
             boundaries.append((position, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
-    if question.of in (TRACES, BOTH):
+    if request.of in (TRACES, BOTH):
         traces = {
             id_: measurement.points
-            for id_, measurement in question.traces.items()
-            if id_ != question.line_id
+            for id_, measurement in request.traces.items()
+            if id_ != request.line_id
         }
         for crossing in crossings(points, traces, max_distance):
             x, y, z = crossing.position.tolist()
-            name = question.names[crossing.name]
+            name = request.names[crossing.name]
             boundaries.append((crossing.position_m, Boundary(crossing.name, name, (x, y, z))))
     if len(boundaries) < 2:
-        unit = "m" if question.is_metric else tr("units")
+        unit = "m" if request.is_metric else tr("units")
         raise InputError(
             Finding("log.too-few-boundaries", count=len(boundaries), reach=max_distance, unit=unit)
         )
@@ -245,7 +245,7 @@ class _Bed(NamedTuple):
 
 
 def _determine_bedding(
-    question: LogRequest, boundaries: list[Boundary], max_distance: float
+    request: LogRequest, boundaries: list[Boundary], max_distance: float
 ) -> _Bed:
     """Determine the attitude of the beds.
 
@@ -259,20 +259,20 @@ def _determine_bedding(
     """
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
-    if question.bed is not None:
-        return _Bed(question.bed, question.options.bed_error_deg or 0.0)
+    if request.bed is not None:
+        return _Bed(request.bed, request.options.bed_error_deg or 0.0)
     ids = [
-        boundary.key for boundary in boundaries if boundary.key in question.traces
-    ] or _find_near_traces(question, max_distance)
+        boundary.key for boundary in boundaries if boundary.key in request.traces
+    ] or _find_near_traces(request, max_distance)
     if not ids:
         raise InputError(Finding("log.no-bedding"))
-    common_bed = fit_common_bed([question.traces[id_].points for id_ in ids])
+    common_bed = fit_common_bed([request.traces[id_].points for id_ in ids])
     fit95 = common_bed.max_confidence95_deg or 0.0
     deviating_count = sum(
-        _is_deviating(question.traces[id_], common_bed.plane, fit95) for id_ in ids
+        _is_deviating(request.traces[id_], common_bed.plane, fit95) for id_ in ids
     )
     are_parallel = common_bed.are_parallel and deviating_count <= _MAX_DEVIATING_SHARE * len(ids)
-    error = common_error_deg(fit95, (question.traces[id_] for id_ in ids)) or 0.0
+    error = common_error_deg(fit95, (request.traces[id_] for id_ in ids)) or 0.0
     return _Bed(common_bed.plane, error, fit95, tuple(ids), are_parallel)
 
 
@@ -287,16 +287,16 @@ def _is_deviating(trace: Measurement, common_plane: Plane, error_deg: float) -> 
     )
 
 
-def _find_near_traces(question: LogRequest, max_distance: float) -> list[str]:
+def _find_near_traces(request: LogRequest, max_distance: float) -> list[str]:
     """Return the traces within reach of the line or, if there are none, within its length."""
     from vomstudio.geometry.lines import nearest_approach, path_length
 
     distance_by_id = {
-        id_: nearest_approach(question.line.points, trace.points).distance
-        for id_, trace in question.traces.items()
-        if id_ != question.line_id and len(trace.points) > 1
+        id_: nearest_approach(request.line.points, trace.points).distance
+        for id_, trace in request.traces.items()
+        if id_ != request.line_id and len(trace.points) > 1
     }
-    for limit in (max_distance, path_length(question.line.points)):
+    for limit in (max_distance, path_length(request.line.points)):
         if near_ids := [id_ for id_, distance in distance_by_id.items() if distance <= limit]:
             return near_ids
     return []

@@ -99,8 +99,8 @@ class Curtain:
     @property
     def ends(self) -> tuple[float, float]:
         """Azimuths of the left and the right end in degrees."""
-        first_end, last_end = self.panels[0].right, self.panels[-1].right
-        left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first_end, last_end))
+        first_right, last_right = self.panels[0].right, self.panels[-1].right
+        left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first_right, last_right))
         return wrap360(left), wrap360(right)
 
     @property

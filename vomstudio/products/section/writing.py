@@ -155,7 +155,7 @@ def project_items(
     items: tuple[Item, ...],
     curtain: Curtain,
     directions: ProjectionDirections,
-    within: float | None,
+    max_distance: float | None,
 ) -> tuple[tuple[ProjectedItem, ...], int]:
     """Project features onto a section.
 
@@ -166,7 +166,7 @@ def project_items(
     items : tuple of Item
     curtain : Curtain
     directions : ProjectionDirections
-    within : float or None
+    max_distance : float or None
         Maximum distance from the section, m.
 
     Returns
@@ -186,7 +186,9 @@ def project_items(
         if len(curtain.panels) > 1 and len(item.points) > 1:
             parts = project_along_bends(item, reachable_panels, direction)
             near_features = [
-                item for item in parts if within is None or np.abs(item.distance).mean() <= within
+                item
+                for item in parts
+                if max_distance is None or np.abs(item.distance).mean() <= max_distance
             ]
             projected_features += near_features
             continue
@@ -208,7 +210,8 @@ def project_items(
                     projected_feature, points=projected_feature.points + shift
                 )
         if best_projection is None or (
-            within is not None and float(np.abs(best_projection.distance).mean()) > within
+            max_distance is not None
+            and float(np.abs(best_projection.distance).mean()) > max_distance
         ):
             continue
         projected_features.append(best_projection)

@@ -23,7 +23,7 @@ from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.layers import Layer
 from vomstudio.io.gis.qgis_project import MapLayer, qgs
 from vomstudio.io.gis.qml import Style, qml
-from vomstudio.project.exports.map_styles import style_of
+from vomstudio.project.exports.map_styles import layer_style
 from vomstudio.project.records import Record
 from vomstudio.project.tables.project_table import ProjectTable
 
@@ -57,7 +57,7 @@ def write_layers(
     """
     # Without a CRS, GDAL would declare east and north.
     crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
-    styles = [style_of(layer, records) for layer in layers]
+    styles = [layer_style(layer, records) for layer in layers]
     paths = [out, out.with_suffix(".qgs")] if writes_map else [out]
     with atomic_group(paths, force=force) as parts:
         is_appending = False

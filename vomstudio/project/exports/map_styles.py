@@ -26,7 +26,7 @@ _LINE_STYLE = (
 """Solid, dashed and dotted, as used on maps for certain, approximate and inferred lines."""
 
 
-def style_of(layer: Layer, records: Mapping[str, Record]) -> Style:
+def layer_style(layer: Layer, records: Mapping[str, Record]) -> Style:
     """Return the style of a layer returned by `project_layers`."""
     colors = {
         record.name.casefold(): record.color

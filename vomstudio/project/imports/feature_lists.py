@@ -160,7 +160,7 @@ def read_listed_features(
     for index, (row, points) in enumerate(zip(rows, world_points, strict=True), 1):
         if not index % ROWS_PER_PROGRESS_STEP:
             progress.step(index)
-        row = replace(row, layer=factory.kind_of_line(row))
+        row = replace(row, layer=factory.line_kind(row))
         file_points = transform.apply(to_file, points)
         reason = _invalid_points(row, points) or _distance_finding(file_points, bounds)
         if reason is not None:

@@ -139,7 +139,7 @@ class FeatureFactory:
             axis="auto",
         )
 
-    def kind_of_line(self, row: ListedRow) -> str:
+    def line_kind(self, row: ListedRow) -> str:
         """Return "lineations" for a trace whose feature type is linear, otherwise its layer."""
         if row.layer != "traces":
             return row.layer

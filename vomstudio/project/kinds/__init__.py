@@ -17,10 +17,10 @@ from vomstudio.project.kind import (
     KindGroup,
     get_kind,
     group_and_set,
-    group_of,
     has_plane,
     is_picked_plane,
     register,
+    visibility_group,
 )
 
 __all__ = [
@@ -33,9 +33,9 @@ __all__ = [
     "find_kind",
     "get_kind",
     "group_and_set",
-    "group_of",
     "has_plane",
     "is_picked_plane",
+    "visibility_group",
 ]
 
 

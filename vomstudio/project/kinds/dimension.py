@@ -18,7 +18,7 @@ from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.bed_descriptions import notes_with_beds
 from vomstudio.project.dimension_errors import (
-    direction_of,
+    direction_figures,
     point_errors,
     registration_errors,
     thickness_error,
@@ -126,7 +126,7 @@ def _measure(context: MeasurementContext, feature: Dimension) -> Measurement:
     figures |= registration_errors(figures, model, step)
     if feature.kind == "distance" and step is not None:
         resolution_m = length_in_metres(feature.resolution, matrix_to_world(model))
-        figures |= direction_of(step, model) | point_errors(figures, resolution_m)
+        figures |= direction_figures(step, model) | point_errors(figures, resolution_m)
     return Measurement(
         points,
         None,

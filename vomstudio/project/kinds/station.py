@@ -94,7 +94,7 @@ def sketch(subject: Subject, measurements: Lookup) -> Sketch | None:
     return Sketch(points, points[0], label=station.number or "–")
 
 
-def photos_of(*stations: Station) -> list[str]:
+def station_photos(*stations: Station) -> list[str]:
     """Return the names of the photos of stations.
 
     Parameters
@@ -138,7 +138,7 @@ def merge_stations(features: Sequence[Feature], scale: float) -> list[Feature]:
                     merged_stations[key] = replace(
                         first_station,
                         photo=PHOTO_SEPARATOR.join(
-                            dict.fromkeys(photos_of(first_station, feature))
+                            dict.fromkeys(station_photos(first_station, feature))
                         ),
                         notes="\n".join(
                             dict.fromkeys(filter(None, (first_station.notes, feature.notes)))

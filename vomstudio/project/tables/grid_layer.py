@@ -16,7 +16,7 @@ from vomstudio.geology.coverage.face_coverage import (
     UNMEASURABLE_MARK,
 )
 from vomstudio.geometry import transform
-from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.grid_edits import grid_marks
 from vomstudio.project.measurement import matrix_to_world
 from vomstudio.project.records import FaceGrid, Model, Record, get
 
@@ -45,7 +45,7 @@ def world_cells(
     grid: FaceGrid, records: Mapping[str, Record], marks: str | None = None
 ) -> tuple[IntArray, FloatArray]:
     """Return the numbers (n,) and World corners (n, 4, 3) of the cells with one of the marks."""
-    cell_marks = marks_of(grid)
+    cell_marks = grid_marks(grid)
     selected_rows = [i for i, mark in enumerate(cell_marks) if marks is None or mark in marks]
     cell_numbers = np.array(selected_rows, np.int64)
     corners = grid_in_file_frame(grid).corners(cell_numbers).reshape(-1, 3)
@@ -64,7 +64,7 @@ def grid_cells(
         if not isinstance(grid, FaceGrid):
             continue
         model = get(records, grid.model_id, Model)
-        marks = marks_of(grid)
+        marks = grid_marks(grid)
         cell_numbers, corners = world_cells(grid, records)
         shapes += list(corners)
         for cell in cell_numbers.tolist():

@@ -59,16 +59,16 @@ _TEXT_TYPES = {str, NoneType}
 _PLAIN_TYPES = {str, bool, int, NoneType}
 
 
-def row_of(subject: Subject, figures: Iterable[Figure]) -> Row:
+def create_row(subject: Subject, figures: Iterable[Figure]) -> Row:
     """Return a row with the figures of the subject that have a column, and None elsewhere."""
     row: Row = dict.fromkeys(COLUMNS)
     for name, value in _table_figures(tuple(figures)):
-        row[name] = plain(value(subject))
+        row[name] = to_python_value(value(subject))
     return row
 
 
 def build_rows(subjects: Sequence[Subject], figures: Iterable[Figure]) -> list[Row]:
-    """Return `row_of` for subjects with the same figures, five times faster by columns."""
+    """Return `create_row` for subjects with the same figures, five times faster by columns."""
     rows: list[Row] = []
     table_figures = _table_figures(figures := tuple(figures))
     has_covariances = not set(figures).isdisjoint(catalogue.NORMAL_COVARIANCE)
@@ -191,7 +191,7 @@ def line_row(line: Line, **metadata: Any) -> Row:
 
 def _detached_row(measurement: Measurement, *figures: Figure) -> Row:
     """Return the row of a measurement that does not belong to a feature."""
-    return row_of(Subject(None, measurement), figures)
+    return create_row(Subject(None, measurement), figures)
 
 
 def write_orientation_csv(
@@ -269,7 +269,7 @@ def _add_metadata(row: Row, metadata: Mapping[str, Any]) -> Row:
     return row
 
 
-def plain(value: Any) -> Any:
+def to_python_value(value: Any) -> Any:
     """Return the value, or None if it is undefined or infinite, as in CSV and JSON."""
     if type(value) is float:
         return value if math.isfinite(value) else None
@@ -279,13 +279,13 @@ def plain(value: Any) -> Any:
 
 
 def _plain_column(values: list[Any]) -> list[Any]:
-    """Return `plain` of each value; fast for columns of a single type."""
+    """Return `to_python_value` of each value; fast for columns of a single type."""
     classes = set(map(type, values))
     if classes <= _PLAIN_TYPES:
         return values
     if classes <= _NUMBER_TYPES:
         return [value if value is None or math.isfinite(value) else None for value in values]
-    return [plain(value) for value in values]
+    return [to_python_value(value) for value in values]
 
 
 def _csv_column(values: Sequence[Any]) -> list[str]:

@@ -21,7 +21,7 @@ from vomstudio.project.records import Feature, Record
 from vomstudio.project.repeated_features import first_picks
 from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 from vomstudio.project.tables.grid_layer import grid_cells
-from vomstudio.project.tables.orientation_table import plain
+from vomstudio.project.tables.orientation_table import to_python_value
 from vomstudio.project.tables.project_table import ProjectTable
 
 _POINT_LAYERS = {"plane": "planes", "line": "lines"}
@@ -101,7 +101,7 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
     ]
     columns = {}
     for figure in layer.figures:
-        values = [plain(figure.value(subject)) for subject, _ in drawn_shapes]
+        values = [to_python_value(figure.value(subject)) for subject, _ in drawn_shapes]
         if layer.sparse and figure.form != "text" and all(value is None for value in values):
             continue
         columns[figure.name] = _column(values, figure)

@@ -45,10 +45,10 @@ def cloud_view(
     eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
 ) -> CloudView:
     """Transform the view of an eye to the file frame of a cloud."""
-    linear = to_world[:3, :3]
-    scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
+    linear_part = to_world[:3, :3]
+    scale = float(np.cbrt(abs(np.linalg.det(linear_part)))) or 1.0
     position = from_world[:3, :3] @ eye.position + from_world[:3, 3]
-    axes = np.stack([eye.right, eye.up, eye.direction]) @ linear / scale
+    axes = np.stack([eye.right, eye.up, eye.direction]) @ linear_part / scale
     half_height = eye.half_height / scale if eye.orthographic else eye.half_height
     # The near plane is closer than any realistic view, because the true near plane depends on
     # the loaded nodes.

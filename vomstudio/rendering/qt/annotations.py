@@ -74,7 +74,7 @@ class _FeatureArrays:
     extents: FloatArray
     sizes: FloatArray
     is_measured: BoolArray
-    labelled: BoolArray
+    has_label: BoolArray
     symbol_rows: IntArray
     symbols: SymbolSet
     discs: BoolArray
@@ -90,15 +90,15 @@ class _FeatureArrays:
             return False
         if drawing is None:
             del self.rows[id_]
-            self.labelled[row] = False
+            self.has_label[row] = False
             return True
         if not (drawing.visible and drawing.label) or drawing.symbol:
             return False
         self.drawings[row], self.extents[row] = drawing, drawing.extent
-        self.is_measured[row], self.labelled[row] = False, True
+        self.is_measured[row], self.has_label[row] = False, True
         return True
 
-    def rows_of(self, ids: Iterable[str]) -> IntArray:
+    def find_rows(self, ids: Iterable[str]) -> IntArray:
         """Return the rows of the drawings with these ids, ignoring unknown ids."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
@@ -106,7 +106,7 @@ class _FeatureArrays:
     def flags(self, ids: Iterable[str]) -> BoolArray:
         """Return a mask (n,) of the drawings with these ids."""
         flags = np.zeros(self.count, np.bool_)
-        flags[self.rows_of(ids)] = True
+        flags[self.find_rows(ids)] = True
         return flags
 
     def numbers(self, values: Mapping[str, int]) -> IntArray:
@@ -219,11 +219,11 @@ class Annotations:
             return
         ratio = painter.device().devicePixelRatioF()
         is_selected = self._selection_mask(arrays, selected_names)
-        labelled = self._label_mask(arrays, is_selected, is_moving)
-        labelled[arrays.symbol_rows] = True
+        has_label = self._label_mask(arrays, is_selected, is_moving)
+        has_label[arrays.symbol_rows] = True
         # Only these are projected, because projecting thousands takes too long for a step of a
         # drag.
-        rows = np.flatnonzero(labelled)
+        rows = np.flatnonzero(has_label)
         self._measure(arrays, rows)
         pixels, is_visible = project(arrays.places[rows].reshape(-1, 3))
         is_visible = is_visible.reshape(len(rows), arrays.places.shape[1])
@@ -291,16 +291,16 @@ class Annotations:
         """Return which drawings (n,) may be labelled, wherever they are in the view."""
         if self.label_mode == "none":
             return np.zeros(arrays.count, np.bool_)
-        labelled = arrays.labelled.copy()
+        has_label = arrays.has_label.copy()
         if self._is_selection_only(arrays):
-            labelled &= is_selected
-        if is_moving and int(labelled.sum()) > MAX_PLACED_IN_MOTION:
+            has_label &= is_selected
+        if is_moving and int(has_label.sum()) > MAX_PLACED_IN_MOTION:
             # Placing thousands of labels takes too long for a step of a drag; at rest, all are
             # placed.
             was_shown = arrays.flags(self._label_ages)
             if was_shown.any():
-                labelled &= was_shown
-        return labelled
+                has_label &= was_shown
+        return has_label
 
     def _choose_positions(
         self, arrays: _FeatureArrays, rows: IntArray, is_visible: BoolArray, is_moving: bool
@@ -505,7 +505,7 @@ class Annotations:
     # --- labels ------------------------------------------------------------------------------
     def _is_selection_only(self, arrays: _FeatureArrays) -> bool:
         """Return whether only selected features are labelled to avoid hiding the rock."""
-        has_many_labels = int(arrays.labelled.sum()) > MAX_LABELLED_FEATURES
+        has_many_labels = int(arrays.has_label.sum()) > MAX_LABELLED_FEATURES
         return self.label_mode == "selected" or (self.label_mode == "auto" and has_many_labels)
 
     def _paint_labels(

@@ -74,13 +74,13 @@ class ClipHandles(QObject):
 
     # -- contents of the box
 
-    def holds(self, points: FloatArray) -> BoolArray:
+    def contains(self, points: FloatArray) -> BoolArray:
         """Return whether points (n, 3) in the World frame are inside the box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
         return self.box.contains(points)
 
-    def meets(self, drawing: FeatureDrawing) -> bool:
+    def intersects(self, drawing: FeatureDrawing) -> bool:
         """Return whether any part of a feature is inside the box."""
         if self.box is None:
             return True

@@ -36,12 +36,12 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_k
     painter.setBrush(QColor(18, 20, 23, 95))
     painter.drawEllipse(centre, 46.0, 46.0)
 
-    def pixel_of(vector: Sequence[float] | FloatArray, max_distance: float = radius) -> QPointF:
+    def to_pixel(vector: Sequence[float] | FloatArray, max_distance: float = radius) -> QPointF:
         x, y = (frame[:2] @ np.asarray(vector, float)) * max_distance
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 
     angles = np.linspace(0.0, 2.0 * np.pi, 49)
-    ring = QPolygonF([pixel_of((math.sin(a), math.cos(a), 0.0)) for a in angles])
+    ring = QPolygonF([to_pixel((math.sin(a), math.cos(a), 0.0)) for a in angles])
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(painting.DARK, 3.2))
     painter.drawPolyline(ring)
@@ -49,8 +49,8 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_k
     painter.drawPolyline(ring)
     needle = np.array([0.0, 1.0, 0.0])
     half_width = np.array([1.0, 0.0, 0.0]) * 0.3
-    north = QPolygonF([pixel_of(needle), pixel_of(half_width), pixel_of(-half_width)])
-    south_needle = QPolygonF([pixel_of(-needle), pixel_of(half_width), pixel_of(-half_width)])
+    north = QPolygonF([to_pixel(needle), to_pixel(half_width), to_pixel(-half_width)])
+    south_needle = QPolygonF([to_pixel(-needle), to_pixel(half_width), to_pixel(-half_width)])
     painter.setPen(QPen(painting.DARK, 1.2))
     painter.setBrush(QColor(235, 235, 235))
     painter.drawPolygon(south_needle)
@@ -63,7 +63,7 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, is_north_k
         if not letter:
             continue
         azimuth_rad = math.radians(90.0 * k)
-        position = pixel_of((math.sin(azimuth_rad), math.cos(azimuth_rad), 0.0), radius + 9.0)
+        position = to_pixel((math.sin(azimuth_rad), math.cos(azimuth_rad), 0.0), radius + 9.0)
         # In a horizontal view the letters meet at the needle, and only the first one is drawn.
         if any(
             math.hypot(position.x() - q.x(), position.y() - q.y()) < 13.0 for q in occupied_points

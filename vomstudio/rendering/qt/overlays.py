@@ -31,7 +31,7 @@ class Overlays:
         Colour bars of the last paint.
     legend : ColorLegend
         Legend of the colours of features.
-    covered : QRectF
+    covered_rect : QRectF
         Rectangle that another widget covers.
     """
 
@@ -44,7 +44,7 @@ class Overlays:
         self.is_unit_known = True
         self.bars: list[bar_painting.ColorBar] = []
         self.legend = ColorLegend()
-        self.covered = QRectF()
+        self.covered_rect = QRectF()
 
     def paint(
         self,
@@ -87,7 +87,7 @@ class Overlays:
             reserved_rects=(
                 compass_and_scale.compass_box(height),
                 compass_and_scale.scale_bar_box(width, height),
-                self.covered,
+                self.covered_rect,
                 *(bar.box for bar in self.bars),
                 *([self.legend.box()] if self.legend.entries else []),
             ),
@@ -99,7 +99,7 @@ class Overlays:
         compass_and_scale.draw_compass(painter, self._camera.frame, height, self.is_north_known)
         scale_bar_box = compass_and_scale.scale_bar_box(width, height)
         compass_box = compass_and_scale.compass_box(height)
-        is_free = not any(map(scale_bar_box.intersects, (self.covered, compass_box)))
+        is_free = not any(map(scale_bar_box.intersects, (self.covered_rect, compass_box)))
         compass_and_scale.draw_scale_bar(
             painter,
             self._camera.metres_per_pixel(height),
@@ -123,4 +123,4 @@ class Overlays:
             (scale, (scale.title, self._captions.get(model_id, "") if has_several_scales else ""))
             for scale, model_id in scales
         ]
-        return bar_painting.lay_out_bars(captioned_scales, *size, covered_rect=self.covered)
+        return bar_painting.lay_out_bars(captioned_scales, *size, covered_rect=self.covered_rect)

@@ -41,7 +41,7 @@ class PreviewPainter:
         Returns the pixels of points in the World frame, and whether each is visible.
     reading_position : ReadingPosition
         Stores the position of the reading box.
-    covered : QRectF, optional
+    covered_rect : QRectF, optional
         Rectangle that another widget covers.
     """
 
@@ -52,14 +52,19 @@ class PreviewPainter:
         extent: tuple[float, float],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         reading_position: ReadingPosition,
-        covered: QRectF | None = None,
+        covered_rect: QRectF | None = None,
     ) -> None:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
-        self._place = reading_position
+        self._reading_position = reading_position
         self._widget = None
-        if covered is not None and not covered.isEmpty():
-            self._widget = covered.x(), covered.y(), covered.width(), covered.height()
+        if covered_rect is not None and not covered_rect.isEmpty():
+            self._widget = (
+                covered_rect.x(),
+                covered_rect.y(),
+                covered_rect.width(),
+                covered_rect.height(),
+            )
 
     def paint(self, preview: Preview, cursor: QPointF | None, hovered_handle: int | None) -> None:
         painter = self._painter
@@ -107,7 +112,7 @@ class PreviewPainter:
         if preview.brush is not None:
             clearance = self._paint_brush(preview.brush, color)
         if cursor is None or not (preview.reading or preview.verdict):
-            self._place.clear_state()
+            self._reading_position.clear_state()
             return
         clearance = min(clearance, 0.2 * width)
         pixels, _ = self._camera.project(line, (width, height))
@@ -132,7 +137,9 @@ class PreviewPainter:
         boxes = [ReadoutBox(preview.reading, preview.verdict)]
         if len(preview.reading) > 1:
             boxes.append(ReadoutBox(preview.reading[:1], preview.verdict))
-        number, box = self._place.choose([b.size() for b in boxes], self._extent, picked_points)
+        number, box = self._reading_position.choose(
+            [b.size() for b in boxes], self._extent, picked_points
+        )
         boxes[number].paint(self._painter, QRectF(*box))
 
     def _border(self, preview: Preview) -> FloatArray:

@@ -248,7 +248,7 @@ class SecondView(QWidget):
         pixels, _ = self.camera.project(points, self.extent())
         if self._scene is None:
             return pixels, np.zeros(len(pixels), np.bool_)
-        return pixels, self._scene.visibility(points) & self._source.clip.holds(points)
+        return pixels, self._scene.visibility(points) & self._source.clip.contains(points)
 
     def hover(self, x: float, y: float, *, is_free: bool) -> None:
         """Ignore the cursor at a pixel, because this view has no highlights."""

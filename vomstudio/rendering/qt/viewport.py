@@ -114,7 +114,7 @@ class Viewport(QWidget):
             lifetime,
             picture,
             notes,
-            self.clip.meets,
+            self.clip.intersects,
             lambda: self.clip.box is not None,
         )
         self.photos = PhotoCameras(camera, self, lifetime, picture)
@@ -231,7 +231,7 @@ class Viewport(QWidget):
 
     def _project_unclipped(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels, is_visible = self.project(points)
-        return pixels, is_visible & self.clip.holds(points)
+        return pixels, is_visible & self.clip.contains(points)
 
     def ray(self, x: float, y: float) -> tuple[FloatArray, FloatArray]:
         """Return the World origin and unit direction of the line of sight through a pixel."""
@@ -268,7 +268,7 @@ class Viewport(QWidget):
 
     def set_covered(self, box: QRect) -> None:
         """Keep labels and colour bars out of a rectangle that another widget covers."""
-        self.overlays.covered = QRectF(box)
+        self.overlays.covered_rect = QRectF(box)
         self._forget_base()
         self.update()
 
@@ -298,7 +298,7 @@ class Viewport(QWidget):
                 self.extent(),
                 self.project,
                 self.reading_position,
-                self.overlays.covered,
+                self.overlays.covered_rect,
             ).paint(self.preview, self.gestures.cursor, self.gestures.hovered_handle)
         painter.end()
         self._picture.finish_paint()

@@ -99,7 +99,7 @@ class ActorCreator:
         if model.streamer is not None and part.row not in model.shown_rows:
             return
         if self._frame.add_part(model, part):
-            self._visibility.size_part_points(model, part)
+            self._visibility.set_part_point_size(model, part)
         else:
             self._frame.mark_outdated()
 

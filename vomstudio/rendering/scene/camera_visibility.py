@@ -38,16 +38,16 @@ class SceneVisibility:
             models, self.eye, self._canvas.size, planes.box, include_all_nodes=include_all_nodes
         )
 
-    def size_points(self) -> None:
+    def set_point_sizes(self) -> None:
         """Set the point sizes of all clouds in view."""
         for model, part in self.parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
-                self.size_part_points(model, part)
+                self.set_part_point_size(model, part)
 
-    def size_part_points(self, model: ModelScene, part: Part) -> None:
+    def set_part_point_size(self, model: ModelScene, part: Part) -> None:
         assert self.eye is not None
         style, height = self._contents.look, self._canvas.size[1]
-        visible_parts.size_points(model, part, self.eye, self.camera, height, style)
+        visible_parts.set_point_sizes(model, part, self.eye, self.camera, height, style)
 
     def texels_per_pixel(self) -> dict[int, float]:
         """Return the texels per pixel for each texture in view, keyed by its `id`."""

@@ -32,7 +32,7 @@ class PixelRegion:
             self.left - margin, self.bottom - margin, self.right + margin, self.top + margin
         )
 
-    def within(self, size: tuple[int, int]) -> PixelRegion:
+    def clip_to(self, size: tuple[int, int]) -> PixelRegion:
         """Return the part inside a picture, or at least one pixel at the picture's edge."""
         (left, right), (bottom, top) = (
             np.clip((low, high), 0, end - 1).tolist()

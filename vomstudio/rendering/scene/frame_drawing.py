@@ -116,7 +116,10 @@ class FramePicture:
         if any(m.proxies and not m.has_all_chunks for m in self._contents.visible()):
             return True
         parts = [part for _, part in self._visibility.parts()]
-        return not all(p.is_uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
+        return (
+            not all(p.is_uploaded for p in parts)
+            or self.pace.estimate_seconds(parts) > SLOW_FRAME_S
+        )
 
     def draw(self, *, is_moving: bool) -> None:
         """Draw a picture now, using proxies if drawing the models takes too long."""
@@ -129,7 +132,7 @@ class FramePicture:
         self._visibility.apply()
         self._nodes.update_nodes(fetches_nodes=not is_moving)
         # Set first, because the point size affects the drawing time.
-        self._visibility.size_points()
+        self._visibility.set_point_sizes()
         proxy = self.is_slow
         self.has_more_nodes = False
         if proxy:
@@ -240,7 +243,7 @@ class FramePicture:
         self._visibility.apply()
         self._nodes.update_nodes()
         self._levels.choose()
-        self._visibility.size_points()
+        self._visibility.set_point_sizes()
         self._forget_bands()
         self._frame.begin(self._visibility.parts())
 
@@ -271,7 +274,7 @@ class FramePicture:
         if frame.is_first and not frame.pending_parts and not self.is_shaded:
             # The features, including copying the surface below them, are a separate step unless
             # the whole frame is drawn quickly.
-            is_last = is_last or self.pace.expected(batch) <= BATCH_S
+            is_last = is_last or self.pace.estimate_seconds(batch) <= BATCH_S
         self._show_parts(batch)
         uses_bands = is_last and self._needs_bands
         self._render(
@@ -467,7 +470,7 @@ class FramePicture:
         """Redraw a part of the picture with changed features, by default with the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
-        region = region.enlarged(width).within(canvas.size)
+        region = region.enlarged(width).clip_to(canvas.size)
         wider_region = region.enlarged(width)
         features.refresh(
             self._visibility.pixel_at,

@@ -70,10 +70,10 @@ def _thin_proxies(model: ModelScene, mesh: Mesh) -> None:
         is_visible[np.asarray(mesh.faces)[~model.hidden].ravel()] = True
     for part in model.proxies:
         data = part.actor.GetMapper().GetInput()
-        if part.whole is None:
+        if part.all_triangles is None:
             cells = vtk_data.to_array(data.GetPolys().GetConnectivityArray())
-            part.whole = np.array(cells, np.int32).reshape(-1, 3)
-        corners = is_visible[part.rows[part.whole]]
-        data.SetPolys(vtk_data.triangle_cells(part.whole[corners.any(axis=1)]))
+            part.all_triangles = np.array(cells, np.int32).reshape(-1, 3)
+        corners = is_visible[part.rows[part.all_triangles]]
+        data.SetPolys(vtk_data.triangle_cells(part.all_triangles[corners.any(axis=1)]))
         data.Modified()
         part.is_uploaded = False

@@ -42,7 +42,7 @@ class Part:
     """Original colours of the part while field colours are shown."""
     is_tinted: bool = False
     """Whether field colours are shown."""
-    whole: Int32Array | None = None
+    all_triangles: Int32Array | None = None
     """All triangles of a proxy, including hidden ones."""
     row: int = -1
     """Row of the node if the part is a node of a cloud."""

@@ -105,9 +105,9 @@ def pick_model(
         only.
     box : ClipBox, optional
     """
-    linear = model.from_world[:3, :3]
-    start = linear @ origin + model.from_world[:3, 3] - model.origin
-    heading = linear @ direction
+    linear_part = model.from_world[:3, :3]
+    start = linear_part @ origin + model.from_world[:3, 3] - model.origin
+    heading = linear_part @ direction
     scale = math.hypot(*heading.tolist())
     heading = heading / scale
     pad = (radius + spread * math.hypot(*start.tolist())) * scale * MAX_PICK_DISTANCE_PIXELS

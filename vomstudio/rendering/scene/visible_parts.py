@@ -34,9 +34,9 @@ def parts_in_view(
         low, high = model.chunk_boxes()
         half_size = (high - low) / 2.0
         centre = (low + high) / 2.0 + model.origin
-        linear = model.to_world[:3, :3]
-        centre = centre @ linear.T + model.to_world[:3, 3]
-        radius = np.linalg.norm(half_size, axis=1) * np.cbrt(abs(np.linalg.det(linear)))
+        linear_part = model.to_world[:3, :3]
+        centre = centre @ linear_part.T + model.to_world[:3, 3]
+        radius = np.linalg.norm(half_size, axis=1) * np.cbrt(abs(np.linalg.det(linear_part)))
         q = (centre - eye.position) @ np.stack([eye.right, eye.up, eye.direction]).T
         height = eye.half_height * (1.0 if eye.orthographic else np.maximum(q[:, 2], 0))
         slant = 1.0 if eye.orthographic else np.hypot(1.0, eye.half_height * aspect)
@@ -64,7 +64,7 @@ def depth_range(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
     return scale, max(float(eye.depth(centre[None])[0]) - radius, eye.near)
 
 
-def size_points(
+def set_point_sizes(
     model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, style: Appearance
 ) -> None:
     """Set the smallest point size that closes the gaps between points, within limits."""

@@ -35,7 +35,7 @@ class Pace:
         self._seconds_per_element = 4e-7
         self.moving_sets = 1
 
-    def expected(self, parts: Sequence[Drawable]) -> float:
+    def estimate_seconds(self, parts: Sequence[Drawable]) -> float:
         """Return the expected drawing time of parts, seconds."""
         rate = self._seconds_per_element
         return (
@@ -78,7 +78,7 @@ class Pace:
         """Return the number of pending parts, at least one, to draw in the next step."""
         total_s = 0.0
         for count, part in enumerate(pending_drawables):
-            total_s += self.expected([part])
+            total_s += self.estimate_seconds([part])
             if count and total_s > seconds:
                 return count
         return len(pending_drawables)

@@ -155,7 +155,7 @@ class SymbolSet:
         if not camera.orthographic:
             slant = (offsets @ camera.frame[:2].T) / depths[:, None]
 
-        def projected(vectors: FloatArray) -> FloatArray:
+        def project_vectors(vectors: FloatArray) -> FloatArray:
             """Return the projections (n, 2) of one-pixel steps along unit vectors (n, 3)."""
             flat_vectors = (
                 vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
@@ -163,12 +163,14 @@ class SymbolSet:
             return flat_vectors * [1.0, -1.0]
 
         strike_vectors = _clamp_length(
-            projected(self._long_axes), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
+            project_vectors(self._long_axes), MIN_LENGTH_SHARE, np.array([1.0, 0.0])
         )
         cross_directions = np.stack([-strike_vectors[:, 1], strike_vectors[:, 0]], axis=1)
         cross_directions /= np.hypot(*cross_directions.T)[:, None]
         # The head of an arrow is flat on the screen.
-        cross_ticks = _clamp_length(projected(self._cross_axes), MIN_TICK_SHARE, cross_directions)
+        cross_ticks = _clamp_length(
+            project_vectors(self._cross_axes), MIN_TICK_SHARE, cross_directions
+        )
         cross_ticks = np.where(self._lines[:, None], cross_directions, cross_ticks)
         return ScreenSymbols(self.kinds, pixels, depth, metres, strike_vectors, cross_ticks)
 

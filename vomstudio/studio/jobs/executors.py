@@ -113,7 +113,7 @@ class Cluster:
         done_count = 0
         progress.step(0)
         running_futures: dict[Any, tuple[int, Item, int]] = {}
-        numbered = enumerate(items)
+        numbered_items = enumerate(items)
         completion = threading.Event()
 
         def submit(number: int, item: Item, attempt: int = 1) -> None:
@@ -124,7 +124,7 @@ class Cluster:
             future.add_done_callback(lambda _: completion.set())
 
         try:
-            for number, item in itertools.islice(numbered, self.workers + 1):
+            for number, item in itertools.islice(numbered_items, self.workers + 1):
                 submit(number, item)
             while running_futures:
                 # `distributed.wait` would raise for all futures if one was lost with its worker.
@@ -151,7 +151,7 @@ class Cluster:
                             ) from error
                         submit(number, item, attempt_number + 1)
                         continue
-                    for next_number, next_item in itertools.islice(numbered, 1):
+                    for next_number, next_item in itertools.islice(numbered_items, 1):
                         submit(next_number, next_item)
                     done_count += 1
                     yield number, result

@@ -51,7 +51,7 @@ class ListedPhoto:
     ----------
     place : (float, float) or None
         Position in plan view, metres.
-    looks : (float, float) or None
+    look_direction : (float, float) or None
         Unit vector of the viewing direction in plan view.
     """
 
@@ -66,7 +66,7 @@ class ListedPhoto:
     mask: str | None
     thumbnail: str | None
     place: tuple[float, float] | None
-    looks: tuple[float, float] | None
+    look_direction: tuple[float, float] | None
     found_sha256: str
     """Hash of the photo's mask file, or "" if the photo has no mask."""
 
@@ -110,7 +110,7 @@ def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoListing:
                 mask=None if photo.mask is None else str(photo.mask),
                 thumbnail=_cache_thumbnail(photo, thumbnails, thumbnail),
                 place=(east, north) if math.isfinite(east) else None,
-                looks=look_direction,
+                look_direction=look_direction,
                 found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )

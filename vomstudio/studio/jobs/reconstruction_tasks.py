@@ -149,8 +149,8 @@ class Reconstruction(PrintableResult):
     proposed_region: tuple[float, ...] | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        plain: dict[str, Any] = serialisation.encode(self)
-        return plain
+        encoded: dict[str, Any] = serialisation.encode(self)
+        return encoded
 
 
 def _reconstruct(request: ReconstructionRequest, progress: Progress) -> Reconstruction:

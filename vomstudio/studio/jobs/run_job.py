@@ -9,7 +9,7 @@ from vomstudio.core.errors import Cancelled, from_dict
 from vomstudio.core.progress import CancelToken, Progress
 from vomstudio.studio.jobs.events import Done, Event, Failed, Stage
 from vomstudio.studio.jobs.job import Job, Request, Result
-from vomstudio.studio.jobs.supervisor import Worker
+from vomstudio.studio.jobs.supervisor import WorkerSupervisor
 
 # Interval for checking whether the job was cancelled.
 POLL_INTERVAL_S = 0.1
@@ -28,7 +28,7 @@ def run_job(
     job and raises Cancelled. Errors of the job are raised unchanged.
     """
     events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-    worker = Worker()
+    worker = WorkerSupervisor()
     try:
         number = worker.submit(job, request, events.put)
         try:

@@ -32,7 +32,7 @@ _log = logging.getLogger(__name__)
 CANCEL_GRACE_S = 2.0
 
 
-class Worker:
+class WorkerSupervisor:
     """Supervisor that runs jobs one after another in a child process.
 
     If the child process dies, its jobs fail with a WorkerError, and the next job starts a new

@@ -41,13 +41,13 @@ class StderrTail:
         self._thread = start_thread(self._read_lines, name="worker errors")
 
     def _read_lines(self) -> None:
-        is_echoed = (
+        should_echo = (
             os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0") and sys.stderr is not None
         )
         with self._stream:
             while line := self._stream.readline(MAX_LINE_LENGTH):
                 self._lines.append(line)
-                if is_echoed:
+                if should_echo:
                     print(line, end="", file=sys.stderr, flush=True)
 
     def text(self) -> str:

@@ -17,7 +17,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.project.edit import Edit
 from vomstudio.project.figures import Subject
-from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.grid_edits import grid_marks
 from vomstudio.project.kinds import get_kind
 from vomstudio.project.measurement import Measurement, matrix_to_world
 from vomstudio.project.records import FaceGrid, Model, ModelFeature, Record, TypedFeature, get
@@ -83,7 +83,7 @@ def compute_coverage(
     unit = (grid_in_world.cell / grid.cell) ** 2
     return measure_coverage(
         grid_in_world,
-        marks_of(grid),
+        grid_marks(grid),
         unit * exposed_area.surface,
         unit * exposed_area.covered,
         list(lines),
@@ -118,7 +118,7 @@ class FaceGrids:
         """Return the grids of the project in order of creation."""
         return self._projects.of(FaceGrid)
 
-    def exposed(self, grid_id: str) -> ExposedArea | None:
+    def exposure(self, grid_id: str) -> ExposedArea | None:
         """Return the exposed area in the cells of a grid, or None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
         entry = self._exposed_areas.get(grid_id)

@@ -299,7 +299,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         self.open_rows -= set(open_indices)
         measurements = [proposals.measured[row] for row in open_indices]
 
-        def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
+        def create_edit(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
             if records.get(proposals.model_id) is proposals.model:
                 # Avoids measuring hundreds of patches again while the window waits.
@@ -309,7 +309,7 @@ class FacetProposals(ProposalQueue[Proposals]):
                 )
             return edit
 
-        if not self._editing.attempt(added, patches):
+        if not self._editing.attempt(create_edit, patches):
             self.open_rows |= set(open_indices)
             return []
         self.accepted |= set(open_indices)

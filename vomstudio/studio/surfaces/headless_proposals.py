@@ -104,7 +104,7 @@ def accept_proposals(
 
 def _propose(
     model: Model,
-    placed: PlacedModel,
+    placed_model: PlacedModel,
     search: FacetOptions | ProposalOptions,
     records: dict[str, Record],
     progress: Progress,
@@ -117,13 +117,13 @@ def _propose(
                 if value:
                     conflict = Finding("option.conflict", option=flag, other="accept")
                     raise UsageError(conflict, field=flag)
-            facets = FIND_FACETS.function(FacetsRequest(placed, search, None, out), progress)
+            facets = FIND_FACETS.function(FacetsRequest(placed_model, search, None, out), progress)
             proposals = assess_facets(model, search, facets, True, records, DEFAULT_THRESHOLDS)
             patches = [replace(item, notes=proposals.provenance) for item in proposals.patches]
             return patches, proposals.measured, facets.warnings
         known_traces = known_lines(records, model.id)
         request = replace(search, max_lines=search.max_lines + len(known_traces))
-        result = PROPOSE_TRACES.function(TracesRequest(placed, request, out), progress)
+        result = PROPOSE_TRACES.function(TracesRequest(placed_model, request, out), progress)
         lines = assess_lines(model, search, result, known_traces, records, DEFAULT_THRESHOLDS)
         note = lines.provenance("trace.accepted")
         traces = [replace(line.trace, notes=note) for line in lines.lines]

@@ -122,7 +122,7 @@ class ModelFields(ModelWork):
 
     Attributes
     ----------
-    shown : dict of str to ShownField
+    shown_fields : dict of str to ShownField
         Field shown on each model, keyed by model id.
     """
 
@@ -137,7 +137,7 @@ class ModelFields(ModelWork):
     ) -> None:
         super().__init__(projects, jobs, background)
         self._models, self._derived, self._display = models, derived, display
-        self.shown: dict[str, ShownField] = {}
+        self.shown_fields: dict[str, ShownField] = {}
         self._computed_names: dict[str, set[str]] = {}
         models.loaded.connect(self._follow_model)
 
@@ -245,7 +245,7 @@ class ModelFields(ModelWork):
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
-            self._show_field(model_id, shown_field, {}, self.shown[model_id].findings)
+            self._show_field(model_id, shown_field, {}, self.shown_fields[model_id].findings)
             return
         is_metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
@@ -275,7 +275,7 @@ class ModelFields(ModelWork):
         if shown_field.name in data.fields and shown_field.name in self._computed_names.get(
             model_id, ()
         ):
-            self._show_field(model_id, shown_field, {}, self.shown[model_id].findings)
+            self._show_field(model_id, shown_field, {}, self.shown_fields[model_id].findings)
             return
         names = map_names(plane, length, is_metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
@@ -373,7 +373,7 @@ class ModelFields(ModelWork):
                 self._report(Finding("model.fields-too-large"))
                 return
             self._computed_names[model_id] = set(arrays)
-        self.shown[model_id] = replace(shown_field, findings=findings)
+        self.shown_fields[model_id] = replace(shown_field, findings=findings)
         self._display.computed[model_id] = asdict(shown_field.request)
         style = same_style or FieldStyle(
             shown_field.name, **_STYLES.get(shown_field.request.kind, {})
@@ -388,20 +388,20 @@ class ModelFields(ModelWork):
         """Reset for another project."""
         self.running, self.findings = None, ()
         self._background.cancel_all()
-        self.shown.clear()
+        self.shown_fields.clear()
         self._computed_names.clear()
         self.changed.emit()
 
     def follow_edit(self, edit: Edit) -> None:
         """Update fields if a model was moved or a feature whose plane is used has changed."""
-        for model_id, shown_field in list(self.shown.items()):
+        for model_id, shown_field in list(self.shown_fields.items()):
             inputs = self._inputs(model_id, shown_field.request)
             if inputs == shown_field.inputs:
                 continue
             open_model = self._models.open_models.get(model_id)
             style = self._display.styles.get(model_id)
             is_visible = style is not None and style.name in self._computed_names.get(model_id, ())
-            del self.shown[model_id]
+            del self.shown_fields[model_id]
             if open_model is not None:
                 if is_visible:
                     self._display.hide_field(model_id)

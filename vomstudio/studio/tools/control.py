@@ -37,13 +37,13 @@ class ControlTool(StatelessTool):
     """
 
     name: ClassVar[str] = "control"
-    paints: ClassVar[bool] = False
+    can_paint: ClassVar[bool] = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
         self._current = ""
         self._is_active = False
-        self._expected: Mapping[str, FloatArray] = {}
+        self._expected_positions: Mapping[str, FloatArray] = {}
         self._radius = 0.0
 
     # --- state -------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ class ControlTool(StatelessTool):
         radius : float
             Radius of the ring around each position, metres.
         """
-        self._expected, self._radius = positions, radius
+        self._expected_positions, self._radius = positions, radius
         self._show_preview()
 
     def hint(self) -> str:
@@ -89,7 +89,7 @@ class ControlTool(StatelessTool):
                 "Control points: click the new position of {point}.",
                 point=point.name,
             )
-        if point.id in self._expected:
+        if point.id in self._expected_positions:
             return tr(
                 "Control points: click {point}; a ring shows its expected position.",
                 point=point.name,
@@ -155,7 +155,9 @@ class ControlTool(StatelessTool):
     def _show_preview(self) -> None:
         """Draw a ring at the expected position of the current point."""
         point = self.current
-        position = None if point is None or point.vertices else self._expected.get(point.id)
+        position = (
+            None if point is None or point.vertices else self._expected_positions.get(point.id)
+        )
         if not self._is_active:
             return
         self._context.show(
@@ -174,7 +176,7 @@ class ControlTool(StatelessTool):
             self._current = ""
 
     def clear_state(self) -> None:
-        self._current, self._expected, self._is_active = "", {}, False
+        self._current, self._expected_positions, self._is_active = "", {}, False
 
 
 TOOL = ToolEntry(

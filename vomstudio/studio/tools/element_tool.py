@@ -50,7 +50,7 @@ class ElementTool:
 
     name: ClassVar[str]
     noun: ClassVar[str] = "selection"
-    paints: ClassVar[bool] = True
+    can_paint: ClassVar[bool] = True
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -375,7 +375,7 @@ def inside(
     -------
     dict of str to ndarray of bool
     """
-    filled_ring = snapshot.filled(shape.ring())
+    filled_ring = snapshot.outline_mask(shape.ring())
     elements, masks = context.elements, {}
     for model_id in model_ids:
         data = elements.data(model_id)

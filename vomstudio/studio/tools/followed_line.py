@@ -32,7 +32,7 @@ class FollowedPath:
         Photo in which the path was followed, or "" if it was followed over the surface.
     voters : tuple of str
         Names of the other photos that were compared.
-    judged, confirmed : int
+    checked_count, confirmed_count : int
         Number of points that could be checked in these photos, and number of points confirmed by
         at least half of the photos.
     warnings : tuple of Finding
@@ -47,8 +47,8 @@ class FollowedPath:
     points: FloatArray
     photo: str = ""
     voters: tuple[str, ...] = ()
-    judged: int = 0
-    confirmed: int = 0
+    checked_count: int = 0
+    confirmed_count: int = 0
     warnings: tuple[Finding, ...] = ()
     is_final: bool = True
     costs: FloatArray | None = None
@@ -78,7 +78,7 @@ class PathFinder(Protocol):
         *,
         photo: str = "",
         is_live: bool,
-        answer: PathCallback,
+        callback: PathCallback,
     ) -> None:
         """Request the path between two points on a model.
 
@@ -93,7 +93,7 @@ class PathFinder(Protocol):
             Photo in whose pixels the path is followed, or "" to follow it over the surface.
         is_live : bool
             Whether only the latest of the live requests is answered.
-        answer : callable
+        callback : callable
             Called with the result later, in the caller's thread.
         """
 
@@ -149,9 +149,9 @@ class FollowedLine:
         """Return the photo in which a way-point was set, or "" for no photo."""
         return self._photos.get(place, "")
 
-    def ways(self, model_id: str, way_points: Sequence[Point]) -> list[FollowedPath]:
+    def stored_legs(self, model_id: str, way_points: Sequence[Point]) -> list[FollowedPath]:
         """Return the known legs between way-points."""
-        cost_name = self.by(model_id)
+        cost_name = self.current_cost(model_id)
         keys = (self._key(model_id, a, b, cost_name) for a, b in pairwise(way_points))
         return [leg for key in keys if (leg := self._legs.get(key)) is not None]
 
@@ -174,7 +174,7 @@ class FollowedLine:
             return points
         if self.cost == AUTO and not is_live:
             self._update_best_cost(model_id, tuple(way_points))
-        cost_name = self.by(model_id)
+        cost_name = self.current_cost(model_id)
         legs = [
             self._find_leg(model_id, a, b, cost_name, is_live=is_live)
             for a, b in pairwise(way_points)
@@ -198,7 +198,7 @@ class FollowedLine:
         """
         from vomstudio.extraction.path_jumps import find_jumps
 
-        cost_name = cost or self.by(model_id)
+        cost_name = cost or self.current_cost(model_id)
         legs = [
             self._legs.get(self._key(model_id, a, b, cost_name)) for a, b in pairwise(way_points)
         ]
@@ -215,7 +215,7 @@ class FollowedLine:
             line[is_new_point], costs[is_new_point], np.append(0, position), resolution
         )
 
-    def by(self, model_id: str) -> str:
+    def current_cost(self, model_id: str) -> str:
         """Return the current cost on a model, or the best cost so far if it is AUTO."""
         if self.cost != AUTO:
             return self.cost or ""
@@ -261,7 +261,7 @@ class FollowedLine:
         """Return the path between two points, or None while it is not available."""
         if self.cost is None:
             return None
-        return self._find_leg(model_id, start, end, self.by(model_id), is_live=is_live)
+        return self._find_leg(model_id, start, end, self.current_cost(model_id), is_live=is_live)
 
     def _find_leg(
         self, model_id: str, start: Point, end: Point, cost: str, *, is_live: bool
@@ -283,7 +283,7 @@ class FollowedLine:
             (start, end),
             photo=key[4],
             is_live=is_live,
-            answer=lambda result: self._store_leg(key, result),
+            callback=lambda result: self._store_leg(key, result),
         )
         return points
 
@@ -300,7 +300,7 @@ class FollowedLine:
         """Return whether any leg between way-points is pending."""
         if self.cost is None:
             return False
-        costs = [self.by(model_id)]
+        costs = [self.current_cost(model_id)]
         if self.cost == AUTO:
             costs = list(self._candidate_costs(model_id, way_points))
         keys = (
@@ -364,7 +364,7 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
         "Followed in the pixels of {photos}.",
         photos=", ".join(dict.fromkeys(leg.photo.rpartition("/")[2] for leg in legs)),
     )
-    judged_count = sum(leg.judged for leg in legs)
+    judged_count = sum(leg.checked_count for leg in legs)
     if not judged_count:
         if not all(leg.is_final for leg in legs):
             return text
@@ -374,6 +374,6 @@ def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
         "{count} other photo was compared and confirms {percent:.0f} % of the line.",
         "{count} other photos were compared and confirm {percent:.0f} % of the line.",
         len(voters),
-        percent=100.0 * sum(leg.confirmed for leg in legs) / judged_count,
+        percent=100.0 * sum(leg.confirmed_count for leg in legs) / judged_count,
     )
     return f"{text} {votes}"

@@ -83,7 +83,7 @@ class FollowingTool(PolylineTool[F]):
         """Cost by which the open feature is followed (for AUTO, the best so far), or None."""
         if self._feature is None or not self.is_path:
             return None
-        return self._line.by(self._feature.model_id)
+        return self._line.current_cost(self._feature.model_id)
 
     def _rank(
         self, model_id: str, points: FloatArray, way_points: Sequence[Point], cost: str
@@ -157,7 +157,7 @@ class FollowingTool(PolylineTool[F]):
         """
         if self._feature is None or not self.is_path:
             return None
-        legs = self._line.ways(self._feature.model_id, self._way_points(self.vertices))
+        legs = self._line.stored_legs(self._feature.model_id, self._way_points(self.vertices))
         return photo_votes([leg for leg in legs if leg.photo])
 
     @property
@@ -325,7 +325,7 @@ class FollowingTool(PolylineTool[F]):
 
     def _path_note(self, feature: F) -> str:
         """Return the notes for a followed feature."""
-        cost_name, count = self._line.by(feature.model_id), len(feature.vertices)
+        cost_name, count = self._line.current_cost(feature.model_id), len(feature.vertices)
         code = "follow.by-best-cost" if self._line.cost == AUTO else "follow.by-cost"
         text = Finding(code, cost=cost_name, points=count).message
         votes = self.votes

@@ -50,13 +50,13 @@ def surroundings_function(
     return None if surface is None else partial(measure_surroundings, surface)
 
 
-def features_of_earlier_rules(records: Mapping[str, Record]) -> list[SurfaceFeature]:
+def find_outdated_features(records: Mapping[str, Record]) -> list[SurfaceFeature]:
     """Return the features whose surroundings were measured by an earlier rule."""
     features = records.of(Feature) if isinstance(records, RecordMap) else records.values()
     return [r for r in features if isinstance(r, SurfaceFeature) and r.rule < SURROUNDINGS_RULE]
 
 
-def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
+def find_outdated_model(record: Record) -> tuple[str, str] | None:
     """Return the id and hash of the model if a feature was measured by an earlier rule."""
     if isinstance(record, SurfaceFeature) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash

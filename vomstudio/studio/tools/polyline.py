@@ -49,7 +49,7 @@ class PolylineTool(SteppedFeature[F]):
 
     name: ClassVar[str]
     noun: ClassVar[str] = ""
-    paints: ClassVar[bool] = False
+    can_paint: ClassVar[bool] = False
 
     # --- to be implemented by subclasses ------------------------------------------------------
     def hint(self) -> str:

@@ -78,7 +78,7 @@ class SelectTool(ElementTool):
         positions = self._context.feature_positions()
         ids = list(positions)
         pixels = snapshot.pixels(np.array([positions[id_] for id_ in ids]).reshape(-1, 3))
-        filled_ring = snapshot.filled(shape.ring())
+        filled_ring = snapshot.outline_mask(shape.ring())
         height, width = filled_ring.shape
         with np.errstate(invalid="ignore"):
             is_in_picture = (pixels >= 0.0) & (pixels < [width, height])

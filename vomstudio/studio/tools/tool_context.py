@@ -30,14 +30,14 @@ class Tool(Protocol):
     ----------
     name : str
         Name of the tool in drafts, and of its command and panel.
-    paints : bool
+    can_paint : bool
         Whether the tool draws with the left button, so that the right button orbits.
     is_finishing : bool
         Whether the open feature will be stored as soon as background work is complete.
     """
 
     name: ClassVar[str]
-    paints: ClassVar[bool]
+    can_paint: ClassVar[bool]
 
     @property
     def is_finishing(self) -> bool: ...

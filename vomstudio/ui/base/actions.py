@@ -90,7 +90,7 @@ class Actions(QObject):
         self._commands: dict[str, Command] = {}
         self._states: dict[str, _State] = {}
         self.all: dict[str, QAction] = {}
-        self.recent: list[str] = []
+        self.recent_commands: list[str] = []
         """Keys of the search results that were last opened, newest first."""
 
     def add(self, command: Command) -> None:

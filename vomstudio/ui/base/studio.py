@@ -194,9 +194,9 @@ class Studio(QObject):
         return self.workspace.tools.active
 
     @property
-    def clicks_select(self) -> bool:
+    def can_select_by_click(self) -> bool:
         """Whether a click on the outcrop selects the feature under the cursor."""
-        return self.workspace.tools.clicks_select
+        return self.workspace.tools.can_select_by_click
 
     @property
     def open_tool(self) -> Tool | None:

@@ -93,10 +93,10 @@ class CommandPalette(QDialog):
         key = self.selected_command
         if key is None:
             return
-        if key in self._actions.recent:
-            self._actions.recent.remove(key)
-        self._actions.recent.insert(0, key)
-        del self._actions.recent[MAX_RECENT:]
+        if key in self._actions.recent_commands:
+            self._actions.recent_commands.remove(key)
+        self._actions.recent_commands.insert(0, key)
+        del self._actions.recent_commands[MAX_RECENT:]
         if key in self._commands:
             self._actions.run(key)
         else:
@@ -108,7 +108,7 @@ class CommandPalette(QDialog):
     def _fill(self, text: str) -> None:
         self._list.clear()
         self._actions.refresh()
-        ranked_entries = rank(text, self._entries, self._actions.recent)
+        ranked_entries = rank(text, self._entries, self._actions.recent_commands)
         self._no_match_label.setVisible(not ranked_entries)
         for entry in ranked_entries:
             self._list.addItem(self._create_item(entry))

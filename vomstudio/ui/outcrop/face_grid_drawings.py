@@ -8,7 +8,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.coverage.cells import ExposedArea
 from vomstudio.geology.coverage.face_coverage import EMPTY_MARK, INSPECTED_MARK, UNMEASURABLE_MARK
 from vomstudio.project.edit import Edit
-from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.grid_edits import grid_marks
 from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -67,7 +67,7 @@ class FaceGridDrawings:
     def _redraw(self, grid_id: str) -> None:
         studio = self._studio
         grid = get(studio.records, grid_id, FaceGrid)
-        exposure = studio.workspace.grids.exposed(grid_id)
+        exposure = studio.workspace.grids.exposure(grid_id)
         model = None if grid is None else get(studio.records, grid.model_id, Model)
         if grid is None or model is None or exposure is None:
             self._remove(grid_id)
@@ -96,7 +96,7 @@ class FaceGridDrawings:
             drawings.append(
                 drawing(f"{grid.id}:lines", _LINE_COLOR, Area(cells.origin, empty_corners, lines))
             )
-        marks = np.array(list(marks_of(grid)))
+        marks = np.array(list(grid_marks(grid)))
         for mark, color in COLORS.items():
             is_marked = np.isin(exposed_area.cell, np.flatnonzero(marks == mark))
             if is_marked.any():

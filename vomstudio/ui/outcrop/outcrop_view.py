@@ -221,7 +221,7 @@ class OutcropView(QObject):
             active_tool = self._studio.tools.get(tool)
             arrow_cursor, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
             self.viewport.setCursor(arrow_cursor if active_tool is None else cross_cursor)
-            is_painting = active_tool is not None and active_tool.paints
+            is_painting = active_tool is not None and active_tool.can_paint
             self.viewport.gestures.orbit_button = (
                 Qt.MouseButton.RightButton if is_painting else Qt.MouseButton.LeftButton
             )

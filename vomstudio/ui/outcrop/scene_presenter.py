@@ -19,7 +19,7 @@ from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.io.text.rows import shorten
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import GROUPS, get_kind, group_of
+from vomstudio.project.kinds import GROUPS, get_kind, visibility_group
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.measurement_cache import LABEL_FIELDS, is_equal_except
 from vomstudio.project.records import (
@@ -77,8 +77,8 @@ class ScenePresenter:
         self._studio = studio
         self._viewport = viewport
         self._models, self._moves, self._layer = viewport.models, viewport.moves, viewport.features
-        self._drawn_models: set[str] = set()
-        self._features: set[str] = set()
+        self._drawn_model_ids: set[str] = set()
+        self._drawn_feature_ids: set[str] = set()
         self._is_camera_placed = False
         self._drawing_work = IncrementalWork(viewport)
         self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
@@ -105,11 +105,11 @@ class ScenePresenter:
     def rebuild(self) -> None:
         """Show another project by removing all contents and drawing its models and features."""
         self._drawing_work.cancel()
-        for model_id in self._drawn_models:
+        for model_id in self._drawn_model_ids:
             self._models.remove(model_id)
-        self._drawn_models.clear()
-        self._layer.change(dict.fromkeys(self._features))
-        self._features.clear()
+        self._drawn_model_ids.clear()
+        self._layer.change(dict.fromkeys(self._drawn_feature_ids))
+        self._drawn_feature_ids.clear()
         self._pieces.clear()
         self._is_camera_placed = self._restore_camera()
         for setting in ("mode", "lit", "point_size", "eye_dome", "clip"):
@@ -141,9 +141,9 @@ class ScenePresenter:
     def _add_model(self, model_id: str) -> None:
         record = self._studio.records.get(model_id)
         open_model = self._studio.models.get(model_id)
-        if not isinstance(record, Model) or open_model is None or model_id in self._drawn_models:
+        if not isinstance(record, Model) or open_model is None or model_id in self._drawn_model_ids:
             return
-        is_first = not self._drawn_models and not self._is_camera_placed
+        is_first = not self._drawn_model_ids and not self._is_camera_placed
         if is_first:
             self._face_model(model_id)
         self._stages.pop(model_id, None)
@@ -151,7 +151,7 @@ class ScenePresenter:
             model_id, open_model.data, transform.matrix(record.to_world), frame_camera=is_first
         )
         self._models.set_visible(model_id, self._is_model_visible(model_id))
-        self._drawn_models.add(model_id)
+        self._drawn_model_ids.add(model_id)
         self._show_field(model_id)
         self._update_frame()
         painted_ids = [
@@ -178,7 +178,7 @@ class ScenePresenter:
         elif setting in ("clip", "box"):
             viewport.clip.set_box(display.effective_clip, handles=display.handles)
         elif setting == "fields":
-            for model_id in self._drawn_models:
+            for model_id in self._drawn_model_ids:
                 self._show_field(model_id)
 
     def _show_field(self, model_id: str) -> None:
@@ -194,7 +194,9 @@ class ScenePresenter:
     def models_box(self) -> ClipBox | None:
         """Return the bounding box of all visible models, or None if no model is visible."""
         ids = [
-            i for i in self._drawn_models if self._is_model_visible(i) and i in self._studio.models
+            i
+            for i in self._drawn_model_ids
+            if self._is_model_visible(i) and i in self._studio.models
         ]
         if not ids:
             return None
@@ -205,7 +207,7 @@ class ScenePresenter:
         record = self._studio.records.get(key)
         frame = record.to_world if isinstance(record, Model) else IDENTITY
         to_world = transform.matrix(frame)
-        is_first = not self._drawn_models and not self._is_camera_placed
+        is_first = not self._drawn_model_ids and not self._is_camera_placed
         if is_first:
             self._moves.look_along(*first_view(cloud, to_world))
             # Later models must not move the camera.
@@ -219,12 +221,12 @@ class ScenePresenter:
             return
         self._previews.discard(key)
         self._obsolete_previews.add(key)
-        if all("shown" in self._stages.get(i, set()) for i in self._drawn_models):
+        if all("shown" in self._stages.get(i, set()) for i in self._drawn_model_ids):
             self._remove_previews()
 
     def _record_stage(self, model_id: str, stage: str) -> None:
         self._stages.setdefault(model_id, set()).add(stage)
-        if model_id in self._drawn_models and stage == "shown":
+        if model_id in self._drawn_model_ids and stage == "shown":
             self._remove_previews()
 
     def _remove_previews(self) -> None:
@@ -265,8 +267,8 @@ class ScenePresenter:
 
     def _warn_if_far(self, model_id: str) -> None:
         """Show a newly opened model, and warn if it is far from the other models."""
-        other_ids = [i for i in self._drawn_models if i != model_id and i in self._studio.models]
-        if model_id not in self._drawn_models or not other_ids:
+        other_ids = [i for i in self._drawn_model_ids if i != model_id and i in self._studio.models]
+        if model_id not in self._drawn_model_ids or not other_ids:
             return
         corners, other_corners = (
             self._model_corners(model_id),
@@ -304,9 +306,9 @@ class ScenePresenter:
         for id_, record in edit.after.items():
             if isinstance(edit.before[id_], Model) and record is None:
                 self._models.remove(id_)
-                self._drawn_models.discard(id_)
+                self._drawn_model_ids.discard(id_)
             elif isinstance(record, Model):
-                if id_ in self._drawn_models:
+                if id_ in self._drawn_model_ids:
                     self._models.set_to_world(id_, transform.matrix(record.to_world))
                     previous_model = edit.before[id_]
                     if (
@@ -338,7 +340,7 @@ class ScenePresenter:
     def _is_drawing_unchanged(self, edit: Edit, id_: str) -> bool:
         """Return whether an edit changes only attributes of a feature that are not drawn."""
         old_record, record_after = edit.before.get(id_), edit.after.get(id_)
-        if id_ not in self._features or not isinstance(old_record, Feature):
+        if id_ not in self._drawn_feature_ids or not isinstance(old_record, Feature):
             return False
         are_sets_colored = self._studio.settings.color_by == "set"
         hidden_fields = _UNDRAWN_FIELDS - {"set_name"} if are_sets_colored else _UNDRAWN_FIELDS
@@ -400,10 +402,10 @@ class ScenePresenter:
     def _change(self, changes: dict[str, FeatureDrawing | None]) -> None:
         for id_, drawing in changes.items():
             if drawing is None:
-                self._features.discard(id_)
+                self._drawn_feature_ids.discard(id_)
                 self._pieces.remove(id_)
             else:
-                self._features.add(id_)
+                self._drawn_feature_ids.add(id_)
         if changes:
             self._layer.change(changes)
 
@@ -421,7 +423,7 @@ class ScenePresenter:
         is_painted = sketch.faces is not None and not is_poor
         piece = self._pieces.painted_area(sketch.faces) if is_painted and sketch.faces else None
         has_outline = is_poor and sketch.faces is not None and len(sketch.line) > 2
-        group = group_of(feature)
+        group = visibility_group(feature)
         text = sketch.label
         if text is None:
             text = orientation_text(measurement, studio.settings.notation)
@@ -471,7 +473,7 @@ class ScenePresenter:
             and patch.element == hit.element
             and has_id(patch.runs, hit.index)
             and self._studio.visible(patch.id)
-            and self._studio.visible(group_of(patch))
+            and self._studio.visible(visibility_group(patch))
         ]
         if patches:
             return min(patches)[1]
@@ -480,13 +482,13 @@ class ScenePresenter:
             for id_ in self._pieces.find_enclosing(view.world_position(hit))
             if (feature := get_feature(self._studio.records, id_)) is not None
             and self._studio.visible(id_)
-            and self._studio.visible(group_of(feature))
+            and self._studio.visible(visibility_group(feature))
         ]
         return min(areas)[1] if areas else None
 
     def _update_visibility(self, ids: tuple[str, ...]) -> None:
         self._drawing_work.finish()
-        for model_id in self._drawn_models:
+        for model_id in self._drawn_model_ids:
             self._models.set_visible(model_id, self._is_model_visible(model_id))
         groups = {group.id for group in GROUPS}
         studio, records = self._studio, self._studio.records
@@ -495,14 +497,14 @@ class ScenePresenter:
             features = [
                 f
                 for f in studio.session.features()
-                if group_of(f) in changed_ids or f.id in changed_ids
+                if visibility_group(f) in changed_ids or f.id in changed_ids
             ]
         else:
             features = [f for id_ in ids if (f := get_feature(records, id_)) is not None]
         changes: dict[str, FeatureDrawing | None] = {}
         for feature in features:
             drawing = self._layer.drawings.get(feature.id)
-            is_visible = studio.visible(feature.id) and studio.visible(group_of(feature))
+            is_visible = studio.visible(feature.id) and studio.visible(visibility_group(feature))
             if drawing is not None and drawing.visible != is_visible:
                 changes[feature.id] = replace(drawing, visible=is_visible)
         if changes:
@@ -534,7 +536,7 @@ class ScenePresenter:
         if event.kind is Pointer.MOVE:
             self._update_hover(event)
         is_left_button = event.button is Button.LEFT
-        if not self._studio.clicks_select:
+        if not self._studio.can_select_by_click:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and is_left_button:
             self.select_at(self._viewport, event)

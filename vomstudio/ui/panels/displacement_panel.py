@@ -179,7 +179,7 @@ class DisplacementPanel(AnalysisPanel[DisplacementRequest, DisplacementResult]):
 
     def _copy_slip_error(self) -> None:
         current_id = self._studio.selection.current
-        if current_id is not None and self.slip.selected() is not None:
+        if current_id is not None and self.slip.selected_line() is not None:
             error = self._studio.measured([current_id])[current_id].total95_deg
             self.options.show_value("rake_error_deg", error or 0.0)
 

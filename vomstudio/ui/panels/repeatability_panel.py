@@ -53,7 +53,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.begin.setToolTip(tr("Repeat a random sample of picks, with the originals hidden."))
         self.name = QPushButton(tr("Set interpreter"))
         self.name.setToolTip(tr("Record this interpreter for the selected features."))
-        self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Zoom to pick"))
+        self.zoom_button = QPushButton(theme.icon("image-filter-center-focus"), tr("Zoom to pick"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
         self.prompt = hint_label()
@@ -68,7 +68,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Interpreter"), self.interpreter)
         form.addRow(tr("Share (%)"), self.share)
         first_row = button_row(self.begin, self.name)
-        second = button_row(self.look, self.skip, self.stop)
+        second = button_row(self.zoom_button, self.skip, self.stop)
         FormWithPicture.fill(
             self, form, first_row, second, self.prompt, self.message, picture=self.figures
         )
@@ -78,7 +78,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         for button, run in (
             (self.begin, self._begin_round),
             (self.name, self._store_interpreter),
-            (self.look, self._show_place),
+            (self.zoom_button, self._show_place),
             (self.skip, self._blind_repeats.skip),
             (self.stop, self._blind_repeats.stop),
         ):
@@ -179,8 +179,8 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             viewport.features.change({_PLACE: drawing})
 
     # --- figures -----------------------------------------------------------------------------
-    def _compute_result(self, question: OrientationTable) -> TableRepeats:
-        return table_repeats(question)
+    def _compute_result(self, request: OrientationTable) -> TableRepeats:
+        return table_repeats(request)
 
     def _create_request(self) -> OrientationTable:
         studio = self._studio
@@ -212,7 +212,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             text = self.share.text().strip()
             reason = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
         set_enabled(self.begin, reason)
-        for button in (self.look, self.skip, self.stop):
+        for button in (self.zoom_button, self.skip, self.stop):
             set_enabled(button, None if is_running else Finding("action.no-round"))
         self._refresh_name()
 

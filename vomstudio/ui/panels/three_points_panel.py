@@ -241,10 +241,10 @@ class ThreePointsPanel(AnalysisPanel[tuple[FloatArray, ThreePointOptions], Three
     def _create_request(self) -> tuple[FloatArray, ThreePointOptions]:
         return self._numbers(), self.options.options()
 
-    def _compute_result(self, question: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
+    def _compute_result(self, request: tuple[FloatArray, ThreePointOptions]) -> ThreePointsResult:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
-        points, options = question
+        points, options = request
         return ThreePointsResult(points, options, plane_of_three_points(points, options.sigma_m))
 
     def _result_text(self, result: ThreePointsResult) -> str:

@@ -56,12 +56,12 @@ class DrawerBar(QToolBar):
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         theme.highlight_toggles(button)
-        button.clicked.connect(lambda on: self._docks.toggle(name, on))
+        button.clicked.connect(lambda is_checked: self._docks.toggle(name, is_checked))
         return button
 
     def refresh(self, *_: object) -> None:
         """Update the buttons: show workspace pages and open pages, and check the open ones."""
-        offered_pages = self._workspaces.shown.drawer
+        offered_pages = self._workspaces.current_layout.drawer
         for name, button in self.buttons.items():
             is_shown = self._docks.is_shown(name)
             self._button_actions[name].setVisible(name in offered_pages or is_shown)

@@ -70,7 +70,10 @@ class KeyboardFocus(QObject):
     """Watches the focus widget of a window, and moves the focus to the outcrop."""
 
     def __init__(
-        self, window: QMainWindow, center_widget: Callable[[], QWidget], *opened: SignalInstance
+        self,
+        window: QMainWindow,
+        center_widget: Callable[[], QWidget],
+        *opened_signals: SignalInstance,
     ) -> None:
         """Watch the focus of a window.
 
@@ -95,15 +98,15 @@ class KeyboardFocus(QObject):
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.focusChanged.connect(self._focus_changed)
-        for signal in opened:
+        for signal in opened_signals:
             signal.connect(self.focus_outcrop)
-        self.look()
+        self.focus_new_center()
 
     @property
     def _outcrop(self) -> QWidget:
         return self._center_widget()
 
-    def look(self) -> None:
+    def focus_new_center(self) -> None:
         """Move the focus to a new centre widget, now and whenever the cursor enters it."""
         if self._entered_widget is not None and shiboken6.isValid(self._entered_widget):
             self._entered_widget.removeEventFilter(self)
@@ -358,6 +361,6 @@ def _affix_text(widget: QAbstractSpinBox) -> str:
 
 def _has_shortcut(widget: QWidget, event: QKeyEvent) -> bool:
     """Return whether a widget itself has a shortcut with this key."""
-    pressed = QKeySequence(event.keyCombination())
+    key_sequence = QKeySequence(event.keyCombination())
     shortcuts = (child for child in widget.children() if isinstance(child, QShortcut))
-    return any(key == pressed for shortcut in shortcuts for key in QShortcut.keys(shortcut))
+    return any(key == key_sequence for shortcut in shortcuts for key in QShortcut.keys(shortcut))

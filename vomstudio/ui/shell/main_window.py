@@ -418,7 +418,7 @@ class MainWindow(QMainWindow):
         open_model = (self.studio.project_opened, self.studio.model_loaded, self.files.opened)
         center_widget = create_center_widget_getter(self.photo_tab, viewport)
         self._keyboard = KeyboardFocus(self, center_widget, *open_model)
-        self.photo_tab.visible_page_changed.connect(self._keyboard.look)
+        self.photo_tab.visible_page_changed.connect(self._keyboard.focus_new_center)
         viewport.setFocus()
         # Only the first window is frozen, because a window that is closed before the process
         # ends must be freed.

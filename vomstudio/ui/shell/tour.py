@@ -169,8 +169,8 @@ class Tour(QObject):
             return False
         if QApplication.activeWindow() is not self._window:
             return False
-        edited = QLineEdit | QAbstractSpinBox | QPlainTextEdit | QTextEdit
-        return not isinstance(QApplication.focusWidget(), edited)
+        editor_types = QLineEdit | QAbstractSpinBox | QPlainTextEdit | QTextEdit
+        return not isinstance(QApplication.focusWidget(), editor_types)
 
 
 def _join(result: str, text: str) -> str:

@@ -79,7 +79,7 @@ def steps(
             return False
         return bool(current_direction @ previous_direction < np.cos(np.radians(_TURNED_DEG)))
 
-    def picked() -> int:
+    def picked_count() -> int:
         tool = studio.open_tool
         return len(getattr(tool, "vertices", ()))
 
@@ -151,7 +151,7 @@ def steps(
             ),
             viewport,
             no_state,
-            lambda _: picked() >= 5,
+            lambda _: picked_count() >= 5,
         ),
         TourStep(
             "finish",

@@ -68,7 +68,7 @@ class Workspaces(QObject):
         self._timer.timeout.connect(self._settle)
 
     @property
-    def shown(self) -> WorkspaceLayout:
+    def current_layout(self) -> WorkspaceLayout:
         """Current workspace."""
         return self._shown_workspace
 
@@ -104,15 +104,15 @@ class Workspaces(QObject):
         self._docks.changed.connect(self._change)
         application = QGuiApplication.instance()
         assert isinstance(application, QGuiApplication)
-        application.screenRemoved.connect(self._screens_changed)
+        application.screenRemoved.connect(self._handle_screen_change)
         application.screenAdded.connect(self._watch_screen)
         for screen in application.screens():
             self._watch_screen(screen)
 
     def _watch_screen(self, screen: QScreen) -> None:
-        screen.availableGeometryChanged.connect(self._screens_changed)
+        screen.availableGeometryChanged.connect(self._handle_screen_change)
 
-    def _screens_changed(self) -> None:
+    def _handle_screen_change(self) -> None:
         QTimer.singleShot(0, self._window, self._bring_on_screen)
 
     def switch(self, name: str) -> None:

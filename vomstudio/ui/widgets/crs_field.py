@@ -25,10 +25,10 @@ class CrsField(SearchField):
     def __init__(self, code: str = "", preferred_names: Collection[str] = ()) -> None:
         super().__init__(self._find_matches, code)
         self.setToolTip(tr("Code, name or country, such as “32633”, “UTM 33N” or “Iceland”."))
-        self.preferred = preferred_names
+        self.preferred_names = preferred_names
 
     def _find_matches(self, text: str) -> list[Match]:
         if len(text.strip()) < _MIN_LETTERS:
             return []
-        systems = search_systems(text, preferred_names=self.preferred)
+        systems = search_systems(text, preferred_names=self.preferred_names)
         return [(f"{item.name}  ({item.code}; {item.area})", item.code) for item in systems]

@@ -144,7 +144,7 @@ def can_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool
         )
         close_button = box.addButton(tr("Close anyway"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        _answer(box, host, parent)
+        _run_message_box(box, host, parent)
         return box.clickedButton() is close_button
 
 
@@ -172,11 +172,11 @@ def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]
         ),
     )
     box.addButton(QMessageBox.StandardButton.Close)
-    answer_timer = QTimer(box)
-    answer_timer.timeout.connect(box.reject)
-    answer_timer.start(_ANSWER_TIMEOUT_MS)
-    _answer(box, host, parent)
-    answer_timer.stop()
+    timeout_timer = QTimer(box)
+    timeout_timer.timeout.connect(box.reject)
+    timeout_timer.start(_ANSWER_TIMEOUT_MS)
+    _run_message_box(box, host, parent)
+    timeout_timer.stop()
 
 
 def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
@@ -195,7 +195,7 @@ def _create_box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     return box
 
 
-def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
+def _run_message_box(box: QMessageBox, host: Host, parent: QWidget) -> None:
     """Show a message box until the user gives an answer other than saving the report."""
     save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
     box.exec()

@@ -56,16 +56,16 @@ class LineField(QWidget):
         text = self.line.text().strip()
         return parse_line(text) if text else None
 
-    def selected(self) -> Line | None:
+    def selected_line(self) -> Line | None:
         """Return the line of the selected feature, or None if it has no line."""
         measurement = current_measurement(self._studio)
         return None if measurement is None else measurement.line
 
     def _refresh(self) -> None:
         set_enabled(
-            self.take_button, Finding("selection.no-line") if self.selected() is None else None
+            self.take_button, Finding("selection.no-line") if self.selected_line() is None else None
         )
 
     def _use_selection(self) -> None:
-        if (line := self.selected()) is not None:
+        if (line := self.selected_line()) is not None:
             self.line.setText(format_line(line, 1))

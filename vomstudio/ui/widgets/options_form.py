@@ -72,7 +72,7 @@ class OptionFields(QObject, Generic[Options]):
         self._options_class = options
         self._start = options() if start is None else start
         self._declarations = {item.name: item for item in declarations(options) if item.label}
-        self._placed: set[str] = set()
+        self._placed_names: set[str] = set()
         self.fields: dict[str, QWidget] = {}
         self.labels: dict[str, Label] = {}
         for name, item in self._declarations.items():
@@ -117,7 +117,7 @@ class OptionFields(QObject, Generic[Options]):
 
     def place(self, name: str) -> QWidget:
         """Return a field that the form arranges itself, without a label."""
-        self._placed.add(name)
+        self._placed_names.add(name)
         self.labels.pop(name, None)
         return self.fields[name]
 
@@ -131,15 +131,15 @@ class OptionFields(QObject, Generic[Options]):
                 row.addWidget(self.labels[name])
             self.fields[name].setMinimumWidth(_MIN_CELL_WIDTH_PX)
             row.addWidget(self.fields[name], 1)
-        self._placed.update(names)
+        self._placed_names.update(names)
         return self.labels[names[0]], row
 
     def add_rows(self, form: QFormLayout) -> None:
         """Add a row for each field that the form has not arranged itself."""
         for name, field in self.fields.items():
-            if name in self._placed:
+            if name in self._placed_names:
                 continue
-            self._placed.add(name)
+            self._placed_names.add(name)
             if (label := self.labels.get(name)) is None:
                 form.addRow(field)
             else:
@@ -148,7 +148,7 @@ class OptionFields(QObject, Generic[Options]):
 
     def add_cells(self, grid: QGridLayout, first_row: int = 0) -> None:
         """Add the fields that the form has not arranged itself to a grid, two in a row."""
-        names = [name for name in self.fields if name not in self._placed]
+        names = [name for name in self.fields if name not in self._placed_names]
         for k, name in enumerate(names):
             field = self.fields[name]
             row, column = first_row + k // 2, 2 * (k % 2)
@@ -161,7 +161,7 @@ class OptionFields(QObject, Generic[Options]):
             # The columns have equal widths, since a distance is as wide as an angle.
             field.setMinimumWidth(_MIN_CELL_WIDTH_PX)
             field.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self._placed.update(names)
+        self._placed_names.update(names)
 
     def options(self, **others: Any) -> Options:
         """Return the options with the values of the fields.

@@ -88,7 +88,7 @@ def run_reader(module: str, request: Mapping[str, Any], progress: Progress, path
     return answer.result()[0]
 
 
-def serve(answer: Callable[[dict[str, Any]], bytes]) -> int:
+def serve(handle_request: Callable[[dict[str, Any]], bytes]) -> int:
     """Read a request from stdin, write the response to stdout and return the exit status."""
     out = os.fdopen(os.dup(1), "wb")
     # Messages of libraries go to stderr.
@@ -96,7 +96,7 @@ def serve(answer: Callable[[dict[str, Any]], bytes]) -> int:
     lifeline.end_with_parent()
     memory_limit.enable_limits()
     request = json.load(sys.stdin)
-    content = answer(request)
+    content = handle_request(request)
     with out:
         out.write(content)
     return 0

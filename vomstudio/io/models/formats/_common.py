@@ -94,7 +94,7 @@ def missing_points_finding(count: int, declared_count: int) -> Finding:
     return Finding("model.incomplete", count=count, promised=declared_count, element=tr("points"))
 
 
-def scale_colors(colors: AnyArray) -> ByteArray:
+def to_uint8_colors(colors: AnyArray) -> ByteArray:
     """Return colours (n, 3) as uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255.
 
     NaN becomes white.

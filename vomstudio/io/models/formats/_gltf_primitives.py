@@ -12,7 +12,7 @@ from vomstudio.core.arrays import AnyArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.models.formats._common import scale_colors
+from vomstudio.io.models.formats._common import to_uint8_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, transform_uv, uv_set
 
@@ -291,7 +291,7 @@ def _read_primitive(
         piece.uv = transform_uv(document, piece.uv.astype(np.float64), texture)
     colors = values("COLOR_0", 3, 4)
     if colors is not None:
-        piece.colors = scale_colors(np.ascontiguousarray(colors[:, :3]))
+        piece.colors = to_uint8_colors(np.ascontiguousarray(colors[:, :3]))
     if faces is None:
         piece.normals = values("NORMAL", 3)
         if piece.normals is not None:

@@ -14,7 +14,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats._common import scale_colors
+from vomstudio.io.models.formats._common import to_uint8_colors
 from vomstudio.io.models.formats._las_header import LasHeader
 
 _XYZ = [("X", "<i4"), ("Y", "<i4"), ("Z", "<i4"), ("intensity", "<u2"), ("returns", "u1")]
@@ -223,7 +223,7 @@ def build_cloud(
         colors = np.empty((len(records), 3), np.uint8)
         for j, channel in enumerate(("red", "green", "blue")):
             width = records[channel]
-            colors[:, j] = width >> 8 if selection.has_wide_colors else scale_colors(width)
+            colors[:, j] = width >> 8 if selection.has_wide_colors else to_uint8_colors(width)
     fields = {}
     for name in selection.fields:
         values = _field(records, layout, name)

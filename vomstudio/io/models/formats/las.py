@@ -21,7 +21,7 @@ from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
     missing_points_finding,
-    scale_colors,
+    to_uint8_colors,
 )
 from vomstudio.io.models.formats._las_extra import FileWithHiddenRecord, invalid_extra_record_offset
 from vomstudio.io.models.formats._las_header import (
@@ -231,7 +231,7 @@ def _colors(rgb16: GenericArray | None, findings: list[Finding]) -> ByteArray | 
     if rgb16 is None:
         return None
     if rgb16.any():
-        return scale_colors(rgb16)
+        return to_uint8_colors(rgb16)
     findings.append(Finding("model.colors-black"))
     return None
 

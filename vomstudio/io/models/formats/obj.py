@@ -28,7 +28,7 @@ from vomstudio.io.models.formats._common import (
     drop_invalid_vertices,
     read_whole_file,
     refuse_decimal_commas,
-    scale_colors,
+    to_uint8_colors,
     to_utf8,
 )
 from vomstudio.io.models.mtl import decode, find_companion, read_library, unquote
@@ -312,7 +312,7 @@ class _ObjReader:
             faces, ids = faces[valid_rows], ids[valid_rows]
             uv_faces = uv_faces[valid_rows] if len(uv_faces) else uv_faces
             offsets = np.searchsorted(ids, np.arange(len(names) + 1)).astype(np.int64)
-        vertices, colors = self.vertices, scale_colors(self.colors) if len(self.colors) else None
+        vertices, colors = self.vertices, to_uint8_colors(self.colors) if len(self.colors) else None
         uv = None
         if len(uv_faces) and np.any(uv_faces >= 0):
             if len(self.uvs) == len(vertices) and np.array_equal(faces, uv_faces):

@@ -27,7 +27,7 @@ from vomstudio.io.models.formats._common import (
     drop_invalid_points,
     drop_invalid_vertices,
     read_whole_file,
-    scale_colors,
+    to_uint8_colors,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
 from vomstudio.io.models.formats._ply_tables import Table, convert_indices, read_binary, read_text
@@ -116,7 +116,7 @@ def _assemble(
             used_names.update(
                 n for n in vertex.scalars if n.lower() in ("alpha", "diffuse_alpha", "a")
             )
-            colors = scale_colors(np.stack(columns, axis=1))
+            colors = to_uint8_colors(np.stack(columns, axis=1))
             break
     normals = _take_columns(vertex, NORMAL_NAMES, used_names)
     face = _faces_and_strips(header, tables, findings)

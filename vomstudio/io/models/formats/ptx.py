@@ -27,7 +27,7 @@ from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
     missing_points_finding,
-    scale_colors,
+    to_uint8_colors,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.file_text import require_file
@@ -130,7 +130,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     colors = columns.take("colors", count) if is_colored else None
     names = ("intensity", "scan") if number > 1 else ("intensity",)
     fields = {name: values for name in names if (values := columns.take(name, count)) is not None}
-    cloud = PointCloud(positions, None if colors is None else scale_colors(colors), None, fields)
+    cloud = PointCloud(positions, None if colors is None else to_uint8_colors(colors), None, fields)
     return LoadedModel(
         drop_invalid_points(cloud, messages, path),
         "cloud",

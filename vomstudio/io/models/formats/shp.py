@@ -28,7 +28,7 @@ from vomstudio.io.models.formats._common import (
     drop_invalid_vertices,
     join_corners,
     read_whole_file,
-    scale_colors,
+    to_uint8_colors,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 
@@ -103,7 +103,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
     colors = normals = None
     if fields.keys() >= set(_COLORS):
-        colors = scale_colors(np.stack([fields.pop(name) for name in _COLORS], -1))
+        colors = to_uint8_colors(np.stack([fields.pop(name) for name in _COLORS], -1))
     if fields.keys() >= set(_NORMALS):
         normals = np.stack([fields.pop(name) for name in _NORMALS], -1).astype(np.float32)
     if list(fields) == ["id"] and np.array_equal(fields["id"], np.arange(1, len(points) + 1)):

@@ -25,7 +25,7 @@ from vomstudio.io.models.formats._common import (
     Columns,
     drop_invalid_points,
     read_whole_file,
-    scale_colors,
+    to_uint8_colors,
 )
 from vomstudio.io.models.formats._row_widths import has_equal_widths
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -443,7 +443,7 @@ def _cloud(
         findings.append(Finding("model.columns-left-out", columns=text_columns))
     return PointCloud(
         points,
-        None if colors is None else scale_colors(colors),
+        None if colors is None else to_uint8_colors(colors),
         normals,
         fields,
     )

@@ -36,7 +36,7 @@ class CellsTool(StatelessTool):
     """
 
     name = "cells"
-    paints = False
+    can_paint = False
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -95,7 +95,7 @@ class CellsTool(StatelessTool):
 
     def _marks(self, grid_id: str) -> str:
         grid = get(self._context.session.records, grid_id, FaceGrid)
-        return "" if grid is None else grid_edits.marks_of(grid)
+        return "" if grid is None else grid_edits.grid_marks(grid)
 
     def _move(self, hit: Hit | None) -> None:
         cell = None if hit is None else self._find_cell(hit)
@@ -123,7 +123,7 @@ class CellsTool(StatelessTool):
             return
         cells, cell = _file_grid(grid), self.hovered_cell[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
-        title = tr(MARK_TITLES[grid_edits.marks_of(grid)[cell]])
+        title = tr(MARK_TITLES[grid_edits.grid_marks(grid)[cell]])
         text = tr(
             "{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell), mark=title
         )

@@ -63,18 +63,18 @@ class MatchPage(QWidget):
         self.outliers.setToolTip(
             tr("Matches that disagree with the epipolar geometry, drawn in red.")
         )
-        self.lines = ComboBox()
-        self.lines.setObjectName("lines")
+        self.line_count_box = ComboBox()
+        self.line_count_box.setObjectName("lines")
         for count in _LINE_COUNTS:
-            self.lines.addItem(tr("{count:,} lines", count=count), count)
-        self.lines.addItem(tr("All lines"), 10**9)
-        self.lines.addItem(tr("No lines"), 0)
-        self.lines.setToolTip(tr("Maximum number of inliers drawn as lines."))
+            self.line_count_box.addItem(tr("{count:,} lines", count=count), count)
+        self.line_count_box.addItem(tr("All lines"), 10**9)
+        self.line_count_box.addItem(tr("No lines"), 0)
+        self.line_count_box.setToolTip(tr("Maximum number of inliers drawn as lines."))
         self._legend = Label()
         self._summary = ElidedLabel()
         for box in (self.features, self.outliers):
             box.toggled.connect(lambda _: self._draw())
-        self.lines.currentIndexChanged.connect(lambda _: self._draw())
+        self.line_count_box.currentIndexChanged.connect(lambda _: self._draw())
         self._hint = ElidedLabel()
         self._hint.setText(tr("Wheel: zoom. Drag: pan. Double-click a match: zoom to both ends."))
         self._arrange_widgets()
@@ -89,7 +89,7 @@ class MatchPage(QWidget):
         rows.addWidget(self._summary)
         row = QHBoxLayout()
         row.addStretch(1)
-        for widget in (self.lines, self.features, self.outliers):
+        for widget in (self.line_count_box, self.features, self.outliers):
             row.addWidget(widget)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)
@@ -170,7 +170,7 @@ class MatchPage(QWidget):
             left_photo.upright_points(arrays["left"][matches[:, 0]]),
             right_photo.upright_points(arrays["right"][matches[:, 1]]),
         )
-        line_count = int(self.lines.currentData())
+        line_count = int(self.line_count_box.currentData())
         step = max(1, -(-len(matches) // line_count)) if line_count else 0
         line_indices = np.arange(0, len(matches), step) if step else np.zeros(0, np.int64)
         outlier_ends = None

@@ -100,13 +100,13 @@ def _to_tuple(vector: FloatArray) -> tuple[float, float, float]:
 class CoverageRequest:
     grid: FaceGrid
     model: Model | None
-    exposed: ExposedArea
+    exposed_area: ExposedArea
     lines: list[FloatArray]
 
 
 def compute_grid_coverage(request: CoverageRequest) -> FaceCoverage:
     """Compute the coverage of a grid. Runs in a worker thread."""
-    return compute_coverage(request.grid, request.model, request.exposed, request.lines)
+    return compute_coverage(request.grid, request.model, request.exposed_area, request.lines)
 
 
 def figures_html(coverage: FaceCoverage, unit: str) -> str:

@@ -135,7 +135,7 @@ class CoveragePanel(AnalysisPanel[CoverageRequest, FaceCoverage]):
         if grid is None:
             raise InputError(Finding("grid.not-begun"))
         model = get(studio.records, grid.model_id, Model)
-        exposure = studio.workspace.grids.exposed(grid.id)
+        exposure = studio.workspace.grids.exposure(grid.id)
         if exposure is None:
             is_open = grid.model_id in studio.models
             raise InputError(Finding("action.busy" if is_open else "model.not-open"))

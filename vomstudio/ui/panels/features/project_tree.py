@@ -30,7 +30,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.words import tr
 from vomstudio.project import edits
 from vomstudio.project.edit import Edit
-from vomstudio.project.kinds import GROUPS, KINDS, get_kind, group_and_set, group_of
+from vomstudio.project.kinds import GROUPS, KINDS, get_kind, group_and_set, visibility_group
 from vomstudio.project.records import Feature, FeatureType, Model, get_feature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.controls import Label, escape_markup
@@ -261,7 +261,7 @@ class ProjectTree(QWidget):
         updated_items: list[QTreeWidgetItem] = []
         unsorted_items: list[QTreeWidgetItem] = []
         for feature in features:
-            group, item = group_of(feature), self._items.get(feature.id)
+            group, item = visibility_group(feature), self._items.get(feature.id)
             if isinstance(item, FeatureItem) and item.group == group:
                 updated_items.append(item)
                 if item.name == feature.name:
@@ -280,7 +280,7 @@ class ProjectTree(QWidget):
         return unsorted_items
 
     # --- content of the visible rows ---------------------------------------------------------
-    def _row_of(self, feature: Feature) -> Row:
+    def _cached_row(self, feature: Feature) -> Row:
         """Return the row of a feature, which caches its texts until the filter changes."""
         measurement = self._studio.measured([feature.id])[feature.id]
         row = self._rows.get(feature.id)
@@ -304,24 +304,24 @@ class ProjectTree(QWidget):
         return self._icons[get_kind(feature).name]
 
     def _orientation(self, feature: Feature) -> str:
-        row = self._row_of(feature)
+        row = self._cached_row(feature)
         text = orientation_text(row.measured, self._studio.settings.notation)
         return f"{text} {_OVERTURNED_MARK}" if row.overturned else text
 
     def _verdict_icon(self, feature: Feature) -> QIcon:
-        row = self._row_of(feature)
+        row = self._cached_row(feature)
         is_judged = row.measured.verdict is not None or row.measured.problem is not None
         return theme.verdict_icon(row.quality) if is_judged else QIcon()
 
     def _orientation_tip(self, feature: Feature) -> str:
-        row = self._row_of(feature)
+        row = self._cached_row(feature)
         verdict = row.measured.verdict
         findings = (*verdict.reasons, *verdict.notes) if verdict else (row.measured.problem or "",)
         notes = [tr("Overturned")] if row.overturned else []
         return escape_markup("\n".join([*notes, *map(str, findings)]))
 
     def _name_tip(self, feature: Feature) -> str:
-        row = self._row_of(feature)
+        row = self._cached_row(feature)
         lines = [f"{feature.name}: {row.class_name}"]
         if row.overturned:
             lines.append(tr("Overturned"))
@@ -394,7 +394,7 @@ class ProjectTree(QWidget):
                 row = create_row(self._studio, feature, measurement)
             rows[feature.id] = row
             if test(row):
-                group = group_of(feature)
+                group = visibility_group(feature)
                 passing_counts[group] = passing_counts.get(group, 0) + 1
             else:
                 hidden_ids.add(feature.id)

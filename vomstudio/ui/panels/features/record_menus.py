@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
-from vomstudio.project.kinds import GROUPS, get_kind, group_of
+from vomstudio.project.kinds import GROUPS, get_kind, visibility_group
 from vomstudio.project.records import Feature, FeatureType, Record, TypedFeature
 from vomstudio.ui.base import theme
 from vomstudio.ui.base.studio import Studio
@@ -160,7 +160,9 @@ class RecordMenus(QObject):
 
     def _fill_type_menu(self, menu: QMenu, feature_type: FeatureType) -> None:
         studio = self._studio
-        feature_ids = [f.id for f in studio.session.features() if group_of(f) == feature_type.id]
+        feature_ids = [
+            f.id for f in studio.session.features() if visibility_group(f) == feature_type.id
+        ]
         use_action = menu.addAction(
             tr("Use for &next"),
             lambda: studio.set_next(feature_type.id, studio.next_set),

@@ -188,7 +188,7 @@ class TreePhotos(QObject):
             self._fill(id_, names)
         elif isinstance(photo_set, PhotoSet):
             self._names[id_] = ()
-            folder = self._survey.document.folder_of(photo_set)
+            folder = self._survey.document.find_folder(photo_set)
 
             # The folder is read in a worker thread, because it may be on a slow drive.
             self._background.run(

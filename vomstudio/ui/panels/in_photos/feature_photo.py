@@ -227,7 +227,7 @@ class FeaturePhoto(QObject):
     # --- gestures ----------------------------------------------------------------------------
     def _handle_tool_change(self, name: str) -> None:
         tool = self._studio.tools.get(name)
-        self.canvas.is_left_button_painting = tool is not None and tool.paints
+        self.canvas.is_left_button_painting = tool is not None and tool.can_paint
         arrow_cursor, cross_cursor = Qt.CursorShape.ArrowCursor, Qt.CursorShape.CrossCursor
         self.canvas.setCursor(arrow_cursor if tool is None else cross_cursor)
 

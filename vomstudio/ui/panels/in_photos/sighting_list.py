@@ -94,8 +94,8 @@ class SightingList(QListWidget):
             self.photo_selected.emit(self.item(row).data(Qt.ItemDataRole.UserRole))
 
     def _tip(self, name: str, text: str) -> str:
-        meaning = tr("GSD · angle between line of sight and surface normal")
-        return f"{name}\n{text}\n({meaning})" if text else name
+        explanation = tr("GSD · angle between line of sight and surface normal")
+        return f"{name}\n{text}\n({explanation})" if text else name
 
     def _show_thumbnail(self, key: str, image: QImage) -> None:
         name = self._paths.get(key)

@@ -33,7 +33,7 @@ def write(result: LogResult, path: Path) -> None:
     suffix = path.suffix.lower().removeprefix(".")
     if suffix == "csv":
         description = describe_log_inputs(result.bed, result.bed95_deg)
-        is_metric = result.question.is_metric
+        is_metric = result.request.is_metric
         write_log(path, result.log, description=description, is_metric=is_metric, force=True)
     else:
         with atomic_write(path, True) as temporary_path:
@@ -50,7 +50,7 @@ def _write_figure(result: LogResult, target: io.BytesIO | Path, format_: str, dp
         result.log,
         format=format_,
         description=description,
-        is_metric=result.question.is_metric,
+        is_metric=result.request.is_metric,
         dpi=dpi,
     )
 
@@ -64,7 +64,7 @@ def write_boundaries(result: LogResult, path: Path) -> None:
     file.write(WORLD_COMMENT)
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["name", "x", "y", "z", "lithology", "notes"])
-    descriptions = result.question.words
+    descriptions = result.request.words
     names = unique_names([b.name for b in result.boundaries])
     for name, boundary in zip(names, result.boundaries, strict=True):
         description = descriptions.get(boundary.key, RockDescription())
@@ -85,7 +85,7 @@ def log_command(result: LogResult, table: Path) -> CommandArguments:
     options = LogOptions(
         sigma_m=result.sigma_m or None,
         bed_error_deg=result.bed95_deg or None,
-        overturned=result.question.options.overturned,
+        overturned=result.request.options.overturned,
     )
     result_stem = table.with_name(f"{table.stem}_result")
     return [

@@ -214,7 +214,7 @@ class BedLogPanel(AnalysisPanel[LogRequest, LogResult]):
     def _result_text(self, result: LogResult) -> str:
         from vomstudio.products.section.decimals import format_with_error
 
-        q, total = result.question, result.log.total_m
+        q, total = result.request, result.log.total_m
         unit = "m" if q.is_metric else tr("units")
         lines = [
             tr_n(

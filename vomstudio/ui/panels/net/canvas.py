@@ -119,7 +119,7 @@ class DrawnNet:
         pixels[..., :3] = np.round(255.0 * np.array(rgb))
         # The mean of nine pixels makes the edge smooth.
         pixels[..., 3] = np.round(255.0 * alpha * _box_sums(is_on_paper, 1) / 9.0)
-        return _image_of(pixels, self.ratio)
+        return _to_image(pixels, self.ratio)
 
     @cached_property
     def paper_region(self) -> QRegion:
@@ -178,15 +178,15 @@ def _empty_figure(request: NetRequest) -> tuple[Figure, FigureCanvasAgg]:
 
 
 def _canvas_image(canvas: Any, ratio: float) -> QImage:
-    return _image_of(np.asarray(canvas.buffer_rgba()), ratio)
+    return _to_image(np.asarray(canvas.buffer_rgba()), ratio)
 
 
-def _box_sums(mask: BoolArray, reach: int) -> NDArray[np.int64]:
+def _box_sums(mask: BoolArray, half_width: int) -> NDArray[np.int64]:
     """Return, for each pixel, the number of set pixels in the square around it."""
-    sums, side = mask.astype(np.int64), 2 * reach + 1
+    sums, side = mask.astype(np.int64), 2 * half_width + 1
     for axis in (0, 1):
         margins = [(0, 0), (0, 0)]
-        margins[axis] = (reach + 1, reach)
+        margins[axis] = (half_width + 1, half_width)
         totals = np.cumsum(np.pad(sums, margins), axis)
         sums = np.take(totals, range(side, totals.shape[axis]), axis) - np.take(
             totals, range(totals.shape[axis] - side), axis
@@ -194,7 +194,7 @@ def _box_sums(mask: BoolArray, reach: int) -> NDArray[np.int64]:
     return sums
 
 
-def _image_of(pixels: NDArray[np.uint8], ratio: float) -> QImage:
+def _to_image(pixels: NDArray[np.uint8], ratio: float) -> QImage:
     height, width = pixels.shape[:2]
     view = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888)
     # Copied, because the canvas reuses its buffer for the next selection.

@@ -56,7 +56,7 @@ class MarkEditing(QObject):
         symbols = []
         for label, pixel in pixels.items():
             prediction = self._marks.prediction(label)
-            residual, worst_mark = prediction.residuals_px.get(photo), prediction.worst
+            residual, worst_mark = prediction.residuals_px.get(photo), prediction.worst_mark
             is_inaccurate = (
                 worst_mark is not None
                 and worst_mark[0] == photo

@@ -107,7 +107,7 @@ class PhotoOpening(QObject):
         document = self._survey.document
         if (current_set := document.photo_set) is not None and current_set.id == photo_set.id:
             return True
-        folder = document.folder_of(photo_set)
+        folder = document.find_folder(photo_set)
         if folder is None:
             self._studio.warn(
                 Finding("photo.folder-missing", name=photo_set.name, folder=photo_set.path)

@@ -80,9 +80,9 @@ class PhotoDocument(QObject):
     def last_folder(self) -> Path | None:
         """Return the most recently added folder of photos that still exists."""
         sets = reversed(list(photo_sets(self._studio.records)))
-        return next((f for item in sets if (f := self.folder_of(item)) is not None), None)
+        return next((f for item in sets if (f := self.find_folder(item)) is not None), None)
 
-    def folder_of(self, photo_set: PhotoSet) -> Path | None:
+    def find_folder(self, photo_set: PhotoSet) -> Path | None:
         """Return the folder of a photo set, or None if the folder is missing."""
         project_folder = self._studio.project.folder
         # The project may have been moved together with its photos.

@@ -76,8 +76,8 @@ class PhotoList(QListWidget):
         if cameras is not None and marked_pixels:
             # A second mark in the same component predicts the point in all photos of that
             # component.
-            parts = {cameras.part_of(name) for name in marked_pixels}
-            other_photos.sort(key=lambda name: cameras.part_of(name) not in parts)
+            parts = {cameras.component_number(name) for name in marked_pixels}
+            other_photos.sort(key=lambda name: cameras.component_number(name) not in parts)
         names = [*marked_photos, *ranked_photos, *other_photos]
         with QSignalBlocker(self):
             if names != self.names:
@@ -109,7 +109,7 @@ class PhotoList(QListWidget):
                 parts.append(tr("{label} marked", label=label))
                 if residual is not None:
                     parts.append(f"{residual:.2f} px")
-                worst_mark = prediction.worst
+                worst_mark = prediction.worst_mark
                 is_inaccurate = (
                     worst_mark is not None
                     and worst_mark[0] == name
@@ -123,7 +123,7 @@ class PhotoList(QListWidget):
             parts.append(tr("mask"))
         cameras = self._marks.cameras
         if cameras is not None:
-            part = cameras.part_of(name)
+            part = cameras.component_number(name)
             if part is None:
                 parts.append(tr("not aligned"))
             elif part:

@@ -18,7 +18,7 @@ from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     ControlMarks,
     MarkPrediction,
     PlacedPhotos,
-    missing,
+    missing_marks_findings,
 )
 from vomstudio.ui.base.texts import abbreviate_names
 from vomstudio.ui.panels.photos.photo_document import PhotoDocument
@@ -106,7 +106,7 @@ class PhotoMarks(QObject):
     def missing_items(self) -> list[Finding]:
         """Return findings about the points and marks still needed to place the model."""
         if self._missing_items is None:
-            self._missing_items = missing(self.marking, self._cameras)
+            self._missing_items = missing_marks_findings(self.marking, self._cameras)
         return self._missing_items
 
     # --- edits -------------------------------------------------------------------------------

@@ -42,8 +42,8 @@ class _MaskCache:
             return np.ones(size, np.bool_)
         if file.path not in self._packed_masks:
             return None
-        packed, shape = self._packed_masks[file.path]
-        flags = np.unpackbits(packed, count=shape[0] * shape[1]).view(np.bool_).reshape(shape)
+        packed_mask, shape = self._packed_masks[file.path]
+        flags = np.unpackbits(packed_mask, count=shape[0] * shape[1]).view(np.bool_).reshape(shape)
         return flags if shape == size else None
 
 

@@ -18,7 +18,7 @@ class PhotoRow:
         Size in pixels, as stored.
     place : (float, float) or None
         Position (x, y) in plan view, in metres, or None if unknown.
-    looks : (float, float) or None
+    look_direction : (float, float) or None
         Unit vector of the horizontal viewing direction, or None if it is unknown or vertical.
     gsd_m : float or None
         Size of a pixel on the rock, in metres.
@@ -43,7 +43,7 @@ class PhotoRow:
     mask: str | None
     thumbnail: str | None = None
     place: tuple[float, float] | None = None
-    looks: tuple[float, float] | None = None
+    look_direction: tuple[float, float] | None = None
     gsd_m: float | None = None
     blur: float | None = None
     views: float | None = None

@@ -105,8 +105,8 @@ class PlanView(QWidget):
             color = QColor(_SELECTED_COLOR)
         painter.setPen(QPen(color, 2.0))
         painter.setBrush(color)
-        if row.looks is not None:
-            dx, dy = row.looks
+        if row.look_direction is not None:
+            dx, dy = row.look_direction
             painter.drawLine(position, position + QPointF(16 * dx, -16 * dy))
         if row.findings:
             painter.drawPolygon(

@@ -204,7 +204,7 @@ class PointsBox(QGroupBox):
     def _fill_row(self, row: int, label: str) -> None:
         marking = self._marks.marking
         role, prediction = marking.role(label), self._marks.prediction(label)
-        worst_mark = prediction.worst
+        worst_mark = prediction.worst_mark
         cells = (
             label,
             {CONTROL: tr("control"), CHECK: tr("check"), TIE: tr("tie")}[role],

@@ -173,14 +173,14 @@ def fill_camera_positions(out: Path, rows: Sequence[PhotoRow], model: Model | No
         frame, to_world = model.frame, transform.matrix(model.to_world)
     views = {view.name: view for view in cameras.views}
     for row in rows:
-        row.place = row.looks = None
+        row.place = row.look_direction = None
         if (view := views.get(row.name)) is not None:
             x, y, _ = transform.apply(to_world, [view.centre + np.array(cameras.origin)])[0]
             dx, dy, _ = to_world[:3, :3] @ view.direction
             size = (dx * dx + dy * dy) ** 0.5
             is_steep = size <= _MIN_ARROW_LENGTH * transform.scale_factor(to_world)
             row.place = (float(x), float(y))
-            row.looks = None if is_steep else (float(dx / size), float(dy / size))
+            row.look_direction = None if is_steep else (float(dx / size), float(dy / size))
     return frame
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class SectionQuestion:
+class SectionRequest:
     """Input of a section.
 
     Attributes
@@ -56,8 +56,8 @@ class SectionQuestion:
 
 
 @dataclass(frozen=True, eq=False)
-class SectionAnswer:
-    question: SectionQuestion
+class SectionResult:
+    request: SectionRequest
     cut: Cut
     projected_items: tuple[ProjectedItem, ...]
     figures: SectionFigures
@@ -65,7 +65,7 @@ class SectionAnswer:
     warnings: tuple[Finding, ...] = ()
 
 
-def answer(question: SectionQuestion) -> SectionAnswer:
+def compute_section(request: SectionRequest) -> SectionResult:
     """Compute the section of `vomstudio section` in a worker thread."""
     from vomstudio.geometry.model_transform import transform_model
     from vomstudio.products.ortho.interpretation import items_from_records
@@ -73,7 +73,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import ProjectionDirections, assign_domain_axes
 
-    q = question
+    q = request
     data = transform_model(q.data, q.to_world)
     cut = cut_model(data, q.curtain, q.options.slab_m)
     features = q.records is not None and any(
@@ -98,8 +98,8 @@ def answer(question: SectionQuestion) -> SectionAnswer:
         model=str(q.path),
         figures=figures,
     )
-    return SectionAnswer(
-        question=q,
+    return SectionResult(
+        request=q,
         cut=cut,
         projected_items=projected_features,
         figures=figures,
@@ -108,14 +108,14 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     )
 
 
-def write(result: SectionAnswer, path: Path) -> None:
+def write(result: SectionResult, path: Path) -> None:
     """Write the section in the format of the file extension, replacing an existing file.
 
     Runs in a worker thread.
     """
     from vomstudio.products.section.writing import write_section
 
-    q = result.question
+    q = result.request
     write_section(
         path,
         result.cut,

@@ -44,10 +44,10 @@ from vomstudio.ui.base.numbers import parse_numbers
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.sections.analysis import (
-    SectionAnswer,
-    SectionQuestion,
-    answer,
+    SectionRequest,
+    SectionResult,
     build_curtain,
+    compute_section,
     write,
 )
 from vomstudio.ui.widgets.axis_titles import follow_axes, length_unit
@@ -72,7 +72,7 @@ _MIN_FACING = 0.05
 _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
-class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
+class SectionPanel(AnalysisPanel[SectionRequest, SectionResult]):
     """Panel for a section along a plane, or along a line on the outcrop.
 
     Attributes
@@ -149,9 +149,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         )
 
     def _connect_signals(self) -> None:
-        studio, soon = self._studio, self._schedule_refresh
+        studio, schedule_refresh = self._studio, self._schedule_refresh
         for box in (self.model, self.path_kind):
-            box.currentIndexChanged.connect(soon)
+            box.currentIndexChanged.connect(schedule_refresh)
         self.path_kind.currentIndexChanged.connect(self._show_rows)
         for signal in (
             self.through.textChanged,
@@ -162,7 +162,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             self.features.toggled,
             self.domain_axes.toggled,
         ):
-            signal.connect(soon)
+            signal.connect(schedule_refresh)
         self.plane.take_button.clicked.connect(lambda _=False: self._use_feature_centre())
         self.use_point_button.clicked.connect(lambda _=False: self._use_feature_centre())
         self.use_line_button.clicked.connect(
@@ -175,7 +175,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
         )
         studio.edited.connect(self._follow_edit)
-        studio.model_loaded.connect(soon)
+        studio.model_loaded.connect(schedule_refresh)
         studio.selection_changed.connect(self._refresh)
         self._show_rows()
 
@@ -236,10 +236,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _list_choices(self) -> None:
         self.model.list_models()
 
-    def _compute_result(self, question: SectionQuestion) -> SectionAnswer:
-        return answer(question)
+    def _compute_result(self, request: SectionRequest) -> SectionResult:
+        return compute_section(request)
 
-    def _create_request(self) -> SectionQuestion:
+    def _create_request(self) -> SectionRequest:
         studio, model = self._studio, self.model.selected_model()
         if model is None:
             raise InputError(Finding("action.no-model"))
@@ -277,7 +277,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                 features=str(studio.project.folder),
                 along=DOMAINS if uses_domain_axes else direction_text,
             )
-        return SectionQuestion(
+        return SectionRequest(
             data=data,
             to_world=model.to_world,
             path=path,
@@ -300,9 +300,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         return facing > _MIN_FACING
 
     # --- result ---------------------------------------------------------------------------------
-    def _result_text(self, result: SectionAnswer) -> str:
+    def _result_text(self, result: SectionResult) -> str:
         f = result.figures
-        unit = "m" if result.question.is_metric else tr("units")
+        unit = "m" if result.request.is_metric else tr("units")
         texts = [
             tr_n(
                 "{count} line, {length:.3f} {unit} in total",
@@ -321,7 +321,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                     unit=unit,
                 )
             )
-        if result.question.records is not None:
+        if result.request.records is not None:
             texts.append(
                 tr(
                     "{count} features projected, {left_out} left out",
@@ -329,7 +329,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                     left_out=f.left_out,
                 )
             )
-        if result.question.curtain.plane is None:
+        if result.request.curtain.plane is None:
             texts.append(tr("along {name}", name=self._line_name))
         texts += [domain.words for domain in f.domains or ()]
         return "; ".join([*texts, *map(str, result.warnings)])
@@ -372,7 +372,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         result = self.result
         if result is None:
             return
-        if result.question.curtain.plane is not None and self.profile_line is None:
+        if result.request.curtain.plane is not None and self.profile_line is None:
             command = self.command(None)
             if command is not None:
                 copy_command(self._studio, command)
@@ -399,11 +399,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         model_arguments = None if model is None else find_model_arguments(self._studio, model)
         if model_arguments is None or result is None:
             return None
-        question = result.question
-        options = question.options
+        request = result.request
+        options = request.options
         if profile is not None:
             options = replace(options, section_line=str(profile))
-        features = question.features if self._studio.session.features() else SectionFeatures()
+        features = request.features if self._studio.session.features() else SectionFeatures()
         out = results_folder(self._studio) / "section.svg"
         return [
             "section",

@@ -84,7 +84,7 @@ class ProposalResult:
     warnings: tuple[Finding, ...]
 
     @property
-    def unassigned(self) -> int:
+    def unassigned_count(self) -> int:
         """Number of candidates that are not in a set."""
         return self.assignment.count(-1)
 

@@ -290,7 +290,7 @@ class SetsPanel(QWidget):
             mean = format_attitude(plane, cone, notation, omit_hand_rule=True)
             numbers = number(set_.kappa), length(set_.spacing_m)
             rows.append([name, f"{set_.n:,}", mean, *numbers])
-        rows.append([tr("no set"), f"{result.unassigned:,}", "", "", ""])
+        rows.append([tr("no set"), f"{result.unassigned_count:,}", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
             for row, texts in enumerate(rows):

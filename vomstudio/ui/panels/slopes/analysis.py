@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class SlopeQuestion:
+class FaceSlopeRequest:
     """Input of the analysis: features that have a plane, and their measurements by id."""
 
     records: Mapping[str, Record]
@@ -29,28 +29,28 @@ class SlopeQuestion:
 
 
 @dataclass(frozen=True, eq=False)
-class SlopeAnswer:
+class FaceSlopeResult:
     """Result of the analysis; `critical` is the result of `list_critical_planes`."""
 
-    question: SlopeQuestion
+    request: FaceSlopeRequest
     table: OrientationRows
     analysis: TableSlope
     critical: Mapping[str, tuple[CriticalPlane, ...]]
 
 
-def answer(question: SlopeQuestion) -> SlopeAnswer:
+def analyze_slope(request: FaceSlopeRequest) -> FaceSlopeResult:
     """Run the analysis of `vomstudio slope` in a worker thread."""
     from vomstudio.geology.table_slopes import list_critical_planes, table_slope
     from vomstudio.project.exports.feature_table import feature_table
 
-    table = feature_table(question.records, question.features, question.measured)
-    analysis = table_slope(table, question.face)
-    return SlopeAnswer(
-        question, table, analysis, list_critical_planes(table, question.face, analysis)
+    table = feature_table(request.records, request.features, request.measured)
+    analysis = table_slope(table, request.face)
+    return FaceSlopeResult(
+        request, table, analysis, list_critical_planes(table, request.face, analysis)
     )
 
 
-def write_figure(result: SlopeAnswer, path: Path) -> None:
+def write_figure(result: FaceSlopeResult, path: Path) -> None:
     """Write the nets as SVG, PDF or PNG. Runs in a worker thread."""
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
@@ -58,7 +58,7 @@ def write_figure(result: SlopeAnswer, path: Path) -> None:
     format_ = path.suffix.lower().removeprefix(".")
     with atomic_write(path, True) as temporary:
         write_slope_figure(
-            temporary, result.table, result.question.face, result.analysis, format=format_
+            temporary, result.table, result.request.face, result.analysis, format=format_
         )
 
 

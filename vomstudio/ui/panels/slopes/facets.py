@@ -49,7 +49,7 @@ _MIN_TABLE_HEIGHT_PX = 110
 
 
 @dataclass(frozen=True, eq=False)
-class FacetsQuestion:
+class FacetSlopesRequest:
     """Input of the analysis by facet.
 
     Attributes
@@ -73,19 +73,19 @@ class FacetsQuestion:
 
 
 @dataclass(frozen=True, eq=False)
-class FacetsAnswer:
-    question: FacetsQuestion
+class FacetSlopesResult:
+    request: FacetSlopesRequest
     faces: Sequence[FacetFace]
     analysis: FacetSlopes
 
 
-def analyze_facets(question: FacetsQuestion) -> FacetsAnswer:
+def analyze_facets(request: FacetSlopesRequest) -> FacetSlopesResult:
     """Run the analysis of `vomstudio slope --facets` in a worker thread."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.products.surface.slope_facets import find_overhangs
     from vomstudio.project.exports.feature_table import feature_table
 
-    q = question
+    q = request
     # Only the direction of the World z axis in model coordinates matters here, not the scale.
     overhangs = find_overhangs(q.data, q.proposals.label.astype(int), q.to_world[2][:3])
     faces = []
@@ -96,7 +96,7 @@ def analyze_facets(question: FacetsQuestion) -> FacetsAnswer:
             faces.append(FacetFace(str(row), measurement.plane, area, overhangs.get(str(row))))
     table = feature_table(q.records, q.features, q.measured)
     analysis = facet_slopes(table, faces, q.options)
-    return FacetsAnswer(q, faces, analysis)
+    return FacetSlopesResult(q, faces, analysis)
 
 
 def facets_file(planes: Path) -> Path:
@@ -104,9 +104,9 @@ def facets_file(planes: Path) -> Path:
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_command(result: FacetsAnswer, planes: Path) -> CommandArguments:
+def facets_command(result: FacetSlopesResult, planes: Path) -> CommandArguments:
     """Return the command that reproduces the result from both tables."""
-    q = result.question
+    q = result.request
     return [
         "slope",
         planes,
@@ -174,9 +174,11 @@ class FacetSlopesView(QWidget):
         for index in self.table.selectionModel().selectedRows():
             self.facet_selected.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
-    def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
-        """Fill the table; `look` names the outcrop colours that the reset button restores."""
-        self.reset_button.setText(look)
+    def show_result(
+        self, result: FacetSlopesResult | None, notation: str, colors_name: str
+    ) -> None:
+        """Fill the table; `colors_name` names the colours that the reset button restores."""
+        self.reset_button.setText(colors_name)
         rows = []
         for facet in () if result is None else result.analysis.facets:
             plane = Plane(facet.face.dip_direction_deg, facet.face.dip_deg)
@@ -189,7 +191,7 @@ class FacetSlopesView(QWidget):
             set_enabled(widget, None if rows else Finding("action.no-result"))
 
 
-def facet_shares(result: FacetsAnswer, mode: str) -> dict[int, float]:
+def facet_shares(result: FacetSlopesResult, mode: str) -> dict[int, float]:
     """Return the critical share for a failure mode by facet index."""
     shares = [getattr(facet, mode).share for facet in result.analysis.facets]
     ids = [int(facet.id) for facet in result.analysis.facets]

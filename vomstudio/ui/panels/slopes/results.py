@@ -27,7 +27,7 @@ from vomstudio.ui.base.controls import MAX_FORM_WIDTH_PX, Label
 
 if TYPE_CHECKING:
     from vomstudio.geology.table_slopes import CriticalPlane, FailureMode
-    from vomstudio.ui.panels.slopes.analysis import SlopeAnswer
+    from vomstudio.ui.panels.slopes.analysis import FaceSlopeResult
 
 _MODES = (
     ("planar", to_translate("Planar sliding"), True),
@@ -64,7 +64,7 @@ class SlopeResults(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self._answer: SlopeAnswer | None = None
+        self._result: FaceSlopeResult | None = None
         self.table = _mode_table()
         self.table.itemSelectionChanged.connect(self._list_planes)
         self.heading = Label()
@@ -87,7 +87,7 @@ class SlopeResults(QWidget):
         column.setSpacing(2)
         column.addWidget(self.heading)
         column.addLayout(self._side_layout, 1)
-        self.show_answer(None)
+        self.show_result(None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
@@ -110,9 +110,9 @@ class SlopeResults(QWidget):
         """Return the ids of the listed planes."""
         return [plane.id for plane in self._list_critical_planes()]
 
-    def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
+    def show_result(self, result: FaceSlopeResult | None, notation: str = "dipdir/dip") -> None:
         """Show a result; None clears the table."""
-        self._answer, self._notation = result, notation
+        self._result, self._notation = result, notation
         for row, (name, _, _) in enumerate(_MODES):
             cells = [""] * 4 if result is None else _cell_texts(_mode(result, name))
             for column, text in enumerate(cells, 1):
@@ -132,7 +132,7 @@ class SlopeResults(QWidget):
                     item.setSelected(is_selected)
 
     def _list_critical_planes(self) -> tuple[CriticalPlane, ...]:
-        return () if self._answer is None else self._answer.critical[self.mode]
+        return () if self._result is None else self._result.critical[self.mode]
 
     def _list_planes(self) -> None:
         """List the critical planes of the selected mode."""
@@ -145,7 +145,7 @@ class SlopeResults(QWidget):
                 item.setData(Qt.ItemDataRole.UserRole, plane.id)
                 self.planes.addItem(item)
         self.planes.setVisible(bool(critical_planes))
-        self.heading.setVisible(self._answer is not None)
+        self.heading.setVisible(self._result is not None)
         self.heading.setText(self._heading(len(critical_planes)))
 
     def _heading(self, count: int) -> str:
@@ -167,10 +167,10 @@ class SlopeResults(QWidget):
         )
 
     def _plane_text(self, critical_plane: CriticalPlane) -> str:
-        assert self._answer is not None
-        question = self._answer.question
-        feature = question.records[critical_plane.id]
-        measurement = question.measured[critical_plane.id]
+        assert self._result is not None
+        request = self._result.request
+        feature = request.records[critical_plane.id]
+        measurement = request.measured[critical_plane.id]
         name = getattr(feature, "name", "") or critical_plane.id
         text = f"{name}  {measurement.attitude(self._notation)}"
         return (
@@ -216,7 +216,7 @@ def _mode_table() -> QTableWidget:
     return table
 
 
-def _mode(result: SlopeAnswer, name: str) -> FailureMode:
+def _mode(result: FaceSlopeResult, name: str) -> FailureMode:
     analysis = result.analysis
     modes: Mapping[str, FailureMode] = {
         "planar": analysis.planar,

@@ -32,16 +32,16 @@ from vomstudio.ui.base.qt_owner import connect_until_deleted
 from vomstudio.ui.base.studio import Studio
 from vomstudio.ui.panels.analysis_panel import AnalysisPanel
 from vomstudio.ui.panels.slopes.analysis import (
-    SlopeAnswer,
-    SlopeQuestion,
-    answer,
+    FaceSlopeRequest,
+    FaceSlopeResult,
+    analyze_slope,
     slope_command,
     write_figure,
 )
 from vomstudio.ui.panels.slopes.facets import (
-    FacetsAnswer,
+    FacetSlopesRequest,
+    FacetSlopesResult,
     FacetSlopesView,
-    FacetsQuestion,
     analyze_facets,
     facet_shares,
     facets_command,
@@ -59,7 +59,9 @@ from vomstudio.ui.widgets.options_form import OptionFields
 _DEFAULT_FRICTION_DEG = 30.0
 
 
-class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | FacetsAnswer]):
+class SlopesPanel(
+    AnalysisPanel[FaceSlopeRequest | FacetSlopesRequest, FaceSlopeResult | FacetSlopesResult]
+):
     """Panel for the kinematic analysis of a single face or of each proposed facet."""
 
     def __init__(self, studio: Studio) -> None:
@@ -162,21 +164,21 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self._refresh_take()
 
     def _compute_result(
-        self, question: SlopeQuestion | FacetsQuestion
-    ) -> SlopeAnswer | FacetsAnswer:
-        if isinstance(question, FacetsQuestion):
-            return analyze_facets(question)
-        return answer(question)
+        self, request: FaceSlopeRequest | FacetSlopesRequest
+    ) -> FaceSlopeResult | FacetSlopesResult:
+        if isinstance(request, FacetSlopesRequest):
+            return analyze_facets(request)
+        return analyze_slope(request)
 
     @property
-    def facets_result(self) -> FacetsAnswer | None:
+    def facets_result(self) -> FacetSlopesResult | None:
         """Result of the analysis by facet, or None if another result is shown."""
-        return self.result if isinstance(self.result, FacetsAnswer) else None
+        return self.result if isinstance(self.result, FacetSlopesResult) else None
 
     @property
-    def face_result(self) -> SlopeAnswer | None:
+    def face_result(self) -> FaceSlopeResult | None:
         """Result of the analysis of one face, or None if another result is shown."""
-        return self.result if isinstance(self.result, SlopeAnswer) else None
+        return self.result if isinstance(self.result, FaceSlopeResult) else None
 
     @property
     def _uses_facets(self) -> bool:
@@ -198,20 +200,20 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measurements)
 
-    def _create_request(self) -> SlopeQuestion | FacetsQuestion:
+    def _create_request(self) -> FaceSlopeRequest | FacetSlopesRequest:
         if self._uses_facets:
-            return self._facets_question()
+            return self._create_facets_request()
         planes = self._planes()
         text = self.face.text().strip()
         if not text:
             raise InputError(Finding("slope.no-face"))
         face = SlopeFace(parse_plane(text, self._notation), self._create_options())
-        return SlopeQuestion(dict(self._studio.records), *planes, face)
+        return FaceSlopeRequest(dict(self._studio.records), *planes, face)
 
     def _create_options(self) -> SlopeOptions:
         return self.angles.options()
 
-    def _facets_question(self) -> FacetsQuestion:
+    def _create_facets_request(self) -> FacetSlopesRequest:
         studio, proposals = self._studio, self._studio.facets.proposals
         features, measurements = self._planes()
         loaded_model = None if proposals is None else studio.models.get(proposals.model_id)
@@ -219,7 +221,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         if proposals is None or loaded_model is None or not isinstance(model, Model):
             raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open_rows | studio.facets.accepted)
-        return FacetsQuestion(
+        return FacetSlopesRequest(
             records=dict(studio.records),
             features=features,
             measured=measurements,
@@ -244,7 +246,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _show_facet(self, row: int) -> None:
         """Highlight the facet in the selected row on the outcrop."""
         if self.facets_result is not None:
-            show_facet(self._studio, self.facets_result.question.proposals, row)
+            show_facet(self._studio, self.facets_result.request.proposals, row)
 
     def _paint(self) -> None:
         """Colour the outcrop by the critical share of the selected failure mode."""
@@ -253,9 +255,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             self._studio.facets.paint_shares(mode, facet_shares(self.facets_result, mode))
 
     # --- result ------------------------------------------------------------------------------
-    def _result_text(self, result: SlopeAnswer | FacetsAnswer) -> str:
+    def _result_text(self, result: FaceSlopeResult | FacetSlopesResult) -> str:
         count_text = (
-            _count_text(result) if isinstance(result, SlopeAnswer) else _facet_count_text(result)
+            _count_text(result)
+            if isinstance(result, FaceSlopeResult)
+            else _facet_count_text(result)
         )
         return " ".join([count_text, *map(str, result.analysis.warnings)])
 
@@ -265,8 +269,8 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         proposals = self._studio.facets.proposals
         loaded_model = None if proposals is None else self._studio.models.get(proposals.model_id)
         appearance = default_appearance([] if loaded_model is None else [loaded_model.data])
-        self.facets.show_answer(self.facets_result, self._studio.settings.notation, appearance)
-        self.results.show_answer(self.face_result, self._studio.settings.notation)
+        self.facets.show_result(self.facets_result, self._studio.settings.notation, appearance)
+        self.results.show_result(self.face_result, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
         self._paint()
 
@@ -321,16 +325,16 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             return
         if self.face_result is None:
             return
-        question = self.face_result.question
+        request = self.face_result.request
         copy_with_table(
             self,
             self._studio,
             "slope-planes.csv",
-            [f.id for f in question.features],
-            partial(slope_command, question.face),
+            [f.id for f in request.features],
+            partial(slope_command, request.face),
         )
 
-    def _copy_facets(self, result: FacetsAnswer) -> None:
+    def _copy_facets(self, result: FacetSlopesResult) -> None:
         """Write the tables of planes and facets, and copy the command to the clipboard."""
         from vomstudio.products.surface.slope_facets import write_faces
 
@@ -338,7 +342,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             write_faces(facets_file(path), result.faces)
             return facets_command(result, path)
 
-        ids = [f.id for f in result.question.features]
+        ids = [f.id for f in result.request.features]
         copy_with_table(self, self._studio, "slope-planes.csv", ids, command)
 
     def _ask_for_figure(self) -> None:
@@ -365,7 +369,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         report()
 
 
-def _count_text(result: SlopeAnswer) -> str:
+def _count_text(result: FaceSlopeResult) -> str:
     """Return the number of planes, and the reason if probabilities are missing."""
     analysis = result.analysis
     if not analysis.with_error:
@@ -373,7 +377,7 @@ def _count_text(result: SlopeAnswer) -> str:
     return tr_n("{count:,} plane.", "{count:,} planes.", analysis.n)
 
 
-def _facet_count_text(result: FacetsAnswer) -> str:
+def _facet_count_text(result: FacetSlopesResult) -> str:
     """Return the numbers of facets and planes as text."""
     return tr(
         "{facets} facets, {planes:,} planes. The outcrop shows the critical share at each facet.",

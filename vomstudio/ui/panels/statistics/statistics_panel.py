@@ -138,9 +138,9 @@ class StatisticsPanel(LazyPanel):
         ]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, rotation_errors=rotations), notation)
-        pooled = self._mixed_type_rows(oriented_features)
-        pages = [(tr("Planes"), [*pooled, *rows])]
-        if not pooled:
+        mixed_type_rows = self._mixed_type_rows(oriented_features)
+        pages = [(tr("Planes"), [*mixed_type_rows, *rows])]
+        if not mixed_type_rows:
             pages[:0] = self._fold_pages(oriented_features, measurements)
         return pages
 

@@ -86,10 +86,10 @@ class FacetsPanel(ProposalsPanel):
         self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
         self.limits.changed.connect(self._limits_changed)
         follow_axes(self, self._studio, self._show_axes)
-        self.live = QCheckBox(tr("Preview in view"))
-        self.live.setObjectName("facet_live")
-        self.live.setToolTip(tr("Show the effect of thresholds in the middle of the view."))
-        self.live.clicked.connect(lambda on: self._live_timer.start() if on else None)
+        self.preview_box = QCheckBox(tr("Preview in view"))
+        self.preview_box.setObjectName("facet_live")
+        self.preview_box.setToolTip(tr("Show the effect of thresholds in the middle of the view."))
+        self.preview_box.clicked.connect(lambda on: self._live_timer.start() if on else None)
         self.copy = CopyCommandButton(
             lambda: copy_facets(self._studio, self._model, self.limits.options()),
             tr("the command for these facets"),
@@ -130,7 +130,7 @@ class FacetsPanel(ProposalsPanel):
         )
         self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
-        self.accept_all.clicked.connect(lambda _: self._decide(self._accept, self.listed()))
+        self.accept_all.clicked.connect(lambda _: self._decide(self._accept, self.listed_indices()))
         self.reject_all = QPushButton(tr("Reject all"))
         self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
@@ -160,7 +160,7 @@ class FacetsPanel(ProposalsPanel):
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(limits)
-        column.addWidget(self.live)
+        column.addWidget(self.preview_box)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
         # The row is above the buttons, so that the user sees the feature type before accepting all.
@@ -218,7 +218,7 @@ class FacetsPanel(ProposalsPanel):
     # --- state -------------------------------------------------------------------------------
     def _limits_changed(self) -> None:
         self._refresh_buttons()
-        if self.live.isChecked():
+        if self.preview_box.isChecked():
             self._live_timer.start()
 
     def _search_visible_part(self) -> None:

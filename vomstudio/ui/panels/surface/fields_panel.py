@@ -151,7 +151,7 @@ class FieldsPanel(ModelPanel):
         studio, model = self._studio, self._model
         if model is not None and model.id in studio.models:
             # The field of an opened project is shown after its model.
-            field = self._fields.shown.get(model.id)
+            field = self._fields.shown_fields.get(model.id)
             if self._form_model_id != model.id or field is not self._form_field:
                 self._set_model(model)
         is_metric = model is None or model.frame.has_metres
@@ -167,7 +167,7 @@ class FieldsPanel(ModelPanel):
     def _set_model(self, model: Model) -> None:
         """Show the field of a model, or the default radius and length for that model."""
         self._form_model_id = model.id
-        self._form_field = field = self._fields.shown.get(model.id)
+        self._form_field = field = self._fields.shown_fields.get(model.id)
         radius = 0.0 if field is None else field.request.radius_m
         is_plane_field = field is not None and field.request.kind in (MEASURABLE, EXPECTED)
         with QSignalBlocker(self.radius):
@@ -290,7 +290,7 @@ class FieldsPanel(ModelPanel):
     def _show_figures(self) -> None:
         lines = [" ".join(map(str, self._fields.findings))] if self._fields.findings else []
         model = self._model
-        field = None if model is None else self._fields.shown.get(model.id)
+        field = None if model is None else self._fields.shown_fields.get(model.id)
         open_model = None if model is None else self._studio.models.get(model.id)
         values = (
             None if field is None or open_model is None else field_values(open_model, field.name)
@@ -337,7 +337,7 @@ class FieldsPanel(ModelPanel):
         if (
             open_model is not None
             and name in open_model.data.fields
-            and model.id in self._fields.shown
+            and model.id in self._fields.shown_fields
         ):
             self._show_request(model, request)
 
@@ -355,7 +355,7 @@ class FieldsPanel(ModelPanel):
         """Show the current field with different colours."""
         self._show_rows()
         model = self._model
-        field = None if model is None else self._fields.shown.get(model.id)
+        field = None if model is None else self._fields.shown_fields.get(model.id)
         if model is None or field is None or field.request.kind != "dip_direction":
             return
         style = self._studio.display.styles.get(model.id)

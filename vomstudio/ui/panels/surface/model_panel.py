@@ -206,7 +206,7 @@ class ProposalsPanel(ModelPanel):
         """Return the feature that a proposal would become, with its measurement."""
         raise NotImplementedError
 
-    def listed(self) -> list[int]:
+    def listed_indices(self) -> list[int]:
         """Return the indices of the listed proposals, in ascending order."""
         return sorted(self._index(row) for row in range(self.table.numbers.rowCount()))
 
@@ -220,7 +220,7 @@ class ProposalsPanel(ModelPanel):
 
     def _proposed_planes(self) -> ProposedPlanes:
         plane_by_index: dict[int, Plane] = {}
-        for index in self.listed():
+        for index in self.listed_indices():
             plane = self._measured_feature(index)[1].plane
             if plane is not None:
                 plane_by_index[index] = plane

@@ -71,10 +71,10 @@ class CellsPanel(QWidget):
             signal.connect(self.refresh)
 
     def refresh(self, *_: object) -> None:
-        from vomstudio.project.grid_edits import marks_of
+        from vomstudio.project.grid_edits import grid_marks
 
         grids = self._studio.session.of(FaceGrid)
-        marks = "".join(marks_of(grid) for grid in grids)
+        marks = "".join(grid_marks(grid) for grid in grids)
         self.count.setText(
             tr(
                 "{count} of {all} cells are marked.",

@@ -183,7 +183,7 @@ class ControlPanel(QWidget):
             if line.id not in known_ids and not line.is_complete
         ]
         if model is None or self.model is None or model.id != self.model.id:
-            self.crs_field.preferred = self._studio.crs_codes()
+            self.crs_field.preferred_names = self._studio.crs_codes()
             with QSignalBlocker(self.crs_field), QSignalBlocker(self.options):
                 self.crs_field.setText("" if model is None else model.frame.crs or "")
                 self.options.reset()

@@ -77,7 +77,7 @@ class SecondViewPanel(QWidget):
         self.link.setCheckable(True)
         self.link.setChecked(True)
         theme.highlight_toggles(self.link)
-        self.link.toggled.connect(lambda linked: self._copy_outcrop() if linked else None)
+        self.link.toggled.connect(lambda is_linked: self._copy_outcrop() if is_linked else None)
         self.direction = self._menu_button("second_direction", "compass-outline", None)
         self.direction.setText(tr("Direction"))
         self.direction.setToolTip(tr("Look in a standard direction."))
@@ -219,7 +219,7 @@ class SecondViewPanel(QWidget):
         """Select features as in the outcrop, or pass the gesture to the active tool."""
         if self.view is None:
             return
-        if self._studio.clicks_select:
+        if self._studio.can_select_by_click:
             self._outcrop.select_at(self.view, event)
         else:
             self._studio.pointer(replace(event, is_in_photo=True))

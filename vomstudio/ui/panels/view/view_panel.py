@@ -298,14 +298,14 @@ class ViewPanel(QWidget):
         measurements = self._studio.measured(self._studio.selection.ids)
         return [measurements[id_] for id_ in self._studio.selection.ids if id_ in measurements]
 
-    def _error_of(self, id_: str) -> float | None:
+    def _error95_deg(self, id_: str) -> float | None:
         """Return the 95 % error of a feature, including the registration error if it is known."""
         measurement = self._studio.measured([id_]).get(id_)
         return None if measurement is None else measurement.total95_deg
 
     def _current_error_deg(self) -> float | None:
         current = self._studio.selection.current
-        return None if current is None else self._error_of(current)
+        return None if current is None else self._error95_deg(current)
 
     def _find_intersection(self) -> AxialDirection | Finding:
         if len(self._studio.selection.ids) != 2:
