@@ -135,7 +135,7 @@ def measure(name: str, data: Mesh | PointCloud, bed: np.ndarray, repeats: int) -
                 whole_s = seconds(
                     lambda f=follower, e=ends: f.follow(next(e), uses_whole_surface=True), repeats
                 )
-                line += f"  whole {whole_s[0]:.3f} s, then {whole_graph[1]:.3f} s"
+                line += f"  whole {whole_s[0]:.3f} s, then {whole_s[1]:.3f} s"
             beside = np.abs((follower.follow(next(ends)).points - MIDDLE) @ NORMAL).mean()
             wanted = f"; wanted {WANTED_9_M_S}" if length == LENGTHS_M[-1] else ""
             print(f"{line}  from the middle {1e3 * beside:.0f} mm{wanted}", flush=True)
